@@ -26,8 +26,8 @@ from rich.console import Console
 
 import knotwork as kw
 import results
-from knotwork import documents
-from knotwork.documents import resources
+from knotwork.files import documents
+from knotwork.files.documents import resources
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification import Motion
 from knotwork.verification.collisions import collisions, motion_model

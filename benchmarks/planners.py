@@ -27,12 +27,12 @@ from rich.console import Console
 from rich.progress import track
 
 import results
-from knotwork import metrics
-from knotwork.choosing.segments import GREATEST_JERK
 from knotwork.errors import InputError
-from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
-from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
-from knotwork.trajectory import JointTrajectory
+from knotwork.planning.choosing.segments import GREATEST_JERK
+from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.spline.interpolation import BalancedKnots, PlannerOptions, get_planner
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification import metrics
 from knotwork.waypoints import ChosenRun, JointWaypoints
 from planner_tables import KINDS, RATIOS, rounded, tables
 

@@ -69,14 +69,16 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     timed("import pinocchio", imported("pinocchio"))
     timed("import pydantic", imported("pydantic"))
     timed("import click, yaml", imported("click", "yaml"))
-    timed("import knotwork", imported("knotwork.pipeline.planning", "knotwork.task_to_joint"))
+    timed(
+        "import knotwork", imported("knotwork.planning.planning", "knotwork.planning.task_to_joint")
+    )
     from knotwork.cli.short_report import print_short_plan
-    from knotwork.interpolation import get_planner
-    from knotwork.pipeline import Plan
-    from knotwork.pipeline.planner_options import planner_options
+    from knotwork.planning import Plan
+    from knotwork.planning.planner_options import planner_options
+    from knotwork.planning.task_to_joint import solve_task
     from knotwork.scenario import load_scenario
     from knotwork.scenario.joint_space import joint_space
-    from knotwork.task_to_joint import solve_task
+    from knotwork.spline.interpolation import get_planner
     from knotwork.verification import check
 
     task = timed("read the scenario", lambda: load_scenario(scenario))

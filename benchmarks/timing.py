@@ -46,11 +46,18 @@ from rich.progress import track
 
 import knotwork as kw
 import results
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.interpolation.modified_hermite_spline import ModifiedHermiteSpline
+from knotwork.files.documents import resources
+from knotwork.planning.timing import (
+    Dynamics,
+    TimedMotion,
+    TimingLimits,
+    TimingProblem,
+    solve,
+    windows,
+)
 from knotwork.scenario import Scenario, load_scenario
-from knotwork.timing import Dynamics, TimedMotion, TimingLimits, TimingProblem, solve, windows
+from knotwork.spline.interpolation.modified_hermite_spline import ModifiedHermiteSpline
 from knotwork.waypoints import FloatArray
 from results import Table
 from toppra_peer import toppra_duration

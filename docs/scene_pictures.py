@@ -23,7 +23,7 @@ from PIL.PngImagePlugin import PngInfo
 from playwright.sync_api import sync_playwright
 
 import knotwork as kw
-from knotwork.documents import resources
+from knotwork.files.documents import resources
 from knotwork.view import plot_joints
 
 DOCS = Path(__file__).parent

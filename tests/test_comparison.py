@@ -16,9 +16,9 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.errors import InputError
-from knotwork.interpolation import PLANNER_SPECS, PLANNERS
+from knotwork.planning.comparison import Comparison, Refusal, Score, best, compare
+from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 

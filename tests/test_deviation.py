@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from judged import judged
-from knotwork.metrics.deviation import deviation_from_line, straight_path_deviation
+from knotwork.verification.metrics.deviation import deviation_from_line, straight_path_deviation
 
 RADIAN = 0.1  # what a radian counts where the tool moves and turns at once [m]
 

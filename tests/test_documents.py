@@ -14,14 +14,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pydantic import Discriminator, Field, Tag
 
-from knotwork import documents
-from knotwork.documents import (
+from knotwork.errors import DocumentError, KnotworkError
+from knotwork.files import documents
+from knotwork.files.documents import (
     Number,
     Positive,
     StrictModel,
     Text,
 )
-from knotwork.errors import DocumentError, KnotworkError
 from knotwork.scenario import Scenario, load_scenario
 from sweeps import examples
 
@@ -498,7 +498,7 @@ def test_many_problems_are_told_in_few_lines() -> None:
 
 def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each takes hundreds of bytes while it is read."""
-    monkeypatch.setattr("knotwork.documents.yaml_text.MOST_YAML_VALUES", 100)
+    monkeypatch.setattr("knotwork.files.documents.yaml_text.MOST_YAML_VALUES", 100)
     documents.parse(f"[{'1,' * 98}]")
     with pytest.raises(DocumentError, match="has more than 100 values"):
         documents.parse(f"[{'1,' * 100}]")

@@ -13,12 +13,12 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from knotwork.documents.resources import names
 from knotwork.editing import session as sessions
 from knotwork.editing.draft import Draft
 from knotwork.editing.handles import handles, moved
 from knotwork.editing.session import Session, draft_of, standing_scene
 from knotwork.errors import DocumentError, InputError
+from knotwork.files.documents.resources import names
 from knotwork.scenario.joint_space import joint_space
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}

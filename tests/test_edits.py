@@ -9,9 +9,9 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from knotwork.documents import REMOVED, Document, edited, edited_text, parse
-from knotwork.documents.items import changed_text
 from knotwork.errors import InputError
+from knotwork.files.documents import REMOVED, Document, edited, edited_text, parse
+from knotwork.files.documents.items import changed_text
 
 TEXT = """\
 # Above.

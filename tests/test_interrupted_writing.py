@@ -11,13 +11,14 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from knotwork import Plan, storage
+from knotwork import Plan
+from knotwork.files import storage
 
 NAMES = ("a", "b", "c")
 # Ends the process at its n-th step that changes a folder, as a power cut or Ctrl-C would.
 CUT = """
 import os, signal, sys
-from knotwork import storage
+from knotwork.files import storage
 steps = int(sys.argv[3])
 def counted(function):
     def step(*arguments, **options):

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from knotwork import metrics
-from knotwork.interpolation import PLANNERS, PlannerOptions
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.interpolation import PLANNERS, PlannerOptions
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification import metrics
 from knotwork.waypoints import JointWaypoints
 from sweeps import examples
 

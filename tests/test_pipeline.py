@@ -62,7 +62,9 @@ def test_an_old_method_works_and_warns_of_the_new_one() -> None:
         old = robot.solve_all(pose, spread=12)
     new = robot.solve_pose_ik_all(pose, spread=12)
     event = kw.trajectory.Event(1.0, "arc", True, "a")
-    with pytest.warns(DeprecationWarning, match=r"^knotwork.trajectory.Event.said is now .*text;"):
+    with pytest.warns(
+        DeprecationWarning, match=r"^knotwork.spline.trajectory.Event.said is now .*text;"
+    ):
         assert event.said == event.text == "arc on"
     segment = kw.trajectory.Segment("a to b", 0.0, 1.0, "way")
     with pytest.warns(DeprecationWarning, match=r"Segment.said is now .*text;"):

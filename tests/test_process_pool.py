@@ -16,7 +16,7 @@ import pytest
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import KnotworkError, UnknownNameError, UnreachablePoseError
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 FAILING = Path(__file__).parent / "failing"
 COPIES: list[Callable[[Any], Any]] = [

@@ -61,6 +61,6 @@ def test_each_group_fails_in_the_words_of_the_report(
 
 
 def test_it_costs_pytest_next_to_nothing(tmp_path: Path) -> None:
-    heavy = ("numpy", "pydantic", "yaml", "click", "knotwork.pipeline")
+    heavy = ("numpy", "pydantic", "yaml", "click", "knotwork.planning")
     code = f"import sys, knotwork.pytest_plugin; print({set(heavy)} & set(sys.modules))"
     assert python(tmp_path, "-c", code).strip() == "set()"

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from command_line import Command
-from knotwork import Plan, storage
+from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
+from knotwork.files import storage
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 
 FILES = ["report.json", "samples.csv", "trajectory.json"]
 
@@ -87,7 +88,7 @@ def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
 
 def test_units_format_and_names_are_in_the_file(stored: Path) -> None:
     data = read(stored)
-    assert data["format"] == "knotwork.trajectory"
+    assert data["format"] == "knotwork.spline.trajectory"
     assert data["version"] == 1
     assert data["units"] == {"time": "s", "joints": ["rad"] * 6}
     assert data["joint_names"][2] == "elbow_joint"
@@ -289,7 +290,10 @@ def test_a_malformed_file_names_file_and_field(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ('{"format": "knotwork.trajectory",\n "breaks": [0, 1,]}', "line 2: is not valid JSON"),
+        (
+            '{"format": "knotwork.spline.trajectory",\n "breaks": [0, 1,]}',
+            "line 2: is not valid JSON",
+        ),
         ("", "not valid JSON"),
         ('{"breaks": [NaN]}', "breaks[0]: nan: must be a finite number"),
         ('{"breaks": [-Infinity]}', "breaks[0]: -inf: must be a finite number"),

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
-from knotwork.interpolation import ModifiedHermiteSpline
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.interpolation import ModifiedHermiteSpline
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 
 NAMES = ("shoulder", "elbow")
 # Relative jumps below it are rounding.

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from knotwork import Plan, load_robot, plan
 from knotwork.errors import CheckFailedError, InputError
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario, load_scenario
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
 from knotwork.waypoints import CartesianWaypoint
 

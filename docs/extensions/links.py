@@ -13,17 +13,17 @@ from sphinx.util.nodes import make_refnode
 
 PACKAGES = (
     "knotwork",
-    "knotwork.polynomial",
-    "knotwork.interpolation",
+    "knotwork.spline.polynomial",
+    "knotwork.spline.interpolation",
     "knotwork.scenario",
     "knotwork.robot",
     "knotwork.kinematics",
     "knotwork.tool_paths",
-    "knotwork.task_to_joint",
+    "knotwork.planning.task_to_joint",
     "knotwork.verification",
-    "knotwork.storage",
+    "knotwork.files.storage",
     "knotwork.export",
-    "knotwork.foreign",
+    "knotwork.files.foreign",
     "knotwork.view",
 )
 """Public packages, in the order of the pages: a name is described in the first that has it."""
@@ -48,16 +48,16 @@ MODULES = {
         "UnreachablePoseError",
         "WaypointDataError",
     ),
-    "knotwork.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
+    "knotwork.spline.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
     "knotwork.scenario.joint_space": ("JointSpace", "joint_space"),
-    "knotwork.task_to_joint": (
+    "knotwork.planning.task_to_joint": (
         "Choice",
         "TaskSolution",
         "solve_task",
     ),
-    "knotwork.comparison": ("Comparison", "Refusal", "Score"),
+    "knotwork.planning.comparison": ("Comparison", "Refusal", "Score"),
     "knotwork.kinematics.chain.batch": ("BatchSolution",),
-    "knotwork.metrics": (
+    "knotwork.verification.metrics": (
         "Peak",
         "acceleration_jump",
         "end_acceleration",
@@ -70,7 +70,7 @@ MODULES = {
     "knotwork.sweeps": ("SweepProgress",),
     "knotwork.view.page": ("Page",),
     "knotwork.waypoints": ("CartesianWaypoint",),
-    "knotwork.metrics.deviation": (
+    "knotwork.verification.metrics.deviation": (
         "PathDeviation",
         "deviation_from_line",
         "straight_path_deviation",

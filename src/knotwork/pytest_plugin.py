@@ -82,7 +82,7 @@ class Checks:
             self._failures.append(f"{name}: {failure}")
 
     def _matching(self, pattern: str) -> list[str]:
-        from knotwork.documents import resources
+        from knotwork.files.documents import resources
 
         found = sorted(self._folder.glob(pattern))
         if not found and pattern not in resources.names("scenarios"):
@@ -92,18 +92,18 @@ class Checks:
     def _judged(
         self, file: str, scenario: str | None, robot: str | None, scene: str | None, limits: Any
     ) -> Report:
-        from knotwork import pipeline
+        from knotwork import planning
         from knotwork.cli.logs import stated_path
         from knotwork.cli.sources import read_checked
         from knotwork.errors import InputError
-        from knotwork.foreign import is_trajectory
+        from knotwork.files.foreign import is_trajectory
 
         scenario, robot, scene = (self._place(one) for one in (scenario, robot, scene))
         try:
             if robot is not None or scene is not None:
-                return pipeline.check_alone(file, robot, scene, limits)[-1]
+                return planning.check_alone(file, robot, scene, limits)[-1]
             if scenario is None and not is_trajectory(file):
-                return pipeline.plan(file).report
+                return planning.plan(file).report
             reference = scenario or stated_path(Path(file))
             if reference is None:
                 raise InputError(f"{file} needs its scenario, or robot, or scene")

@@ -72,7 +72,7 @@ def test_a_time_is_read_with_its_unit(
     def refused(*_: object, budget: float, **__: object) -> NoReturn:
         raise kw.InputError(f"{budget} s")
 
-    monkeypatch.setattr("knotwork.pipeline.plan", refused)
+    monkeypatch.setattr("knotwork.planning.plan", refused)
     ran = knotwork("plan", swing, "--budget", text)
     assert ran.err == f"error: {float(seconds)} s\n"
 

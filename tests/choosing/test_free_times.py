@@ -12,10 +12,10 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from knotwork.choosing import choice
 from knotwork.errors import InputError
+from knotwork.planning.choosing import choice
+from knotwork.planning.timing.budget import Budget
 from knotwork.scenario import load_scenario
-from knotwork.timing.budget import Budget
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 import knotwork as kw
-from knotwork.choosing import choice, path_choice
 from knotwork.errors import InputError, PathError
-from knotwork.timing.budget import Budget
+from knotwork.planning.choosing import choice, path_choice
+from knotwork.planning.timing.budget import Budget
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}

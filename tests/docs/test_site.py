@@ -14,7 +14,7 @@ import pytest
 from site_build import Site
 
 from knotwork.cli.main import cli
-from knotwork.documents import StrictModel
+from knotwork.files.documents import StrictModel
 from knotwork.robot.file import RobotFile
 from knotwork.task import Task
 

@@ -10,9 +10,9 @@ from motions import hermite_data, motion
 
 from knotwork.errors import ExportError, InputError
 from knotwork.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
-from knotwork.interpolation import PLANNERS
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.interpolation import PLANNERS
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 
 CUBIC = [
     "modified-hermite",

@@ -15,7 +15,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork import export
 from knotwork.errors import ExportError, InputError
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 NUMBER = r"(-?\d+\.\d+)"
 

@@ -14,8 +14,8 @@ from scipy.io import loadmat
 
 from knotwork.errors import InputError
 from knotwork.export import to_scipy_npz
-from knotwork.interpolation import PLANNERS
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.interpolation import PLANNERS
+from knotwork.spline.trajectory import JointTrajectory
 
 
 def times(trajectory: JointTrajectory, count: int = 400) -> np.ndarray:

@@ -13,7 +13,7 @@ from motions import hermite_data, motion
 from replay import hermite
 
 from knotwork.errors import InputError
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 
 def read(text: str) -> tuple[list[str], list[str], np.ndarray]:

@@ -12,7 +12,7 @@ from replay import NANOSECONDS, accepted_by_ros2, controller, nanoseconds
 
 from knotwork import Plan
 from knotwork.errors import ExportError, InputError
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 ROUNDING = 2e-14
 

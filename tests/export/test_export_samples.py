@@ -17,7 +17,7 @@ from replay import hermite
 from knotwork import Plan
 from knotwork.errors import ExportError, InputError
 from knotwork.export import content, motion_table
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -98,7 +98,7 @@ def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
 
 
 def test_joints_in_another_order_move_the_same_tool(deburring: Plan) -> None:
-    from knotwork.polynomial import PiecewisePolynomial
+    from knotwork.spline.polynomial import PiecewisePolynomial
 
     trajectory, robot = deburring.trajectory, deburring.space.robot
     order = [3, 1, 0, 5, 4, 2]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from knotwork import export
-from knotwork.foreign import read_trajectory
+from knotwork.files.foreign import read_trajectory
 from sweeps import examples
 
 NAMES = [

@@ -13,7 +13,7 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import InputError
-from knotwork.foreign import read_trajectory
+from knotwork.files.foreign import read_trajectory
 
 STEP = 0.02
 

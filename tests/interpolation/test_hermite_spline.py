@@ -8,7 +8,7 @@ from scipy.interpolate import CubicHermiteSpline
 from spline_reference import exact_pieces, knots_of_paper, paper_system
 
 from knotwork.errors import InputError, OptionError, WaypointDataError
-from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.spline.interpolation import ModifiedHermiteSpline
 
 
 def waypoints(n, d=3, seed=0, ratio=10.0):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.errors import InputError, KnotError
-from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
+from knotwork.spline.interpolation import BalancedKnots, ModifiedHermiteSpline
 from sweeps import examples
 
 X = np.array([0.0, 5.0, 15.0, 25.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knotwork.errors import KnotError, UnknownNameError
-from knotwork.interpolation import (
+from knotwork.spline.interpolation import (
     PLANNERS,
     BalancedKnots,
     ModifiedHermiteSpline,

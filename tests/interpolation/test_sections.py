@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from knotwork.errors import WaypointDataError
-from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.spline.interpolation import ModifiedHermiteSpline
 from sweeps import examples
 
 

@@ -10,7 +10,7 @@ from planner_cases import COUNTS, random_waypoints
 
 from judged import judged_joints
 from knotwork.errors import InputError
-from knotwork.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
+from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 from sweeps import examples, first_of
 

@@ -7,7 +7,7 @@ import pytest
 from planner_cases import random_waypoints
 
 from knotwork.errors import InputError, OptionError, UnknownNameError
-from knotwork.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
+from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 
 CASE = random_waypoints(6)

@@ -12,7 +12,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.pipeline import clearance_between
+from knotwork.planning import clearance_between
 from moving.moving_truth import distance, links, sampled
 from moving.test_moving_things import LEFT
 

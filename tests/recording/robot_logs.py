@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.recording import Smoothed, read_log, smoothed
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification.recording import Smoothed, read_log, smoothed
 
 START = 1_700_000_000.0
 """Time of the first sample since 1970 [s]."""

@@ -13,7 +13,7 @@ from robot_logs import Samples, record, smooth, write
 import knotwork as kw
 from command_line import Command
 from events.welding import do, weld
-from knotwork.recording import aligned
+from knotwork.verification.recording import aligned
 
 Clock = Callable[[np.ndarray], np.ndarray]
 

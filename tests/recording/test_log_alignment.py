@@ -12,7 +12,7 @@ from robot_logs import START, Samples, record, smooth, write
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.recording import Alignment, aligned, deviation_findings
+from knotwork.verification.recording import Alignment, aligned, deviation_findings
 
 
 def align(path: Path, plan: Plan, samples: Samples) -> Alignment:

@@ -9,7 +9,7 @@ import pytest
 from robot_logs import START, write_rows
 
 from knotwork.errors import InputError
-from knotwork.recording import Recording, read_log
+from knotwork.verification.recording import Recording, read_log
 
 NAMES = ("pan", "lift_joint")
 UNITS = ("rad", "rad")

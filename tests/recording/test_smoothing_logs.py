@@ -11,7 +11,7 @@ from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.recording import Smoothed
+from knotwork.verification.recording import Smoothed
 
 BEFORE = 0.5
 

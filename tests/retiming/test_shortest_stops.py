@@ -9,7 +9,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError
-from knotwork.retiming import joint_stop, stop_on_path
+from knotwork.spline.retiming import joint_stop, stop_on_path
 
 INTERVALS = 100
 FloatArray = npt.NDArray[np.float64]

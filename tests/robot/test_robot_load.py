@@ -8,8 +8,8 @@ import pytest
 
 import knotwork as kw
 from knotwork import load_robot, robot_names
-from knotwork.documents import parse
 from knotwork.errors import DocumentError, InputError, RobotError, UnknownNameError
+from knotwork.files.documents import parse
 
 SHIPPED = [
     "bravo7",

@@ -15,7 +15,7 @@ import knotwork as kw
 from judge.motion import Motion
 from judge.task import Task as JudgesTask
 from judge.verdict import judge
-from knotwork import storage
+from knotwork.files import storage
 from urscript_controller import Controller
 
 BOX = {"from": "pick", "to": "place", "box": [0.2, 0.1, 0.1], "position": [0, 0, 0.06]}

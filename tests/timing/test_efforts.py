@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from knotwork.planning.timing import Dynamics, TimingLimits, TimingProblem, solve
+from knotwork.planning.timing.problem import part_of
 from knotwork.robot.payload import Payload
-from knotwork.timing import Dynamics, TimingLimits, TimingProblem, solve
-from knotwork.timing.problem import part_of
 
 
 @pytest.mark.parametrize("name", ["planar2", "ur5", "panda"])

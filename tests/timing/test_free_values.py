@@ -11,7 +11,14 @@ import pytest
 from timing_cases import assert_kept, random_problem
 
 from knotwork.errors import TimingError
-from knotwork.timing import Objective, Progress, TimedMotion, TimingLimits, TimingProblem, solve
+from knotwork.planning.timing import (
+    Objective,
+    Progress,
+    TimedMotion,
+    TimingLimits,
+    TimingProblem,
+    solve,
+)
 from sweeps import first_of
 
 
@@ -135,7 +142,7 @@ def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.Monkey
     long = random_problem(8, 32, 2)
     windows = solve(long)
     assert_kept(long, windows)
-    monkeypatch.setattr("knotwork.timing.windows.LONGEST", 1000)
+    monkeypatch.setattr("knotwork.planning.timing.windows.LONGEST", 1000)
     assert windows.duration < 1.01 * solve(long).duration
 
 

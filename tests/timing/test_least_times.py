@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from timing_cases import assert_kept, random_problem
 
-from knotwork.timing import TimingLimits, TimingProblem, solve
+from knotwork.planning.timing import TimingLimits, TimingProblem, solve
 
 
 def problems() -> Iterator[tuple[int, int, int]]:

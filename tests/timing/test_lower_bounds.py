@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from knotwork.timing import TimingLimits, TimingProblem, lower_bound
+from knotwork.planning.timing import TimingLimits, TimingProblem, lower_bound
 
 PARTS = st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=6)
 

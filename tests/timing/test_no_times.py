@@ -14,7 +14,7 @@ from timing_cases import assert_kept, random_problem
 
 import knotwork as kw
 from knotwork.errors import InputError, TimingError
-from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
 from knotwork.units import Units
 
 LIMITS = TimingLimits([2.0], [1.0], [100.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.timing import TimedMotion, TimingLimits, TimingProblem
+from knotwork.planning.timing import TimedMotion, TimingLimits, TimingProblem
 
 
 def random_problem(seed: int, n: int, d: int) -> TimingProblem:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from judged import judged
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divided, path_bounds
 from sweeps import examples
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification import Finding
 
 POSE = {"position": [450, 0, 300], "rpy": [180, 0, 0]}

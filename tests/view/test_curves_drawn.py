@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotwork.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.curves import jump_breaks, strokes
 
 seeds = st.integers(0, 2**32 - 1)

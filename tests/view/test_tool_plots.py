@@ -13,7 +13,7 @@ from figures import data, label, lines
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.metrics.deviation import straight_path_deviation
+from knotwork.verification.metrics.deviation import straight_path_deviation
 from knotwork.view import plot_joints, plot_tool
 
 

@@ -12,7 +12,7 @@ from figures import data, label, lines, notes
 
 import knotwork as kw
 from drawn import scene
-from knotwork.timing import Progress
+from knotwork.planning.timing import Progress
 from knotwork.verification import Finding
 from knotwork.view import plot_tool
 from walls import DOWN, past

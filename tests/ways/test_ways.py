@@ -13,9 +13,9 @@ import pytest
 import knotwork as kw
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
+from knotwork.planning.timing import TimingLimits
+from knotwork.planning.ways.configurations import Configurations
 from knotwork.scene.building import robot_collision_model
-from knotwork.timing import TimingLimits
-from knotwork.ways.configurations import Configurations
 from walls import DOWN, box, past
 
 FRONT = [0, 90, 0]

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.clearance_check import check_together, with_options
 from knotwork.cli.logs import (
     LogOptions,
@@ -38,10 +38,10 @@ from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import DocumentError, InputError
-from knotwork.recording import compare_log
 from knotwork.scenario import Scenario
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Report
+from knotwork.verification.recording import compare_log
 
 RECORDING = "for a recording of a robot, which has noise, use --log"
 # Plans have fewer points; recordings at 100 Hz and more have more.
@@ -145,7 +145,7 @@ def _judged(
     """The report, its scenario, and the number of pieces of the motion."""
     if alone is not None:
         try:
-            motion, scenario, _, report = pipeline.check_alone(trajectory, *alone)
+            motion, scenario, _, report = planning.check_alone(trajectory, *alone)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error

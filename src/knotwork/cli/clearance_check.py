@@ -13,9 +13,9 @@ from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import FAILED, PASSED, Seconds, bundled
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo_data, echo_line
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.trajectory import JointTrajectory
+from knotwork.files.documents import resources
+from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from knotwork.scenario import Scenario
@@ -86,7 +86,7 @@ def check_together(
     source: str, reference: str | None, other: Mapping[str, Any], *, as_json: bool
 ) -> int:
     """Print in one line how close two motions come, and give the exit code."""
-    from knotwork.pipeline import clearance_between
+    from knotwork.planning import clearance_between
 
     first = read_motions(source, reference)[0]
     if isinstance(first, JointTrajectory):

@@ -21,11 +21,11 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.terminal import echo
-from knotwork.comparison import Comparison, Refusal, Score, best
-from knotwork.comparison import compare as compare_planners
-from knotwork.interpolation import PLANNER_SPECS, rules
-from knotwork.metrics import Peak
+from knotwork.planning.comparison import Comparison, Refusal, Score, best
+from knotwork.planning.comparison import compare as compare_planners
+from knotwork.spline.interpolation import PLANNER_SPECS, rules
 from knotwork.units import readable
+from knotwork.verification.metrics import Peak
 
 # Columns, by figure: heading and unit. "joint" is the unit of the joints.
 _COLUMNS = {

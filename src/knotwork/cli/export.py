@@ -23,8 +23,8 @@ from knotwork.export.formats import (
 )
 from knotwork.export.labels import side_file, side_path
 from knotwork.export.urscript import describe_steps
-from knotwork.pipeline import Plan
-from knotwork.trajectory import JointTrajectory
+from knotwork.planning import Plan
+from knotwork.spline.trajectory import JointTrajectory
 
 _EPILOG = f"""
 Formats:

@@ -10,9 +10,9 @@ from knotwork.cli.sources import CheckedFile, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.export import Format, Points
-from knotwork.foreign import is_foreign
-from knotwork.pipeline import Plan
-from knotwork.trajectory import JointTrajectory
+from knotwork.files.foreign import is_foreign
+from knotwork.planning import Plan
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Finding, check
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
 from knotwork.verification.worst import failure_lines

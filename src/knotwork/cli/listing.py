@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.cli.parameters import PASSED, json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell, echo
-from knotwork.documents import resources
+from knotwork.files.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import further_robots
 from knotwork.scenario import load_scenario

@@ -13,13 +13,19 @@ from typing import Any, ClassVar
 
 import click
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.parameters import DecidingOption, GivenPath, bundled
 from knotwork.cli.terminal import echo
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.foreign import is_foreign, read_trajectory
-from knotwork.recording import (
+from knotwork.files.documents import resources
+from knotwork.files.foreign import is_foreign, read_trajectory
+from knotwork.files.storage import load_trajectory
+from knotwork.files.storage.sets import stated_scenario
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification import Report
+from knotwork.verification.recording import (
     Alignment,
     LogTolerances,
     Smoothed,
@@ -28,12 +34,6 @@ from knotwork.recording import (
     read_log,
     smoothed,
 )
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.storage import load_trajectory
-from knotwork.storage.sets import stated_scenario
-from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Report
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def checked_log(
         plan = read_trajectory(log.against, space.joint_names, space.joint_units, span=span)[0]
     else:
         try:
-            plan = pipeline.plan(reference).trajectory
+            plan = planning.plan(reference).trajectory
         except InputError as error:
             raise InputError(
                 f"a log is aligned with a plan, and {reference} can't be planned; give a "

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -26,8 +26,8 @@ from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.short_report import print_next, print_short_plan
 from knotwork.cli.terminal import echo, echo_line
 from knotwork.errors import InputError, KnotworkError
-from knotwork.pipeline import Plan
-from knotwork.storage import trajectory_to_dict
+from knotwork.files.storage import trajectory_to_dict
+from knotwork.planning import Plan
 
 
 @click.command(epilog=EXIT_CODES)
@@ -80,7 +80,7 @@ def plan(
         which = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
         try:
             with shown_progress(f"{reference}{which}", as_json) as progress:
-                planned = pipeline.plan(
+                planned = planning.plan(
                     reference, planner=planner, budget=budget, progress=progress
                 )
             written: list[Path] = []

@@ -20,7 +20,7 @@ from knotwork.cli.parameters import (
 from knotwork.cli.sources import Motion, print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
+from knotwork.planning import Plan
 from knotwork.view.picture_files import checked_picture_path
 from knotwork.view.plotted_motions import choose_quantities
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import (
     EXIT_CODES,
@@ -24,13 +24,13 @@ from knotwork.cli.parameters import (
 from knotwork.cli.plan import plan_to_dict, print_plan
 from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.terminal import echo
-from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError
-from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.files.documents import Document
+from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.robot import load_robot
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
-from knotwork.trajectory import JointTrajectory
 
 
 @click.command(epilog=EXIT_CODES)
@@ -73,9 +73,9 @@ def replan(
     asked = Task.load(task)
     motion, current = _motion(source, asked)
     try:
-        begun = pipeline.scenario_from(motion, at, asked, current)
+        begun = planning.scenario_from(motion, at, asked, current)
         with shown_progress(task, as_json) as progress:
-            made = pipeline.plan(begun, budget=budget, progress=progress)
+            made = planning.plan(begun, budget=budget, progress=progress)
     except DocumentError as error:
         if error.file is not None:
             raise
@@ -93,7 +93,7 @@ def replan(
 def _motion(source: str, asked: Task) -> tuple[JointTrajectory, Scenario | None]:
     """The running motion, and its scenario if known."""
     if not is_trajectory(source):
-        planned = pipeline.plan(source)
+        planned = planning.plan(source)
         return planned.trajectory, planned.scenario
     robot, described = None, asked.robot
     if is_foreign(source):

@@ -17,8 +17,8 @@ from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 
 if TYPE_CHECKING:
-    from knotwork.pipeline import Plan
-    from knotwork.task_to_joint import Choice, TaskSolution
+    from knotwork.planning import Plan
+    from knotwork.planning.task_to_joint import Choice, TaskSolution
 
 INDENT = " " * len("FAIL ")
 

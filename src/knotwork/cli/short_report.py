@@ -9,7 +9,7 @@ from knotwork.cli.parameters import typed
 from knotwork.cli.terminal import echo, echo_line
 
 if TYPE_CHECKING:
-    from knotwork.pipeline import Plan
+    from knotwork.planning import Plan
     from knotwork.verification import Report
 
 WIDEST = 100

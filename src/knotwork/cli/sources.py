@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.logs import (
     LogOptions,
     checked_log,
@@ -18,16 +18,16 @@ from knotwork.cli.logs import (
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.terminal import echo
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
-from knotwork.interpolation import get_planner
-from knotwork.pipeline import Plan
+from knotwork.files.documents import resources
+from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.files.storage import set_disagreement
+from knotwork.planning import Plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.storage import set_disagreement
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.interpolation import get_planner
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 from knotwork.verification.worst import failure_lines
 
@@ -174,14 +174,14 @@ def _planned(source: str, options: PlanOptions, others: list[str]) -> list[Plan]
     for name in others:
         get_planner(name)
     with shown_progress(source) as progress:
-        first = pipeline.plan(source, progress=progress, **asdict(options))
+        first = planning.plan(source, progress=progress, **asdict(options))
     plans = [first]
     for name in dict.fromkeys(others):
         if name == plans[0].scenario.planner:
             continue
         try:
             with shown_progress(f"{source}, {name}") as progress:
-                plans.append(pipeline.plan(source, planner=name, progress=progress))
+                plans.append(planning.plan(source, planner=name, progress=progress))
         except InputError as error:
             raise InputError(f"planner {name!r} can't be compared here: {error}") from error
     return plans

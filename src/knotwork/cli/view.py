@@ -23,13 +23,13 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.sources import Motion, checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.pipeline import plan
+from knotwork.files.documents import resources
+from knotwork.planning import plan
 from knotwork.robot import Robot, load_robot
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.sweeps.folder import is_study
 from knotwork.sweeps.named_files import named_files
-from knotwork.trajectory import JointTrajectory
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import LiveServer, PageServer
 from knotwork.view.picture_files import checked_page_path

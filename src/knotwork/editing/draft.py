@@ -12,10 +12,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from knotwork import storage
-from knotwork.documents import REMOVED, Document, Location, parse, read_text
-from knotwork.documents.items import changed_text
 from knotwork.errors import InputError
+from knotwork.files import storage
+from knotwork.files.documents import REMOVED, Document, Location, parse, read_text
+from knotwork.files.documents.items import changed_text
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.documents import Location
+from knotwork.files.documents import Location
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.geometry import Frames, placed

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import validate
-from knotwork.documents.items import part_of
 from knotwork.editing.additions import box_at, waypoint_here
 from knotwork.editing.draft import Draft, as_javascript, build, units
 from knotwork.editing.handles import Handle, handles, moved
 from knotwork.errors import InputError, KnotworkError
+from knotwork.files.documents import validate
+from knotwork.files.documents.items import part_of
 from knotwork.kinematics import solve_pose_ik
-from knotwork.pipeline import Plan, plan
+from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import joint_space
@@ -277,8 +277,8 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     Raises:
         InputError: The file does not exist, or the copy exists already.
     """
-    from knotwork import storage
-    from knotwork.documents import edited_text, read
+    from knotwork.files import storage
+    from knotwork.files.documents import edited_text, read
     from knotwork.task.places import moved_paths
 
     if copy is None:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.export.labels import side_file, side_path
-from knotwork.storage import write_file, write_files
-from knotwork.trajectory.exportable import (
+from knotwork.files.storage import write_file, write_files
+from knotwork.spline.trajectory.exportable import (
     ArmOptions,
     DriveOptions,
     MessageOptions,
@@ -28,7 +28,7 @@ from knotwork.trajectory.exportable import (
 if TYPE_CHECKING:
     from knotwork.export.lossless import Points
     from knotwork.export.table import MotionTable
-    from knotwork.trajectory import JointTrajectory
+    from knotwork.spline.trajectory import JointTrajectory
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import numpy as np
 
 from knotwork.errors import ExportError
 from knotwork.export.straight import STRAIGHT, Positions, straight_points
-from knotwork.storage import to_csv
-from knotwork.trajectory import JointTrajectory
+from knotwork.files.storage import to_csv
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

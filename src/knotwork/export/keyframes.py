@@ -7,8 +7,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from knotwork.errors import InputError
 from knotwork.errors.arguments import finite_number
 from knotwork.export.table import DEFAULT_RATE
-from knotwork.trajectory import JointTrajectory
-from knotwork.trajectory.sampling import sample_times
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.spline.trajectory.sampling import sample_times
 from knotwork.waypoints import FloatArray
 
 MOST_KEYFRAMES = 1_000_000

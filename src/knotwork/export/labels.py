@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.storage import to_json
-from knotwork.trajectory import JointTrajectory
+from knotwork.files.storage import to_json
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 SAME_TIME = 1e-9

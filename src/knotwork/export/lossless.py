@@ -14,12 +14,12 @@ import numpy as np
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import finite_number, flag
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import differentiate
-from knotwork.polynomial.extrema import candidates
-from knotwork.polynomial.refined import refined
-from knotwork.polynomial.two_point import raised, two_point_coefficients
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import differentiate
+from knotwork.spline.polynomial.extrema import candidates
+from knotwork.spline.polynomial.refined import refined
+from knotwork.spline.polynomial.two_point import raised, two_point_coefficients
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 LOSSLESS = 1e-12

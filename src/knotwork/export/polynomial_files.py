@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.export.packages import needed
 from knotwork.export.samples import npz_bytes
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

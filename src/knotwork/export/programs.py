@@ -35,7 +35,7 @@ from knotwork.export.straight import (
     from_horizontal,
     straight_points,
 )
-from knotwork.trajectory import Event, JointTrajectory
+from knotwork.spline.trajectory import Event, JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import numpy as np
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.errors.arguments import finite_number, flag
 from knotwork.export.lossless import Points, motion_points
-from knotwork.storage import to_csv
-from knotwork.trajectory import JointTrajectory
+from knotwork.files.storage import to_csv
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 DEGREES = 180.0 / math.pi
@@ -38,7 +38,7 @@ def to_pvt(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        degrees: This and the others are described at `knotwork.trajectory.exportable.DriveOptions`.
+        degrees: This and the others are described at `knotwork.spline.trajectory.exportable.DriveOptions`.
         scale: Drive units per rad (deg, m) by joint name.
         offset: Position of the drive at joint position 0, by joint name.
         incremental: Give times since the previous row.

@@ -27,12 +27,12 @@ from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.packages import needed
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from knotwork.trajectory.exportable import MessageOptions
+    from knotwork.spline.trajectory.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
 LONGEST = 2**31 - 1
@@ -88,7 +88,7 @@ def ros2_dict(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        options: See `knotwork.trajectory.exportable.MessageOptions`.
+        options: See `knotwork.spline.trajectory.exportable.MessageOptions`.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.

@@ -16,15 +16,15 @@ from knotwork.errors import InputError
 from knotwork.export.lossless import Points
 from knotwork.export.packages import needed
 from knotwork.export.table import MotionTable, motion_table
+from knotwork.files.storage import to_csv as columns_to_csv
+from knotwork.files.storage import to_json as json_text
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.storage import to_csv as columns_to_csv
-from knotwork.storage import to_json as json_text
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from knotwork.trajectory.exportable import TableOptions
+    from knotwork.spline.trajectory.exportable import TableOptions
 
 JSON_FORMAT = "knotwork.samples"
 

@@ -12,9 +12,9 @@ import numpy as np
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import finite_number
 from knotwork.export.lossless import MOST_POINTS, largest_difference
-from knotwork.polynomial.extrema import candidates
-from knotwork.polynomial.two_point import two_point_coefficients
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial.extrema import candidates
+from knotwork.spline.polynomial.two_point import two_point_coefficients
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.export.straight import STRAIGHT, Positions, from_horizontal, straight_points
-from knotwork.storage import to_csv
-from knotwork.trajectory import JointTrajectory
+from knotwork.files.storage import to_csv
+from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

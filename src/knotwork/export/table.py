@@ -13,8 +13,8 @@ from knotwork.errors.arguments import flag
 from knotwork.export.labels import labels_at
 from knotwork.export.lossless import Points, motion_points
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.trajectory import JointTrajectory
-from knotwork.trajectory.sampling import sample_times
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.spline.trajectory.sampling import sample_times
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def motion_table(
     Args:
         motion: The motion; for knots, also points of it from `motion_points`.
         rate: This and the others are described at
-            `knotwork.trajectory.exportable.TableOptions` [Hz].
+            `knotwork.spline.trajectory.exportable.TableOptions` [Hz].
         knots_only: Take the knots instead of samples.
         accelerations: Include accelerations at the knots.
         fit: Tolerance of the motion for knots [rad or m].

@@ -24,7 +24,7 @@ from knotwork.errors.plain_text import called
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
 from knotwork.export.straight import bound_text, refuse_moving
-from knotwork.trajectory import Event, JointTrajectory, Load
+from knotwork.spline.trajectory import Event, JointTrajectory, Load
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

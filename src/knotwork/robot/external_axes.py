@@ -14,9 +14,9 @@ from xml.dom.minidom import Element
 import numpy as np
 from pydantic import model_validator
 
-from knotwork.documents import StrictModel, Text
-from knotwork.documents.values import Interval, Positive, Vector3, optional
 from knotwork.errors import InputError, did_you_mean
+from knotwork.files.documents import StrictModel, Text
+from knotwork.files.documents.values import Interval, Positive, Vector3, optional
 from knotwork.robot.urdf_rules import child_elements, elements_by_name, link_of
 from knotwork.waypoints import FloatArray
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from knotwork.documents import Number, StrictModel, Text
-from knotwork.documents.values import LimitsFile, optional
+from knotwork.files.documents import Number, StrictModel, Text
+from knotwork.files.documents.values import LimitsFile, optional
 from knotwork.robot.external_axes import ExternalAxis
 
 

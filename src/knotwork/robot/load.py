@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.documents import Document, read, resources, validate
 from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.files.documents import Document, read, resources, validate
 from knotwork.robot.description import Description
 from knotwork.robot.external_axes import Axes
 from knotwork.robot.file import RobotFile

@@ -14,8 +14,8 @@ from xml.dom.minidom import Element
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import parse_xml, read_text
 from knotwork.errors import InputError, shown
+from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements

@@ -18,8 +18,8 @@ from xml.dom.minidom import Document, Element
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import parse_xml, read_text
 from knotwork.errors import InputError, RobotError
+from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, invert_to_root
 from knotwork.robot.urdf_rules import (
     check_tree,

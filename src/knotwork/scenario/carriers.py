@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import Location, Places
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
 from knotwork.units import Units

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.documents import Location, Places
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.scenario import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.spline.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import switched
-from knotwork.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.documents import Location, Places
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.endless import EndlessCurve
+from knotwork.files.documents import Location, Places
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import EndlessCurve
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import FrameMotion
 from knotwork.tool_paths.moving_frame import MovingFrame
-from knotwork.trajectory import JointTrajectory
 
 FRAME_JOINTS = {
     "x": ("m", "x"),
@@ -77,8 +77,8 @@ def _move_by_file(
 
 
 def _read_motion(path: Path) -> JointTrajectory:
-    from knotwork.documents.csv_rows import read_rows
-    from knotwork.foreign.trajectory_files import CSV, read_trajectory
+    from knotwork.files.documents.csv_rows import read_rows
+    from knotwork.files.foreign.trajectory_files import CSV, read_trajectory
 
     names = list(FRAME_JOINTS)
     if path.suffix.lower() in CSV:

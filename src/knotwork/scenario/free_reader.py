@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.documents import Location, Places
 from knotwork.errors.plain_text import nameless
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-from knotwork.documents import Location, Places
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.scenario import ScenarioPath
 from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint, Torch
 from knotwork.task.poses import Velocity

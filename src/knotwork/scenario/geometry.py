@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import Location, Places
 from knotwork.errors import PathError, did_you_mean
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.frame_motion import move_frame
 from knotwork.task import Frame, Placement, SeamTorch
 from knotwork.tool_paths.moving_frame import MovingFrame

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from knotwork import tool_paths
-from knotwork.documents import Places
 from knotwork.errors import InputError, PathError
+from knotwork.files.documents import Places
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint, PoseWaypoint, Torch
 from knotwork.tool_paths import Curve, OrientationCurve
 from knotwork.tool_paths.rotations import carried_along, logarithm

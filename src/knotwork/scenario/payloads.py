@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.documents import Location, Places
-from knotwork.polynomial.refined import part
+from knotwork.files.documents import Location, Places
 from knotwork.robot.payload import Payload, payload_fault
 from knotwork.scenario.scenario import Scenario
+from knotwork.spline.polynomial.refined import part
+from knotwork.spline.trajectory import Load
 from knotwork.task import HeldObject, Tool
-from knotwork.trajectory import Load
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.trajectory import JointTrajectory
+    from knotwork.spline.trajectory import JointTrajectory
 
 
 def read_payload(part: Tool | HeldObject, places: Places, place: Location) -> Payload | None:

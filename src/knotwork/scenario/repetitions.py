@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.documents import Location, Places
 from knotwork.errors import did_you_mean
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.scenario import Scenario
 from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.tool_paths.points_file import read_points

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork import documents
-from knotwork.documents import Location, Places
 from knotwork.errors import shown
+from knotwork.files import documents
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.event_reader import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.payloads import read_payload

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from knotwork.documents import Location, Places
 from knotwork.errors import DocumentError, InputError
+from knotwork.files.documents import Location, Places
 from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
+from knotwork.spline.trajectory.motion_events import Event
 from knotwork.task.tool_and_limits import Limits
-from knotwork.trajectory.motion_events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.asked_timing import AskedTiming
+    from knotwork.spline.trajectory import JointTrajectory
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
     from knotwork.tool_paths.weave import WeavePattern
-    from knotwork.trajectory import JointTrajectory
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Scenario:
         branch: `"free"`; `"keep"`, changed only where speeds require it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
         planner: Name of the planner, optionally with a rule after a colon.
-        knots: As for `knotwork.interpolation`: `"paper"`, `"balanced"`, the constant of
+        knots: As for `knotwork.spline.interpolation`: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.

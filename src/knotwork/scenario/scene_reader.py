@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.documents import Location
 from knotwork.errors import did_you_mean
+from knotwork.files.documents import Location
 from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scenario import ScenarioWaypoint
 from knotwork.scenario.scene_model import (

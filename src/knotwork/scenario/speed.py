@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import Places
+from knotwork.files.documents import Places
 from knotwork.task import Task
 from knotwork.waypoints import FloatArray
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.documents import Location, Places
 from knotwork.errors.plain_text import nameless
+from knotwork.files.documents import Location, Places
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.freedoms_reader import freedom_of, read_freedoms
 from knotwork.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint

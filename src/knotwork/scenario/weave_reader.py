@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import DocumentError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.endless import EndlessCurve
-from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.scenario.path_curves import PathCurves
 from knotwork.scenario.scenario import ToleranceSet
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import EndlessCurve
+from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath

@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import Places
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.endless import EndlessCurve
+from knotwork.files.documents import Places
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
 from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
@@ -27,6 +25,8 @@ from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
 from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 
 WRONG_UNIT_RATIO = 20.0

@@ -10,12 +10,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.endless import EndlessCurve, side_by_side
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import EndlessCurve, side_by_side
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.waypoints import FloatArray
 

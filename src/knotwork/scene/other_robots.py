@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
-from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
 from knotwork.scenario import PlacedRobot, load_scenario
+from knotwork.spline.polynomial.endless import EndlessCurve
 
 if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from knotwork.documents import Places
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.files.documents import Places
 from knotwork.robot import Robot
 from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body

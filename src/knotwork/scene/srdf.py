@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-from knotwork.documents import parse_xml, read_text
 from knotwork.errors import DocumentError, InputError
+from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements
 

@@ -8,9 +8,9 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
-from knotwork.documents import Document, Edits
 from knotwork.errors import InputError
 from knotwork.export.packages import needed
+from knotwork.files.documents import Document, Edits
 from knotwork.sweeps.child import (
     Child,
     ChildCrashedError,

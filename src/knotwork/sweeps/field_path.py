@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from knotwork.documents import Document, Edits, Location, edited, field_path, validate
 from knotwork.errors import InputError, did_you_mean
+from knotwork.files.documents import Document, Edits, Location, edited, field_path, validate
 from knotwork.scenario import Scenario, resolved
 from knotwork.task import Task
 

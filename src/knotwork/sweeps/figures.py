@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from knotwork.errors import UnknownNameError
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.metrics import squared_effort
+from knotwork.verification.metrics import squared_effort
 
 if TYPE_CHECKING:
-    from knotwork.pipeline import Plan
+    from knotwork.planning import Plan
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from knotwork import storage
-from knotwork.documents import read_text
 from knotwork.errors import InputError
+from knotwork.files import storage
+from knotwork.files.documents import read_text
 from knotwork.sweeps.outcome import Outcome
 from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from_dict
 

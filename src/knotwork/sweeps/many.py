@@ -9,7 +9,7 @@ from typing import Any
 
 from knotwork.errors import InputError, KnotworkError, shown
 from knotwork.errors.arguments import finite_number
-from knotwork.pipeline import Plan, plan
+from knotwork.planning import Plan, plan
 from knotwork.scenario import Scenario
 from knotwork.sweeps.child import (
     Child,

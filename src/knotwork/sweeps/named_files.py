@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.documents import read, read_text
 from knotwork.errors import InputError
+from knotwork.files.documents import read, read_text
 from knotwork.scene.meshes.locating import find_mesh
 
 LARGEST_FILE = 500_000_000

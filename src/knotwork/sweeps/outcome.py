@@ -7,8 +7,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from knotwork import errors
-from knotwork.documents import Document, Edits, Location
-from knotwork.pipeline import Plan, plan
+from knotwork.files.documents import Document, Edits, Location
+from knotwork.planning import Plan, plan
 from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.shared_rest import row_figures
 

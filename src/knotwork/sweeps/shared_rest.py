@@ -15,10 +15,10 @@ from dataclasses import replace
 from functools import cache, partial
 from itertools import groupby
 
-from knotwork.documents import Location
-from knotwork.pipeline import Plan
-from knotwork.polynomial.refined import part
+from knotwork.files.documents import Location
+from knotwork.planning import Plan
 from knotwork.scenario import ScenarioWaypoint
+from knotwork.spline.polynomial.refined import part
 from knotwork.sweeps.figures import FIGURES, RowFigure
 from knotwork.verification.bounds.clearance import PARTS
 from knotwork.verification.checked_motion import Motion

@@ -9,9 +9,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from knotwork.documents import REMOVED, Document, Edits, Location, field_path, read, resources
-from knotwork.documents.edits import differences, flow
 from knotwork.errors import InputError, shown
+from knotwork.files.documents import REMOVED, Document, Edits, Location, field_path, read, resources
+from knotwork.files.documents.edits import differences, flow
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.sweeps.field_path import location_of
 from knotwork.sweeps.figures import FIGURES

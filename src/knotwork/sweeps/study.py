@@ -9,9 +9,9 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knotwork import storage
 from knotwork.errors import InputError
-from knotwork.pipeline import plan
+from knotwork.files import storage
+from knotwork.planning import plan
 from knotwork.scenario import Scenario
 from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
@@ -160,7 +160,7 @@ class Study:
             InputError: The study has no such row, no motion with times to write was found,
                 or the file can't be written.
         """
-        from knotwork.choosing import saved_text
+        from knotwork.planning.choosing import saved_text
 
         scenario, target = self.scenario(row), Path(path)
         chosen = plan(scenario).chosen if scenario.free is not None else None

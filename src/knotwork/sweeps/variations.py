@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.documents import parse
-from knotwork.documents.csv_rows import read_rows
 from knotwork.errors import DocumentError, InputError, shown
+from knotwork.files.documents import parse
+from knotwork.files.documents.csv_rows import read_rows
 
 ACCEPTED = "a range FROM:TO:COUNT, values separated by commas, or uniform(FROM, TO) with samples"
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"

@@ -13,7 +13,14 @@ from pydantic import (
     model_validator,
 )
 
-from knotwork.documents.values import LARGEST_NUMBER, Forms, Number, Positive, Several, optional
+from knotwork.files.documents.values import (
+    LARGEST_NUMBER,
+    Forms,
+    Number,
+    Positive,
+    Several,
+    optional,
+)
 from knotwork.task.task_part import TaskPart
 
 # Shorter waits are indistinguishable from rounding of times.

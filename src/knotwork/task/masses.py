@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from knotwork.documents.values import LARGEST_NUMBER, Number, optional
+from knotwork.files.documents.values import LARGEST_NUMBER, Number, optional
 from knotwork.task.task_part import TaskPart
 
 Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork import documents
-from knotwork.documents import Document, Location, resources
 from knotwork.errors import InputError
+from knotwork.files import documents
+from knotwork.files.documents import Document, Location, resources
 from knotwork.task.task_part import plain
 
 PATH_KEYS = frozenset(

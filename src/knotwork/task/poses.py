@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from knotwork.documents import Text
-from knotwork.documents.values import Items, Number, Vector3, Vector4, optional
+from knotwork.files.documents import Text
+from knotwork.files.documents.values import Items, Number, Vector3, Vector4, optional
 from knotwork.task.task_part import TaskPart
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)

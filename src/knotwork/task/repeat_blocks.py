@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from knotwork.documents import Text
-from knotwork.documents.values import Forms, Several, optional
+from knotwork.files.documents import Text
+from knotwork.files.documents.values import Forms, Several, optional
 from knotwork.task.poses import Frame
 from knotwork.task.surroundings import HeldObject
 from knotwork.task.task_part import TaskPart

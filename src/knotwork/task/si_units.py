@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from typing import Any, TypeVar
 
-from knotwork.documents import Location, description_of
+from knotwork.files.documents import Location, description_of
 from knotwork.task.task import Task, TaskUnits
 from knotwork.task.task_part import TaskPart
 

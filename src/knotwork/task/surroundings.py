@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
-from knotwork.documents import Text
-from knotwork.documents.values import (
+from knotwork.files.documents import Text
+from knotwork.files.documents.values import (
     LARGEST_NUMBER,
     Forms,
     Items,

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from knotwork import storage
-from knotwork.documents import Document, Text, edited, validate
-from knotwork.documents.edits import block
-from knotwork.documents.values import (
+from knotwork.files import storage
+from knotwork.files.documents import Document, Text, edited, validate
+from knotwork.files.documents.edits import block
+from knotwork.files.documents.values import (
     Forms,
     Items,
     JointsOrName,

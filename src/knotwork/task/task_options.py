@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from knotwork.documents.values import Forms, Number, Positive, Several, optional
+from knotwork.files.documents.values import Forms, Number, Positive, Several, optional
 from knotwork.task.task_part import TaskPart
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from pydantic import ConfigDict
 
-from knotwork.documents import Document, StrictModel, validate
+from knotwork.files.documents import Document, StrictModel, validate
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from knotwork.documents import Text
-from knotwork.documents.values import (
+from knotwork.files.documents import Text
+from knotwork.files.documents.values import (
     Forms,
     JointMap,
     JointsOrName,

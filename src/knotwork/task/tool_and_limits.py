@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from knotwork.documents import Text
-from knotwork.documents.values import Forms, LimitsFile, Positive, Several, Vector3, optional
+from knotwork.files.documents import Text
+from knotwork.files.documents.values import Forms, LimitsFile, Positive, Several, Vector3, optional
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.open_values import FreePose
 from knotwork.task.poses import Placement

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from knotwork.documents.values import Items, Positive, Vector3, optional
+from knotwork.files.documents.values import Items, Positive, Vector3, optional
 from knotwork.task.task_part import TaskPart
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.polynomial.endless import EndlessCurve
+from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.waypoints import FloatArray
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.documents.csv_rows import Rows, is_number, read_rows
 from knotwork.errors import DocumentError, Problem, did_you_mean
+from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
 from knotwork.tool_paths.curve import SAME_POINT
 from knotwork.waypoints import FloatArray
 

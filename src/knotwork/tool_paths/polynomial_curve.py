@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import differentiate, horner, to_bernstein
-from knotwork.polynomial.refined import refined
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import differentiate, horner, to_bernstein
+from knotwork.spline.polynomial.refined import refined
 from knotwork.tool_paths.curve import Curve, checked_order, sorted_ends
 from knotwork.waypoints import FloatArray
 

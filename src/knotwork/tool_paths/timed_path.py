@@ -7,7 +7,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
-from knotwork.polynomial.endless import EndlessCurve
+from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.tool_paths.moving_frame import MovingFrame, ToolMotion, add_weave
 from knotwork.tool_paths.timing_profile import Timing
 from knotwork.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath

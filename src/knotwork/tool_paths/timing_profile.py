@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, RampError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import horner
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
 
 RAMP_TOLERANCE = 1e-9

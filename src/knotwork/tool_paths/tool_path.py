@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import CornerError, PathError
-from knotwork.polynomial.distinct import distinct
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.curve import Curve, checked_order, geometry_error, point_text, sorted_ends
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.waypoints import FloatArray

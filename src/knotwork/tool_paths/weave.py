@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.polynomial.distinct import distinct
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.curve import Curve
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.tool_paths.seam import seam_frames

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from knotwork.errors.plain_text import called
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 
 AT_WAYPOINT = 1e-6
 """Times within this of a waypoint [s] are at the waypoint."""

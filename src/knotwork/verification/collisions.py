@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import absurdity

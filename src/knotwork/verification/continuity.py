@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.remedies import rounded_corner

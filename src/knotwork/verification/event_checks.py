@@ -11,7 +11,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.event_reader import segments
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scenario.scenario import AskedEvent
-from knotwork.trajectory.motion_events import Event
+from knotwork.spline.trajectory.motion_events import Event
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.waypoint_checks import TIME_ROUNDING

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.jumps import measured_jumps
 from knotwork.units import Units
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Proof, judged

@@ -8,9 +8,9 @@ from bisect import bisect_right
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.polynomial.least_durations import feasible_durations
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial.least_durations import feasible_durations
 from knotwork.units import rounded_up
 from knotwork.verification.checked_motion import Motion, between
 from knotwork.verification.finding import Finding

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.distinct import distinct
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.finding import Finding
 from knotwork.verification.remedies import rounded_corner

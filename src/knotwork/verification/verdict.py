@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import Finding

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.errors.plain_text import called
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.refined import part
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.waypoint_checks import worst_joint

@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.collision_model import CollisionModel, Pair
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
 from knotwork.verification.collisions import motion_model
 from knotwork.waypoints import FloatArray

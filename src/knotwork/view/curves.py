@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import critical_points, horner
-from knotwork.polynomial.jumps import measured_jumps
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import critical_points, horner
+from knotwork.spline.polynomial.jumps import measured_jumps
 from knotwork.waypoints import FloatArray
 
 # Points of a whole curve, and the least and most of one piece.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import read_text
+from knotwork.files.documents import read_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report

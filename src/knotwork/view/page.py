@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
-from knotwork.storage import write_file
+from knotwork.files.storage import write_file
 from knotwork.view.picture_files import checked_page_path
 
 if TYPE_CHECKING:

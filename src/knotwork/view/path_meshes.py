@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.metrics.deviation import deviation_from_path
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.verification.metrics.deviation import deviation_from_path
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
 from knotwork.view.scene_parts import SceneParts

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
-from knotwork.storage import write_file
+from knotwork.files.storage import write_file
 from knotwork.view.style import NIGHT, settings
 
 if TYPE_CHECKING:

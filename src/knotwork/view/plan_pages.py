@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from knotwork.robot import Robot
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.page import Page, scene_page
 from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import PlanLike, ShownMotion

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.trajectory.sampling import sample_times
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.view.base_joints import base_joints
 from knotwork.view.known_joints import known_positions

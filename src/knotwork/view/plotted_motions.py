@@ -9,7 +9,7 @@ from typing import Any
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.scenario import Scenario
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import DASHES
 

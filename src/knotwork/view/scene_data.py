@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import check
 from knotwork.view.arm_at_waypoints import find_stops
 from knotwork.view.base_joints import base_joints, drawn_joints

@@ -11,13 +11,13 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
 from knotwork.scene.collision_model import CollisionModel
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import PlainTask
-from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_short_text

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.page import Page, asset, frame, json_in_html, rendered, scene_page
 from knotwork.view.scene_data import scene_of
 from knotwork.view.shown_motion import PlanLike

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import arrow, frame_along, tube
 from knotwork.waypoints import CartesianWaypoint, FloatArray

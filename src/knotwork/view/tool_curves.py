@@ -10,15 +10,15 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.joint_quantities import rate_unit
-from knotwork.metrics.deviation import (
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, ScenarioPath, Stretch
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.verification.metrics.deviation import (
     deviation_from_line,
     deviation_from_path,
     speed_along_path,
     straight_legs,
 )
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, singular_values
 from knotwork.view.shown_motion import ShownMotion

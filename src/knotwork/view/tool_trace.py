@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares

@@ -23,8 +23,8 @@ from knotwork.kinematics.following.limiting_constraint import (
     limiting_constraint,
 )
 from knotwork.kinematics.following.steps import Stages, take_step
-from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.path_proof import (
     PathTolerance,
     check_tolerance,
     proved_tolerance_use,
 )
-from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
+from knotwork.spline.interpolation import ModifiedHermiteSpline
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.kinematics.chain.velocity import joint_scales, solve_velocities
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 

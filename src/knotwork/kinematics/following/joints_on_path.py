@@ -22,10 +22,10 @@ from knotwork.kinematics.following.limiting_constraint import (
     limiting_constraint,
 )
 from knotwork.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.distinct import distinct
-from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.robot import Robot
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.distinct import distinct
+from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 

@@ -21,9 +21,9 @@ from knotwork.kinematics.chain.velocity import joint_scales
 from knotwork.kinematics.following.joint_field import Guide
 from knotwork.kinematics.sequence.nearness import LIMIT_MARGIN, singular_nearness
 from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray, IndexArray

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.errors import PathError
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths import TimedPath
 from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds, path_rounding
 from knotwork.waypoints import FloatArray

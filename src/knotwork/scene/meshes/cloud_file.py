@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.documents.csv_rows import read_rows
 from knotwork.errors import InputError
+from knotwork.files.documents.csv_rows import read_rows
 from knotwork.scene.meshes.ply_file import read_ply
 from knotwork.scene.meshes.size_limits import FARTHEST_POINT, read_bounded
 from knotwork.waypoints import FloatArray

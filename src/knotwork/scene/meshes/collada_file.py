@@ -17,8 +17,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
+from knotwork.files.documents import check_xml
 from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.size_limits import (
     MOST_COLLADA_ELEMENTS,

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.polynomial.distinct import distinct
 from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.obj_file import read_obj
 from knotwork.scene.meshes.ply_file import read_off, read_ply
 from knotwork.scene.meshes.size_limits import FARTHEST_POINT, check_triangles, read_bounded
 from knotwork.scene.meshes.stl_file import read_stl
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.waypoints import FloatArray
 
 MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")

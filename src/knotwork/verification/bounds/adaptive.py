@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import differentiate, horner
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import differentiate, horner
 from knotwork.verification.bounds.division import first_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray

@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import nearer_than
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 Placed: TypeAlias = tuple[FloatArray, FloatArray]

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
 from knotwork.verification.bounds.link_motion import carried, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds

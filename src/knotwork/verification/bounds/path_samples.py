@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths.path_progress import progress
 from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.errors.arguments import finite_number
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import Maximum
 
 

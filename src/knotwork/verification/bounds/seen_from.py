@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.endless import side_by_side
 from knotwork.robot.joint_tree import JointTree, join_trees, serial
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import side_by_side
 from knotwork.tool_paths.moving_frame import KnownJoints
 
 

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.path_rows import PathRows, path_rows
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch

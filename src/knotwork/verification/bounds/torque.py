@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
 from knotwork.verification.bounds.derivatives import product, turning
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion

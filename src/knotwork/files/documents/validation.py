@@ -1,0 +1,175 @@
+"""Plain data against a model, with the place of every problem."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Iterable
+from typing import Any, NamedTuple, TypeVar, cast
+
+from pydantic import BaseModel, ValidationError
+
+from knotwork.errors import DocumentError, Problem, did_you_mean, shown
+from knotwork.files.documents.document import Document, Location
+from knotwork.files.documents.values import StrictModel
+from knotwork.files.documents.words import SAY_WHAT_IS_ACCEPTED, hint, problem_words
+
+ModelT = TypeVar("ModelT", bound=StrictModel)
+
+MOST_PROBLEMS = 1_000
+"""Number of problems that are reported."""
+
+
+def validate(model: type[ModelT], document: Document, instance: ModelT | None = None) -> ModelT:
+    """Check a document against a model and return the model's instance.
+
+    Args:
+        model: The model.
+        document: Data to check.
+        instance: An empty instance to fill in, in place of a new one.
+
+    Raises:
+        DocumentError: There are problems; the first `MOST_PROBLEMS` are listed.
+    """
+    if not isinstance(document.data, dict):
+        raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
+    try:
+        checked = model.__pydantic_validator__.validate_python(
+            document.data, self_instance=instance
+        )
+    except ValidationError as error:
+        found = [dict(item) for item in error.errors(include_url=False)]
+    else:
+        return cast(ModelT, checked)
+    many = len(found) > MOST_PROBLEMS
+    found = [item for item in found if not _long_enough(item)]
+    problems = [_problem(model, document, item) for item in found[:MOST_PROBLEMS]]
+    problems.sort(key=lambda problem: problem.line or 0)
+    raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
+
+
+def _long_enough(item: dict[str, Any]) -> bool:
+    """Whether a list counts as too short only because of wrong items, also reported."""
+    return item["type"] == "too_short" and not len(item["input"]) < item["ctx"]["min_length"]
+
+
+def description_of(model: type[BaseModel], data: Any, location: Location) -> str:
+    """The description of the field at a location of a model's data."""
+    return _resolve(model, data, location).description or ""
+
+
+class _Place(NamedTuple):
+    """The place of an error in the data, and its possible models.
+
+    Attributes:
+        location: Keys and indices.
+        owners: Models that may own the last key.
+        inner: Possible models of the place itself.
+        description: Description of the last field on the path, or `None`.
+        above: Each place on the path with keys, and its keys.
+    """
+
+    location: Location
+    owners: list[type[BaseModel]]
+    inner: list[type[BaseModel]]
+    description: str | None
+    above: list[tuple[Location, list[str | int]]]
+
+
+def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
+    place = _resolve(model, document.data, item["loc"])
+    kind, value = item["type"], item["input"]
+    accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(place.description)
+    if item["loc"][-1:] == ("[key]",):
+        words = "a name is empty" if value == "" else f"the key {shown(value)} must be text"
+        accepted = "text of one character or more" if value == "" else ""
+    elif kind == "extra_forbidden":
+        words = "unknown key"
+        accepted = _owner_of_key(place, document) or did_you_mean(
+            place.location[-1], sorted(_keys(place.owners))
+        )
+    elif kind == "missing":
+        words = "is missing and must be given"
+    else:
+        words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
+        if kind == "model_type":
+            accepted = _owner_of_key(place, document) or (
+                f"accepted: {', '.join(_keys(place.inner))}"
+            )
+    location = place.location
+    return Problem(document.line(location), document.path(location), words, accepted)
+
+
+def _owner_of_key(place: _Place, document: Document) -> str:
+    """Name the enclosing mapping that accepts the last key, or return an empty text."""
+    *around, key = place.location
+    having = [where for where, keys in place.above if key in keys]
+    if not having or having[-1] == tuple(around):
+        return ""
+    where = document.path(having[-1]) or "the file itself"
+    return f"{key} is a key of {where}"
+
+
+def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
+    """Find pydantic's place of an error, without its names for parts of a union."""
+    location: list[str | int] = []
+    inner: list[Any] = [model]
+    owners: list[type[BaseModel]] = [model]
+    description: str | None = None
+    above: list[tuple[Location, list[str | int]]] = []
+    for position, part in enumerate(loc):
+        inside = (isinstance(data, dict) and part in data) or (
+            isinstance(data, list) and isinstance(part, int) and part < len(data)
+        )
+        models = [kind for kind in inner if _is_model(kind)]
+        known = isinstance(data, dict) and part in _keys(models)
+        if not inside and not (known and position == len(loc) - 1):
+            inner = [kind for kind in models if kind.__name__ == part] or inner
+            continue
+        above.append((tuple(location), list(_keys(models))))
+        location.append(part)
+        owners = models or owners
+        for owner in models:
+            description = _fields(owner).get(part, (None, description))[1]
+        inner = _children(inner, part)
+        data = data[part] if inside else None
+    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], description, above)
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _fields(model: type[BaseModel]) -> dict[str | int, tuple[Any, str | None]]:
+    """Type and description by key."""
+    return {
+        str(key): (info.annotation, info.description)
+        for name, info in model.model_fields.items()
+        for key in getattr(info.validation_alias, "choices", [info.validation_alias or name])
+    }
+
+
+def _keys(models: Iterable[type[BaseModel]]) -> list[str]:
+    return list(dict.fromkeys(str(key) for model in models for key in _fields(model)))
+
+
+def _flat_types(kind: Any) -> list[Any]:
+    """Expand unions and annotations."""
+    if typing.get_origin(kind) is typing.Annotated:
+        return _flat_types(typing.get_args(kind)[0])
+    if typing.get_origin(kind) in (typing.Union, types.UnionType):
+        return [one for part in typing.get_args(kind) for one in _flat_types(part)]
+    return [kind]
+
+
+def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
+    """Types of the values under a key or index of some types."""
+    children: list[Any] = []
+    for kind in kinds:
+        if _is_model(kind):
+            children += [_fields(kind)[part][0]] if part in _fields(kind) else []
+        elif typing.get_origin(kind) is dict:
+            children.append(typing.get_args(kind)[1])
+        else:
+            children += [item for item in typing.get_args(kind) if item is not Ellipsis]
+    return [one for child in children for one in _flat_types(child)]

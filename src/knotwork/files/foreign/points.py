@@ -1,0 +1,252 @@
+"""Trajectories of other tools as mappings: ROS 2's JointTrajectory, and plain JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AliasChoices, BeforeValidator, Field
+
+from knotwork.errors import DocumentError
+from knotwork.files.documents import (
+    Document,
+    Finite,
+    Location,
+    Positive,
+    StrictModel,
+    Text,
+    validate,
+)
+from knotwork.files.documents.values import Forms
+from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
+from knotwork.files.foreign.unit_words import in_si
+
+QUANTITY_KEYS: dict[str, tuple[str, ...]] = {
+    "time": ("time_from_start", "time", "times", "t"),
+    "position": ("positions", "position", "q"),
+    "velocity": ("velocities", "velocity", "qd"),
+    "acceleration": ("accelerations", "acceleration", "qdd"),
+}
+"""Keys under which a mapping may give each quantity."""
+
+NANOSECONDS = 1_000_000_000
+MOST_SECONDS = 2**32
+
+WRAPPERS = ("goal", "trajectory", "joint_trajectory")
+"""Keys of messages: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
+
+_NAME_KEYS = ("joint_names", "joints", "names", "name")
+_OTHER_MOTIONS = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
+_UNUSED = (
+    *("header", "format", "version", "planner", "note", "units", "description"),
+    *("effort", "efforts", "jerk", "jerks", *_OTHER_MOTIONS),
+    *("path_tolerance", "goal_tolerance", "goal_time_tolerance"),
+    *("component_path_tolerance", "component_goal_tolerance"),
+    # MoveIt's messages around a trajectory
+    *("model_id", "trajectory_start", "group_name", "planning_time", "error_code"),
+    "controller_names",
+    # cuRobo's JointState
+    *("knot", "knot_dt", "control_space", "aux_data", "device_cfg", "tensor_args"),
+    *("tool_position", "tool_quaternion", "tool_linear_velocity", "tool_angular_velocity"),
+)
+
+
+class _Duration(StrictModel):
+    """A duration of ROS."""
+
+    sec: Annotated[int, Field(strict=True, ge=-MOST_SECONDS, le=MOST_SECONDS)] = Field(
+        default=0, validation_alias=AliasChoices("sec", "secs")
+    )
+    nanosec: Annotated[int, Field(strict=True, ge=0, lt=NANOSECONDS)] = Field(
+        default=0, validation_alias=AliasChoices("nanosec", "nsecs", "nsec")
+    )
+
+
+def _unbatched(value: Any) -> Any:
+    """The rows of a batch of one; any other value unchanged."""
+    while isinstance(value, list) and len(value) == 1 and isinstance(value[0], list):
+        if not (value[0] and isinstance(value[0][0], list)):
+            break
+        value = value[0]
+    return value
+
+
+def _single(value: Any) -> Any:
+    return value[0] if isinstance(value, list) and len(value) == 1 else value
+
+
+def _quantity(name: str, *, required: bool) -> Any:
+    keys = AliasChoices(*QUANTITY_KEYS[name])
+    return Field(validation_alias=keys) if required else Field(default=(), validation_alias=keys)
+
+
+_Time = Annotated[Finite | _Duration, Forms("a number of seconds, or sec and nanosec")]
+_Row = list[Finite]
+_Rows = Annotated[list[_Row], BeforeValidator(_unbatched)]
+
+
+class _Point(StrictModel):
+    """A point of a message; efforts and jerks are not used."""
+
+    effort: Any = Field(default=None, validation_alias=AliasChoices("effort", "efforts"))
+    jerk: Any = Field(default=None, validation_alias=AliasChoices("jerk", "jerks"))
+    time: _Time = _quantity("time", required=True)
+    position: _Row = _quantity("position", required=True)
+    velocity: _Row = _quantity("velocity", required=False)
+    acceleration: _Row = _quantity("acceleration", required=False)
+
+
+class _Points(StrictModel):
+    """A message with points."""
+
+    names: list[Text] = Field(validation_alias=AliasChoices(*_NAME_KEYS))
+    points: list[_Point]
+
+
+class _Arrays(StrictModel):
+    """Arrays with a row for each time, or each time step."""
+
+    names: list[Text] = Field(validation_alias=AliasChoices(*_NAME_KEYS))
+    step: Annotated[Positive, BeforeValidator(_single)] | None = Field(
+        default=None, validation_alias=AliasChoices("dt", "interpolation_dt")
+    )
+    time: Annotated[list[_Time], BeforeValidator(_unbatched)] = _quantity("time", required=False)
+    position: _Rows = _quantity("position", required=True)
+    velocity: _Rows = _quantity("velocity", required=False)
+    acceleration: _Rows = _quantity("acceleration", required=False)
+
+
+def read_points(document: Document, joints: Joints, start_time: float) -> PointTable:
+    """Read points from a mapping.
+
+    Either as in ROS 2, `joint_names` and `points` with `positions`, `velocities`,
+    `accelerations` and `time_from_start` each (also inside a goal, or MoveIt's RobotTrajectory or
+    DisplayTrajectory); or as arrays, `joint_names`, `time` (or `dt`), `positions`, `velocities` and
+    `accelerations`, a row for each time, also in a batch of one.
+
+    Args:
+        document: The mapping. Times are in s, or `{sec, nanosec}`.
+        joints: The known joints; the file may list them in any order.
+        start_time: Added to times named `time_from_start` [s].
+
+    Raises:
+        DocumentError: A value is missing, unknown, of the wrong shape, or not a number; a joint is
+            missing or given twice.
+    """
+    motion = _unwrap(document)
+    has_points, columns = "points" in motion.data, dict[str, Any]()
+    if has_points:
+        message = validate(_Points, motion)
+        names, points = message.names, message.points
+        columns = {key: [getattr(point, key) for point in points] for key in QUANTITY_KEYS}
+    else:
+        arrays = validate(_Arrays, motion)
+        names = arrays.names
+        columns = {key: getattr(arrays, key) for key in QUANTITY_KEYS}
+        if not columns["time"] and arrays.step is not None:
+            columns["time"] = [start_time + i * arrays.step for i in range(len(arrays.position))]
+    _check_names(motion, names, joints)
+    order = [names.index(name) for name in joints.names]
+
+    def location(quantity: str, row: int | None) -> Location:
+        """Location of the values of a row, or of all rows."""
+        if has_points and (row is None or not quantity):
+            return ("points",)
+        part = motion.data["points"][row] if has_points else motion.data
+        keys = QUANTITY_KEYS[quantity or "time"]
+        key = next((key for key in keys if key in part), keys[0])
+        return ("points", row or 0, key) if has_points else (key, *(() if row is None else (row,)))
+
+    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
+        where = location(quantity, row if quantity else None)
+        where = where if joint is None else (*where, order[joint])
+        return lambda message, accepted: motion.error(where, message, accepted)
+
+    if not columns["time"] and not has_points:
+        raise motion.error(location("time", None), "is missing", "time and positions, or points")
+    count = len(columns["time"])
+    has, values = dict[str, Any](), dict[str, Any]()
+    for quantity in QUANTITIES:
+        rows = columns[quantity] or [()] * count
+        if len(rows) != count:
+            fault = f"has {len(rows)} rows"
+            raise motion.error(location(quantity, None), fault, f"{count}, as times")
+        has[quantity] = np.array([len(row) > 0 for row in rows], bool)
+        table = np.full((count, len(names)), np.nan)
+        for i, row in enumerate(rows):
+            if len(row) not in (len(names), 0 if quantity != "position" else -1):
+                fault = f"has {len(row)} values"
+                raise motion.error(location(quantity, i), fault, f"{len(names)}, as joint names")
+            table[i] = row if len(row) else np.nan
+        values[quantity] = table[:, order]
+    time = np.array([_seconds(value) for value in columns["time"]], float)
+    relative = [location("time", i)[-1 if has_points else 0] for i in range(count)]
+    time[[key == "time_from_start" for key in relative]] += start_time
+    return PointTable(joints, time, values, has, place)
+
+
+def _seconds(value: float | _Duration) -> float:
+    """A time [s]."""
+    if isinstance(value, _Duration):
+        return (value.sec * NANOSECONDS + value.nanosec) / NANOSECONDS
+    return value
+
+
+def _unwrap(document: Document) -> Document:
+    """The mapping of the points, without unused keys, in the mappings around it.
+
+    Raises:
+        DocumentError: There are several motions, units other than SI, or an unknown key around it.
+    """
+    data = document.data
+    if not isinstance(data, dict):
+        kind = type(data).__name__
+        raise document.error((), f"has a {kind}", "a mapping with joint_names and points")
+    _check_units(document, data.get("units"), ("units",))
+    for key in _OTHER_MOTIONS:
+        other = data.get(key)
+        if isinstance(other, dict) and (other.get("points") or other.get("joint_names")):
+            fault = "moves joints of several degrees of freedom, which is not supported"
+            raise document.error((key,), fault, "a file without it, or with an empty one")
+    wrapper = next((key for key in WRAPPERS if isinstance(data.get(key), dict | list)), "")
+    if not wrapper or "points" in data or any(name in data for name in _NAME_KEYS):
+        names = [key for key in _NAME_KEYS if isinstance(data.get(key), list)][:1]
+        used = {
+            key: data[key] for key in data if key not in (*_UNUSED, *_NAME_KEYS) or key in names
+        }
+        return replace(document, data=used)
+    for key in data:
+        if key not in (wrapper, *_UNUSED):
+            raise document.error((key,), "unknown key", f"{wrapper} alone")
+    motions = document.part((wrapper,))
+    if isinstance(motions.data, list) and len(motions.data) == 1:
+        motions = motions.part((0,))
+    if isinstance(motions.data, list):
+        fault = f"has {len(motions.data)} trajectories, but only one motion can be checked"
+        raise motions.error((), fault, "one")
+    return _unwrap(motions)
+
+
+def _check_units(document: Document, stated: Any, where: Location) -> None:
+    """Refuse units that are stated to be others than s, rad, m and so on: values are in these."""
+    if isinstance(stated, Mapping | list):
+        for key, unit in stated.items() if isinstance(stated, Mapping) else enumerate(stated):
+            _check_units(document, unit, (*where, key))
+    elif stated is not None and not (isinstance(stated, str) and in_si(stated)):
+        raise document.error(where, f"is {stated!r}", "s, rad or m, or these per s or s²")
+
+
+def _check_names(motion: Document, names: list[str], joints: Joints) -> None:
+    """Check that each joint is named exactly once."""
+    key = next(key for key in _NAME_KEYS if key in motion.data)
+    accepted = f"each of {', '.join(joints.names)} once, in any order"
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise motion.error((key, i), f"joint {name!r} is given twice", accepted)
+        if name not in joints.names:
+            raise motion.error((key, i), f"{joints.owner} has no joint {name!r}", accepted)
+    for name in joints.names:
+        if name not in names:
+            raise motion.error((key,), f"joint {name!r} is missing", accepted)

@@ -1,0 +1,73 @@
+"""Consistency of a plan's files: `report.json` states the digests of the others."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from knotwork.errors import DocumentError
+from knotwork.files import documents
+
+REPORT = "report.json"
+
+
+def digests(contents: Mapping[str, str]) -> dict[str, str]:
+    """SHA-256 of files by name, as in `report.json` under `files`.
+
+    >>> digests({"trajectory.json": "{}"})["trajectory.json"][:15]
+    'sha256:44136fa3'
+    """
+    return {name: _digest(content.encode()) for name, content in contents.items()}
+
+
+def _digest(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
+
+
+def set_disagreement(path: Path) -> str | None:
+    """Describe a file that differs from the one that its report was written with.
+
+    >>> paths = kw.plan("paper_case").save("motion")
+    >>> set_disagreement(Path("motion")) is None
+    True
+    >>> characters = Path("motion/trajectory.json").write_text("{}")
+    >>> set_disagreement(Path("motion"))
+    'is not the file that report.json next to it was written with: it was changed since'
+
+    Args:
+        path: A file, or a folder with a `trajectory.json`.
+    """
+    path = path / "trajectory.json" if path.is_dir() else path
+    try:
+        stated = _report_beside(path)["files"][path.name]
+        found = _digest(path.read_bytes())
+    except (OSError, LookupError, TypeError):
+        return None  # no report, or none of this file
+    if stated == found:
+        return None
+    return f"is not the file that {REPORT} next to it was written with: it was changed since"
+
+
+def stated_scenario(path: Path) -> str | None:
+    """Name or path of the scenario that the report in a plan's folder states.
+
+    Args:
+        path: A trajectory, or a folder with a `trajectory.json`.
+    """
+    folder = path if path.is_dir() else path.parent
+    try:
+        stated = _report_beside(folder / "trajectory.json")["scenario_file"]
+    except (LookupError, TypeError):
+        return None
+    return stated if isinstance(stated, str) else None
+
+
+def _report_beside(path: Path) -> Any:
+    """The report in the folder of a file; `None` without a readable one."""
+    try:
+        return json.loads(documents.read_text(path.parent / REPORT))
+    except (OSError, ValueError, RecursionError, DocumentError):
+        return None

@@ -1,0 +1,226 @@
+"""Stored trajectories, validated field by field."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from knotwork.errors import DocumentError, InputError, Problem
+from knotwork.files import documents
+from knotwork.files.documents import Document, Finite, StrictModel, Text
+from knotwork.files.storage.writing import KNOT_FIELDS
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import Event, JointTrajectory, Load, Segment
+from knotwork.waypoints import FloatArray
+
+# Stored knots and coefficients agree within this, relative to the scale of the values: both are
+# written with all their digits.
+KNOT_AGREEMENT = 1e-9
+# A hundred thousand waypoints of seven joints have half of this.
+MOST_TRAJECTORY_BYTES = 500_000_000
+MOST_STORED_VALUES = 25_000_000
+
+_Row = list[Finite]
+_Table = list[_Row]
+
+
+class _JointUnits(StrictModel):
+    time: Literal["s"] = "s"
+    joints: list[Literal["rad", "m"]]
+
+
+class _KnotTable(StrictModel):
+    time: _Row
+    position: _Table
+    velocity: _Table
+    acceleration: _Table
+
+
+class _TrajectoryFile(StrictModel):
+    """A joint trajectory: piece k is Σᵢ coefficients[i][k] (t − breaks[k])^(degree−i)."""
+
+    format: Literal["knotwork.spline.trajectory"]
+    version: Literal[1]
+    planner: str = ""
+    joint_names: Annotated[list[Text], Field(min_length=1)]
+    units: _JointUnits
+    waypoint_times: _Row | None = None
+    events: tuple[Event, ...] = ()
+    loads: tuple[Load, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    breaks: Annotated[_Row, Field(min_length=2)]
+    coefficients: Annotated[list[_Table], Field(min_length=1)]
+    knots: _KnotTable | None = None
+
+
+def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
+    """Make a trajectory from plain data in the format of `trajectory_to_dict`.
+
+    The coefficients define the curve; `knot_disagreement` reports knots that differ
+    from it.
+
+    >>> from knotwork import storage
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> trajectory_from_dict(storage.trajectory_to_dict(lift)).position(0.5)
+    array([0.5])
+
+    Raises:
+        DocumentError: A value is missing, unknown, not finite, of the wrong shape or out of
+            order.
+    """
+    document = data if isinstance(data, Document) else Document(dict(data))
+    if isinstance(document.data, dict) and "findings" in document.data:
+        raise document.error(
+            (), "is a report of a check, not a trajectory", "the trajectory.json next to it"
+        )
+    content = documents.validate(_TrajectoryFile, document)
+    joints, pieces = len(content.joint_names), len(content.breaks) - 1
+    coefficients = _array(document, ("coefficients",), content.coefficients, 3)
+    if coefficients.shape[1:] != (pieces, joints):
+        accepted = f"(degree + 1, {pieces} pieces, {joints} joints)"
+        raise document.error(("coefficients",), f"has shape {coefficients.shape}", accepted)
+    for i, (before, after) in enumerate(pairwise(content.breaks), 1):
+        if after <= before:
+            message = f"{after!r} is not greater than {before!r}, the previous one"
+            raise document.error(("breaks", i), message)
+    units, names = content.units.joints, content.joint_names
+    if len(units) != joints:
+        raise document.error(("units", "joints"), f"has {len(units)} entries", f"{joints}")
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise document.error(("joint_names", i), f"{name!r} is given twice", "each joint once")
+    field = "coefficients"
+    try:
+        polynomial = PiecewisePolynomial(coefficients, content.breaks)
+        field = "waypoint_times"
+        times = None if content.waypoint_times is None else np.array(content.waypoint_times)
+        return JointTrajectory(
+            tuple(names),
+            polynomial,
+            joint_units=tuple(units),
+            planner=content.planner,
+            waypoint_times=times,
+            events=content.events,
+            loads=content.loads,
+            segments=content.segments,
+        )
+    except InputError as error:
+        raise document.error((field,), str(error)) from error
+
+
+def _array(
+    document: Document, location: documents.Location, values: Any, dimensions: int
+) -> FloatArray:
+    try:
+        array = np.array(values, dtype=float)
+    except ValueError as error:
+        raise document.error(location, "has rows of different lengths") from error
+    if array.ndim != dimensions:
+        raise document.error(location, f"has {array.ndim} dimensions", f"{dimensions} dimensions")
+    return array
+
+
+def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None:
+    """Describe where the knots of a stored trajectory differ from its coefficients, if they do.
+
+    >>> from knotwork import storage
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> data = storage.trajectory_to_dict(lift)
+    >>> data["knots"]["position"][1] = [2.0]
+    >>> print(knot_disagreement(Document(data), lift))
+    knots.position[1][0] is 2, but the coefficients make it 1; the check is of the coefficients
+
+    Raises:
+        DocumentError: The knots have another shape than the trajectory.
+    """
+    stated = data.data.get("knots")
+    if stated is None:
+        return None
+    knots = trajectory.knots
+    for name in KNOT_FIELDS:
+        true = np.asarray(getattr(knots, name))
+        values = _array(data, ("knots", name), stated[name], true.ndim)
+        if values.shape != true.shape:
+            raise data.error(("knots", name), f"has shape {values.shape}", f"{true.shape}")
+        scale = max(float(np.abs(true).max()), np.finfo(float).tiny)
+        error = np.abs(values - true)
+        if error.max() > KNOT_AGREEMENT * scale:
+            index = np.unravel_index(int(error.argmax()), error.shape)
+            at = documents.field_path(("knots", name, *(int(i) for i in index)))
+            return (
+                f"{at} is {values[index]:.9g}, but the coefficients make it {true[index]:.9g}; "
+                "the check is of the coefficients"
+            )
+    return None
+
+
+def read_trajectory_document(path: Path | str) -> Document:
+    """Read the JSON of a stored trajectory.
+
+    Numbers may be infinite or NaN; later checks refuse them with their place.
+
+    >>> characters = Path("motion.json").write_text('{"planner": "cubic"}')
+    >>> read_trajectory_document("motion.json").data
+    {'planner': 'cubic'}
+
+    Raises:
+        DocumentError: The file can't be read or is not JSON.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "trajectory.json"
+
+    def read_mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        data = dict(pairs)
+        if len(data) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in keys if keys.count(key) > 1)
+            raise DocumentError(path, [Problem(None, twice, "is given twice")])
+        return data
+
+    def fault(message: str, line: int | None = None) -> DocumentError:
+        return DocumentError(path, [Problem(line, "", message)])
+
+    text = documents.read_text(path, most=MOST_TRAJECTORY_BYTES)
+    if text.count(",") + text.count("[") > MOST_STORED_VALUES:
+        raise fault(f"has more than {MOST_STORED_VALUES} values")
+    try:
+        data = json.loads(
+            text, object_pairs_hook=read_mapping
+        )  # NaN is refused later, with its place
+    except json.JSONDecodeError as error:
+        message = f"is not valid JSON: {error.msg} (column {error.colno})"
+        raise fault(message, error.lineno) from error
+    except RecursionError:
+        raise fault("is nested too deep") from None
+    except DocumentError:
+        raise
+    except ValueError as error:  # Python reads integers of at most some thousands of digits
+        raise fault("has an integer with too many digits") from error
+    return Document(data, path)
+
+
+def load_trajectory(path: Path | str) -> JointTrajectory:
+    """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
+
+    `set_disagreement` tells whether it belongs to the `report.json` in its folder.
+
+    >>> import tempfile, knotwork as kw
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = kw.plan("paper_case").save(folder)
+    ...     load_trajectory(folder).joint_names
+    ('joint_1',)
+
+    Args:
+        path: Path of the file or folder.
+
+    Raises:
+        DocumentError: The file can't be read, or is not a trajectory.
+    """
+    return trajectory_from_dict(read_trajectory_document(path))

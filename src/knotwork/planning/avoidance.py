@@ -1,0 +1,188 @@
+"""The next best sequences of solutions, tried where a motion collides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from knotwork.errors import InputError, NoWayFoundError
+from knotwork.planning.planned_motion import PlannedMotion
+from knotwork.planning.scenario_planner import ScenarioPlanner
+from knotwork.planning.task_to_joint import Step, TaskSolution
+from knotwork.scenario import FreeTimes
+from knotwork.spline.interpolation import PLANNER_SPECS, planner_and_rule
+from knotwork.verification.checked_motion import AT_WAYPOINT
+from knotwork.verification.collisions import collision_note, failed_pairs
+from knotwork.verification.finding import TRIED
+from knotwork.waypoints import FloatArray
+
+
+def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
+    """Plan the best sequence of solutions whose motion collides nowhere.
+
+    Where the motion between two waypoints collides, or none is found, the solutions at both are not
+    combined again, and the next best sequence is planned, as long as one may be feasible and clear.
+    If all of them collide, `way: clear` is tried where times are chosen; where that fails, the plan
+    with the fewest colliding pairs is returned. The report lists what was tried.
+
+    Raises:
+        NoWayFoundError: For the best sequence, if no motion is found for any of them.
+        InputError: The task is wrong.
+    """
+    best: PlannedMotion | None = None
+    first_error: NoWayFoundError | None = None
+    solution: TaskSolution | None = None
+    blocked: Sequence[int] | None = None
+    avoided: list[Step] = []
+    known: list[FloatArray] = []
+    tried = 0
+    while True:
+        try:
+            plan = planner.plan(solution)
+        except NoWayFoundError as error:
+            first_error, blocked = first_error or error, None
+            if error.waypoints is not None:
+                blocked = range(error.waypoints[0], error.waypoints[-1])
+                solution = solution or planner.solve(())
+        except InputError:
+            if solution is None:
+                raise
+            blocked = None  # this sequence has no motion, however slow
+        else:
+            solution = plan.solution
+            best = plan if best is None else min(best, plan, key=_rank)
+            blocked = _colliding_intervals(plan)
+        tried += 1
+        if not blocked or solution is None or solution.sequence is None:
+            break
+        if tried == planner.most_sequences or planner.is_late:
+            break
+        q = solution.sequence
+        known.append(solution.waypoints.position)
+        avoided += [(i, q[i], q[i + 1]) for i in blocked]
+        solution = planner.solve(avoided)
+        if any(np.array_equal(q, solution.waypoints.position) for q in known):
+            break
+    if best is None:
+        raise first_error or AssertionError("a sequence without a plan has an error")
+    best = replace(best, sequences=tried)
+    if failed_pairs(best.report.findings):
+        return _with_detour(planner, best, tried)
+    if tried == 1:
+        return best
+    return _with_finding(
+        best,
+        f"the best sequence of solutions has no clear motion; of {tried} sequences tried this is "
+        "the first that has one",
+    )
+
+
+def _colliding_intervals(plan: PlannedMotion) -> list[int]:
+    """Intervals between waypoints in which a plan collides."""
+    times = plan.scenario.times
+    pairs = failed_pairs(plan.report.findings)
+    after = np.searchsorted(times, [p.at for p in pairs if p.at is not None], side="right")
+    return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
+
+
+def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> PlannedMotion:
+    """A plan around the obstacles that all sequences hit, or the best one and what was tried."""
+    ends, late, notes = _detour_ends(best), planner.is_late, []
+    timed = _with_chosen_time(best, ends)
+    if timed and not late:
+        from knotwork.planning.choosing.task import with_ways
+
+        ends = [i for i in ends if i not in timed]
+        try:
+            scenario = with_ways(planner.scenario, timed)
+            detour = best_of_sequences(replace(planner, scenario=scenario))
+        except InputError as error:
+            notes.append(f"way: clear finds no motion either: {error}")
+        else:
+            if _rank(detour) < _rank(best):
+                names = _quoted_names(best, timed)
+                return _with_finding(
+                    detour, f"the fastest motion collides, so way: clear was taken at {names}"
+                )
+    if proposal := _proposal(best, ends):
+        notes.append(proposal)
+    when = " when the budget ended" if late else ""
+    if tried > 1:
+        notes.append(
+            f"tried: {tried} sequences of solutions{when}, all of which collide; this one has the "
+            "fewest colliding pairs"
+        )
+    elif late:
+        notes.append(f"tried: one sequence of solutions{when}, which collides")
+    return _with_finding(best, "; ".join(notes), TRIED) if notes else best
+
+
+def _rank(plan: PlannedMotion) -> tuple[int, int]:
+    """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
+    return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
+
+
+def _detour_ends(plan: PlannedMotion) -> list[int]:
+    """Indices of waypoints at which `way: clear` could avoid a collision on the way there.
+
+    The motion is between two collision-free waypoints and is not a tool path. Waypoints passed at a
+    free velocity keep one, so that the motions to them and from them are replaced together.
+    """
+    scenario, free = plan.scenario, _free_times(plan)
+    asked = scenario if plan.chosen is None else plan.chosen.asked
+    planner, _ = planner_and_rule(asked.planner)
+    if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
+        return []
+    fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
+    fixed |= set(plan.space.waits) | {end - 1 for end in (free.ways if free else ())}
+    hit: set[int] = set()
+    blocked: set[int] = set()
+    for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
+        first, last = np.searchsorted(scenario.times, (start - AT_WAYPOINT, end + AT_WAYPOINT))
+        hit.add(int(first) - 1)
+        blocked.update(range(int(first) - 1, int(last)) if last > first else ())
+    ends, unusable = ({i + 1 for i in starts} for starts in (hit - fixed - blocked, blocked))
+    passed = [i for i, kind in enumerate(free.speed if free else ()) if kind == "free"]
+    for i in (*passed, *reversed(passed)):
+        for together in (ends, unusable):
+            if together & {i, i + 1}:
+                together |= {i, i + 1}
+    return sorted(ends - unusable)
+
+
+def _free_times(plan: PlannedMotion) -> FreeTimes | None:
+    """Unknowns that were chosen for a plan."""
+    return None if plan.chosen is None else plan.chosen.asked.free
+
+
+def _with_chosen_time(plan: PlannedMotion, ends: Sequence[int]) -> list[int]:
+    """The waypoints among some whose times are chosen."""
+    free = _free_times(plan)
+    return [i for i in ends if free and free.duration[i - 1]]
+
+
+def _quoted_names(plan: PlannedMotion, ends: Sequence[int]) -> str:
+    return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
+
+
+def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
+    """Proposal of `way: clear` for some waypoints, or an empty text."""
+    if not ends or plan.scenario.scene.moves:
+        return ""
+    motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
+    free = _free_times(plan)
+    passed = free and any(free.speed[i] == "free" for i in ends)
+    # ways that are passed at a free velocity are one motion, and take no times
+    times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
+    return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
+
+
+def _with_finding(
+    plan: PlannedMotion, message: str, quantity: str = "sequences_tried"
+) -> PlannedMotion:
+    """The plan with a finding on the sequences of solutions that were tried."""
+    finding = collision_note(quantity, message)
+    report = replace(plan.report, findings=(*plan.report.findings, finding))
+    return replace(plan, report=report)

@@ -1,0 +1,121 @@
+"""Checks of a motion without a task: limits, collisions and continuity."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from knotwork.errors import InputError
+from knotwork.files import documents
+from knotwork.files.documents import Document, Places, validate
+from knotwork.files.foreign import read_trajectory
+from knotwork.planning.remaining_scene import by_joint
+from knotwork.robot import load_robot
+from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task import Task
+from knotwork.task.places import read_document
+from knotwork.task.si_units import si_factors
+from knotwork.verification import Report, check
+
+SCENE_KEYS = (
+    *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
+    *("continuity", "tolerances"),
+)
+"""Keys of a scenario file that apply to a motion without its waypoints."""
+
+
+def check_alone(
+    path: str | Path,
+    robot: str | Path | None = None,
+    scene: str | Path | None = None,
+    limits: Mapping[str, Any] | str | Path | None = None,
+) -> tuple[JointTrajectory, Scenario, JointSpace, Report]:
+    """Read a trajectory of any tool and check it for limits, collisions and continuity.
+
+    Args:
+        path: The trajectory.
+        robot: Name or file of its robot; by default the one named in the scene.
+        scene: A scenario's name or file, used without its waypoints: surroundings, tool,
+            limits, units.
+        limits: Limits in place of the robot's and the scene's, in its units: a mapping, the path
+            of a file, or YAML.
+
+    Raises:
+        InputError: A file can't be read or is wrong, or no robot is named.
+    """
+    surroundings = read_document(scene) if scene is not None else Document({})
+    if not isinstance(surroundings.data, dict):
+        raise surroundings.error(
+            (), "is not a mapping", f"keys of a scenario: {', '.join(SCENE_KEYS)}"
+        )
+    data = {
+        key: copy.copy(surroundings.data[key]) for key in SCENE_KEYS if key in surroundings.data
+    }
+    if limits is not None:
+        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
+    if robot is not None:
+        data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
+    if not data.get("robot"):
+        raise InputError(f"{path} needs its robot: give it with --robot or in the scene")
+    places = surroundings.places
+    described = data["robot"]
+    folder = None if places.file is None else places.file.parent
+    if isinstance(described, dict):
+        described = places.document(described, ("robot",))
+    moved = load_robot(described, relative_to=folder)
+    motion, defects = read_trajectory(
+        path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
+    )
+    if set(motion.joint_names) != set(moved.joint_names):
+        raise InputError(
+            f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
+            f"{', '.join(moved.joint_names)}"
+        )
+    task = _task_of(motion, data, places).replace(name=Path(path).name)
+    asked = resolved(task, places)
+    space = joint_space(asked)
+    report = check(motion, asked, space=space, defects=defects)
+    # the ends of the motion are its own waypoints
+    findings = tuple(
+        finding
+        for finding in report.findings
+        if finding.subject not in ("waypoint", "segment")
+        and finding.quantity not in ("time_span", "no_start")
+    )
+    return motion, asked, space, replace(report, findings=findings)
+
+
+def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
+    """The task of a motion with its two ends as waypoints."""
+    # held objects need waypoints, and there are none
+    data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
+    task = validate(Task, Document(data, places.file, places.lines))
+    units = si_factors(task.units)
+    ends = [
+        {
+            "name": name,
+            "time": time,
+            "joints": by_joint(motion, motion(time), *units),
+            "velocity": by_joint(motion, motion(time, 1), *units),
+        }
+        for name, time in (("start", motion.start_time), ("end", motion.end_time))
+    ]
+    return task.replace(waypoints=ends)
+
+
+def _limits(source: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
+    """Limits from a mapping, a file or YAML."""
+    if isinstance(source, Mapping):
+        return source
+    is_file = Path(source).is_file()
+    data = (documents.read(Path(source)) if is_file else documents.parse(str(source), None)).data
+    limits = data.get("limits", data) if isinstance(data, dict) else data
+    if not isinstance(limits, dict):
+        accepted = "a file with limits, or YAML such as '{acceleration: 8, jerk: 400}'"
+        raise InputError(f"limits are {source!r}; accepted: {accepted}")
+    return limits

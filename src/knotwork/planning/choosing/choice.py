@@ -1,0 +1,246 @@
+"""Choice of a scenario's unknowns, segment by segment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import together
+from knotwork.planning.choosing.chosen_values import with_chosen_values
+from knotwork.planning.choosing.path_choice import TimedPaths, with_greatest_speeds
+from knotwork.planning.choosing.path_errors import (
+    paths_beyond_limits,
+    waypoints_near_tool_speed,
+)
+from knotwork.planning.choosing.segment_motions import (
+    NoMotionsError,
+    duration_outside,
+    located_in_segment,
+    solved_segments,
+)
+from knotwork.planning.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
+from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.task_to_joint import TaskSolution
+from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
+from knotwork.planning.timing.budget import Budget
+from knotwork.planning.timing.infeasible import impossible
+from knotwork.planning.timing.motion import Status, status_of
+from knotwork.scenario import FreeTimes, Scenario
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenTimes:
+    """The choice of a scenario's unknowns, and its quality.
+
+    Attributes:
+        asked: The scenario with free times.
+        scenario: The scenario with numbers in place of its unknowns.
+        solution: The choice of the solutions of the poses, made before the times.
+        duration: Duration of the whole motion [s].
+        lower_bound: Lower bound of the duration of any such motion within the limits [s]; if
+            speeds along tool paths were chosen, for these speeds.
+        status: `"optimal"`; `"stopped"` if the budget ended first; or `"resting"` if no start
+            led to a solution and the arm comes to rest between waypoints.
+        binding: Limiting constraints by interval.
+        met: Names of waypoints in moving frames, whose times were chosen before.
+        assumed_jerk: Jerk limits assumed for joints without one, by joint
+            [rad/s³ or m/s³].
+        objective: Value of each weighted term, by name.
+        segments: Result for each segment.
+    """
+
+    asked: Scenario
+    scenario: Scenario
+    solution: TaskSolution
+    duration: float
+    lower_bound: float
+    status: Status
+    binding: tuple[Binding, ...]
+    objective: dict[str, float]
+    segments: tuple[TimedMotion, ...] = ()
+    met: tuple[str, ...] = ()
+    assumed_jerk: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def gap(self) -> float:
+        """Duration above the lower bound, as a fraction of it."""
+        return self.duration / self.lower_bound - 1.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to plain data, ready for JSON."""
+        names = [waypoint.name for waypoint in self.scenario.waypoints]
+        return {
+            "duration": self.duration,
+            "lower_bound": self.lower_bound,
+            "gap": self.gap,
+            "status": self.status,
+            "objective": self.objective,
+            "assumed_jerk": dict(self.assumed_jerk),
+            "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
+            "binding": [
+                {
+                    "start": one.start,
+                    "end": one.end,
+                    "joint": one.joint,
+                    "quantity": one.quantity,
+                    "share": one.share,
+                }
+                for one in self.binding
+            ],
+        }
+
+
+def choose_times(
+    scenario: Scenario,
+    free: FreeTimes,
+    *,
+    budget: float | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    solution: TaskSolution | None = None,
+) -> ChosenTimes:
+    """Choose the unknowns of a scenario.
+
+    Constant speeds along tool paths come first: each is the maximum within the limits. Then the
+    segments between tool paths and waits are solved independently, because position, velocity
+    and acceleration are known where they meet.
+
+    Args:
+        scenario: The task.
+        free: Its unknowns.
+        budget: Computing time after which the best motion so far is taken [s].
+        progress: Callback of the solver.
+        solution: Solutions of the poses, if not the best.
+
+    Raises:
+        InputError: The task can't be solved, or no motion within the limits was found.
+    """
+    clock = Budget(progress, budget)
+    try:
+        paths, found = _found(scenario, free, solution, clock)
+    except NoMotionsError as failed:
+        raise failed.reported() from None
+    task = paths.task
+    with_numbers = with_chosen_values(task, found)
+    duration = float(np.ptp(with_numbers.times))
+    in_segments = sum(motion.duration for _, motion in found)
+    least = sum(motion.lower_bound for _, motion in found)
+    parts = [motion.status for _, motion in found]
+    objective: dict[str, float] = {}
+    for _, motion in found:
+        for name, value in motion.objective.items():
+            objective[name] = objective.get(name, 0.0) + value
+    return ChosenTimes(
+        asked=scenario,
+        scenario=with_numbers,
+        solution=task.solution,
+        duration=duration,
+        lower_bound=duration - in_segments + least,
+        status=status_of(parts),
+        binding=(*paths.binding, *(binding for _, motion in found for binding in motion.binding)),
+        objective=objective,
+        segments=tuple(motion for _, motion in found),
+        assumed_jerk=assumed_jerk(task.space),
+    )
+
+
+SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+"""Fractions of the maximum speeds along paths that are tried if these are infeasible."""
+
+
+_Found = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
+"""A task with speeds along its paths, and the motions of its segments."""
+
+
+def _found(
+    scenario: Scenario,
+    free: FreeTimes,
+    solution: TaskSolution | None,
+    budget: Budget,
+) -> _Found:
+    """Speeds along paths and all motions.
+
+    If the maximum speeds are infeasible, lower ones are tried until the total duration
+    grows again.
+
+    Raises:
+        NoMotionsError: No motions were found.
+    """
+    paths = with_greatest_speeds(scenario, free, solution)
+    try:
+        return paths, _motions(paths, free, budget)
+    except NoMotionsError as error:
+        failed, lower = error, _adjacent_stretches(error.errors, paths)
+    best: _Found | None = None
+    for part in SPEED_FRACTIONS if lower else ():
+        if budget.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
+            continue  # the lowest speeds are feasible if any are
+        caps = {i: part * paths.speeds[i] for i in lower}
+        slower = with_greatest_speeds(scenario, free, solution, caps)
+        try:
+            found = slower, _motions(slower, free, budget)
+        except NoMotionsError as error:
+            failed = error
+            continue
+        if best and _duration(*best) <= _duration(*found):
+            break
+        best = found
+    if best is None:
+        raise failed
+    return best
+
+
+def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]]) -> float:
+    """Duration of the whole motion [s]."""
+    outside = duration_outside(paths.task, [one for one, _ in motions])
+    return outside + sum(motion.duration for _, motion in motions)
+
+
+def _motions(
+    paths: TimedPaths, free: FreeTimes, budget: Budget
+) -> list[tuple[Segment, TimedMotion]]:
+    """The motions of all segments of a task with given speeds along its paths.
+
+    Raises:
+        NoMotionsError: Some segments have no motion.
+        InputError: A given value is beyond a limit.
+    """
+    segments = find_segments(paths.task)
+    _check_given(paths.task, free, segments)
+    return solved_segments(paths.task, segments, budget)
+
+
+def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
+    """The waypoints at the ends of stretches with chosen speeds, on paths next to segments."""
+    ends = {i for one in segments for i in (one.waypoints[0], one.waypoints[-1])}
+    return {
+        i
+        for path in paths.task.scenario.paths
+        if ends & {path.first, path.last}
+        for i in range(path.first + 1, path.last + 1)
+        if i in paths.speeds
+    }
+
+
+def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) -> None:
+    """Refuse given values beyond a limit, and too short times.
+
+    Segments next to a path that exceeds a limit are left out: their velocity at the path
+    is not known.
+
+    Raises:
+        InputError: A given value is infeasible.
+    """
+    paths = task.scenario.paths
+    beyond = paths_beyond_limits(task, asked)
+    unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
+    errors = [one for found in beyond.values() for one in found]
+    errors += waypoints_near_tool_speed(task)
+    for one in segments:
+        if not unknown & {one.waypoints[0], one.waypoints[-1]}:
+            problem = timing_problem(task, one, Objective())
+            errors += located_in_segment(impossible(problem, direct=one.way is None), task, one)
+    if errors:
+        raise together(errors)

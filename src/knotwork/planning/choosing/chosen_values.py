@@ -1,0 +1,142 @@
+"""Tasks with the chosen values in place of the unknowns."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from knotwork.planning.choosing.segments import Segment
+from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.timing import TimedMotion
+from knotwork.scenario import JointTarget, Scenario, resolved
+from knotwork.task import ChosenMotion, Velocity
+from knotwork.task.si_units import si_factors
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+STANDING = 1e-9
+"""Chosen speeds below this are stops [m/s]."""
+
+
+def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]]) -> Scenario:
+    """The scenario with numbers in place of its unknowns.
+
+    Args:
+        task: The task.
+        found: The segments and their motions.
+    """
+    scenario, free, units = task.scenario, task.free, _Units(task)
+    waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
+    positions = np.array(task.waypoints.position)
+    for segment, motion in found:
+        if segment.way is not None:  # its end was chosen
+            positions[segment.rows] = motion.trajectory.position(motion.time)
+    waypoints.update(solutions_near(task, positions))
+    for i in free.ways:
+        waypoints[scenario.index[i]]["way"] = None
+    for segment, motion in found:
+        for place, i in enumerate(segment.waypoints):
+            changes = waypoints[scenario.index[i]]
+            if place and free.duration[i - 1]:
+                after = float(motion.time[place] - motion.time[place - 1])
+                changes |= {"time": None, "after": after}
+            q = positions[segment.rows[place]]
+            changes |= _speed(task, i, q, motion.velocity[place], units)
+    optimal = scenario.task.knots == "optimal"
+    given = scenario.task.with_waypoints(waypoints).replace(
+        times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
+    )
+    timed = resolved(given, scenario.places)
+    if not found:
+        return timed
+    motions = [_chosen(timed, free.speed, *one, units) for one in found]
+    return replace(timed, task=given.replace(chosen=motions))
+
+
+class _Units:
+    """Converts values of joints and tool to the units of the task."""
+
+    def __init__(self, task: FreeTask) -> None:
+        space = task.space
+        self.length, self.angle = si_factors(task.scenario.task.units)
+        self.names = space.joint_names
+        self.scales = [self.angle if unit == "rad" else self.length for unit in space.joint_units]
+
+    def by_joint(self, values: FloatArray) -> dict[str, float]:
+        return {
+            name: float(value / scale)
+            for name, value, scale in zip(self.names, values, self.scales, strict=True)
+        }
+
+
+def solutions_near(
+    task: FreeTask, positions: FloatArray | None = None
+) -> dict[int, dict[str, Any]]:
+    """Changes of the task's waypoints that select the solutions of the poses again.
+
+    Args:
+        task: The task.
+        positions: Joint positions of all rows [rad or m], by default those of its solution.
+    """
+    positions = task.waypoints.position if positions is None else positions
+    index, paths, units = task.scenario.index, task.scenario.paths, _Units(task)
+    # in the task, the end of a path and of the wait there are one waypoint; a wait on a frame that
+    # moves is a path as well, but a pose without another path to it has a solution of its own
+    along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
+    followed = {index[i] for first, i in along if index[i] != index[first]}
+    poses: dict[int, int] = {}
+    for i, waypoint in enumerate(task.scenario.waypoints):
+        if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
+            poses.setdefault(index[i], i)
+    return {k: {"near": units.by_joint(positions[task.rows[i]])} for k, i in poses.items()}
+
+
+def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
+    """Speed or velocity at a waypoint where it is chosen."""
+    kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
+    if kind == "given":
+        return {}
+    if robot is None or isinstance(there, JointTarget):
+        return {"velocity": units.by_joint(v)}
+    robot, own = robot.in_frame(standing=there.standing)
+    twist = robot.twist(q[own], v[own])
+    if kind == "free":
+        twist -= there.twist  # velocity of its frame: the file gives relative velocities
+        scenario, axes, turn = task.scenario, "base", np.eye(3)
+        if scenario.on and not there.standing:  # the base of the file moves relative to it
+            given = scenario.task.waypoints[scenario.index[i]]
+            axes = getattr(given, "frame", None) or scenario.task.frame or "base"
+            turn = scenario.frames[axes].rotation.T
+        linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
+        return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
+    speed = float(np.linalg.norm(twist.linear))
+    return {"speed": None, "stop": True} if speed < STANDING else {"speed": speed / units.length}
+
+
+def _chosen(
+    timed: Scenario, kinds: tuple[str, ...], segment: Segment, motion: TimedMotion, units: _Units
+) -> ChosenMotion:
+    """A segment for the task; its knots begin at the preceding waypoint of the task."""
+    x = motion.trajectory.breaks
+    a = motion.trajectory.acceleration(x)
+    times = x.copy()
+    for k, i in enumerate(segment.waypoints):
+        later = x >= motion.time[k] - 1e-12
+        times[later] = timed.waypoints[i].time + (x[later] - motion.time[k])
+    velocities = {
+        timed.waypoints[i].name: units.by_joint(motion.velocity[k])
+        for k, i in enumerate(segment.waypoints)
+        if kinds[i] != "given"
+    }
+    extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
+    return ChosenMotion(
+        times=times.tolist(),
+        room=None if motion.room is None else motion.room / units.length,
+        accelerations={
+            name: (a[:, j] / scale).tolist()
+            for j, (name, scale) in enumerate(zip(units.names, units.scales, strict=True))
+        },
+        **{key: value for key, value in extra.items() if value},
+    )

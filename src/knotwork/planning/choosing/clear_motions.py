@@ -1,0 +1,244 @@
+"""Collision-free motions of segments with `way: clear`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from knotwork.errors import InputError, NoWayFoundError
+from knotwork.planning.choosing.segments import Segment
+from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.timing import TimedMotion, TimingProblem
+from knotwork.planning.timing.bounds import lower_bound
+from knotwork.planning.timing.budget import Budget
+from knotwork.planning.timing.motion import Status
+from knotwork.planning.timing.rounding import with_room
+from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.ways.configurations import bodies_at
+from knotwork.planning.ways.problem import NoWayError, Way, WayProblem
+from knotwork.planning.ways.search import find_way, stretch
+from knotwork.robot import Robot
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.refined import part
+from knotwork.spline.retiming import stop_on_path
+from knotwork.task import PoseWaypoint
+from knotwork.units import rounded_up
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+MAX_SOLUTIONS = 12
+"""Largest number of solutions of a pose at either end of a motion."""
+
+STOP_TOLERANCE = 1e-6
+"""Largest deviation of a joint from its path during a stop [rad or m]."""
+
+
+def clear_motion(
+    task: FreeTask,
+    segment: Segment,
+    problem: TimingProblem,
+    budget: Budget,
+    start: FloatArray | None = None,
+) -> TimedMotion:
+    """The fastest collision-free motion found for a segment, proved.
+
+    Args:
+        task: The task.
+        segment: A segment with `way: clear`.
+        problem: Its timing problem.
+        budget: Budget and progress of all segments.
+        start: Joint positions at the end of the previous motion, shape (d,), or `None`.
+
+    Raises:
+        NoWayFoundError: No motion was found, or an end is not clear.
+    """
+    options, robot = segment.way, task.space.robot
+    if options is None or robot is None:
+        raise TypeError("the segment has no way: clear")
+    if start is not None:
+        problem = replace(problem, position=np.stack((start, *problem.position[1:])))
+    way_problem = WayProblem(
+        problem,
+        _solutions(task, segment, problem, robot, 0),
+        _solutions(task, segment, problem, robot, -1),
+        robot.model,
+        _bodies(task, segment),
+        task.scenario.scene.rules.resolution,
+        lambda: _stop(task, segment, problem),
+    )
+    tries = 0
+
+    def report(number: int, best: Way | None) -> None:
+        nonlocal tries
+        tries, seconds = number, best.duration if best is not None else None
+        budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
+
+    try:
+        with budget.part(1):
+            way = find_way(
+                way_problem,
+                tries=options.tries,
+                room=options.room,
+                late=lambda: budget.late(found=True),
+                report=report,
+            )
+    except NoWayError as no_way:
+        error = _located_error(no_way, task, segment)
+        if len(way_problem.starts) == len(way_problem.goals) == 1:
+            error.waypoints = segment.waypoints
+        raise error from None
+    curve = _stretched(way, way_problem, problem, task, segment)
+    motion = _timed(way, curve, problem, way_problem)
+    room = way.room if options.room else None
+    return replace(motion, line=way.line, tries=tries, room=room)
+
+
+def _timed(
+    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, ends: WayProblem
+) -> TimedMotion:
+    """The timed motion of a found one, like that of any segment."""
+    least = min(
+        lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
+        for first in ends.starts
+        for last in ends.goals
+    )
+    time = way.time * (float(curve.x[-1]) / way.duration)
+    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
+    velocity[1:-1], acceleration[1:-1] = curve(time[1:-1], 1), curve(time[1:-1], 2)
+    status: Status = "resting" if way.rests else "optimal"
+    return timed_motion(problem, curve, time, velocity, acceleration, status, least, "way")
+
+
+def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> PiecewisePolynomial | None:
+    """The previous motion, stopped on its path or at its end."""
+    if task.scenario.under_way is None or segment.waypoints[0]:
+        return None
+    motion, at = task.scenario.under_way
+    curve, limits = motion.polynomial, problem.limits
+    columns = [motion.joint_names.index(name) for name in problem.joint_names]
+    curve = part(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
+    curve = PiecewisePolynomial(curve.c, curve.x - at)
+    stopped = stop_on_path(curve, 0.0, limits.acceleration, limits.jerk, STOP_TOLERANCE)
+    return curve if stopped is None else stopped[1]
+
+
+def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
+    """Bodies present during a segment, at provisional times; they must not change.
+
+    Raises:
+        InputError: The bodies change during the segment, or an obstacle moves.
+    """
+    times = task.waypoints.time[segment.rows]
+    middles = (0.5 * (times[:-1] + times[1:])).tolist()
+    first, *later = (bodies_at(task.collision_model, time) for time in middles)
+    for model, i in zip(later, segment.waypoints[1:-1], strict=True):
+        if model.pairs != first.pairs:
+            raise task.located(
+                InputError(
+                    "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
+                    "velocity"
+                ),
+                i,
+            )
+    joints = task.space.robot.model.njoints if task.space.robot is not None else 0
+    bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
+    if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
+        raise task.located(
+            InputError(
+                f"does not support moving obstacles ({', '.join(moving)}); "
+                "accepted: no way here, and waypoints around them with times or after: fastest"
+            ),
+            segment.waypoints[-1],
+        )
+    return first
+
+
+def _solutions(
+    task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot, end: int
+) -> FloatArray:
+    """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
+
+    All solutions of the pose, nearest to the other end first, if nothing depends on
+    the choice: the arm stops there, nothing precedes the start, and a motion after the end is
+    collision-free as well.
+    """
+    scenario, i = task.scenario, segment.waypoints[end]
+    chosen, waypoint = problem.position[end], scenario.waypoints[i]
+    given = scenario.task.waypoints[scenario.index[i]]
+    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
+        return np.array(chosen[None])
+    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.free.ways if end else i > 0
+    fixed = (
+        given.near is not None
+        or scenario.task.near is not None
+        or scenario.branch != "free"
+        or problem.velocity[end].any()
+        or tied
+        or waypoint.standing
+    )
+    if fixed:
+        return np.array(chosen[None])
+    turns = [q for solution in robot.solve_pose_ik_all(waypoint.pose) for q in solution.turns]
+    solutions = np.array([chosen, *turns])
+    far = (np.abs(solutions - problem.position[-1 - end]) / problem.limits.velocity).max(axis=1)
+    order = np.argsort(far, kind="stable")[:MAX_SOLUTIONS]
+    return np.concatenate((chosen[None], solutions[order[order > 0]]))
+
+
+def _stretched(
+    way: Way, way_problem: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
+) -> PiecewisePolynomial:
+    """The motion stretched to the given time, if there is one."""
+    given = float(problem.total or problem.duration.sum())
+    least = float(problem.at_least.sum())
+    duration = max(way.duration, least) if np.isnan(given) else given
+    if duration == way.duration:
+        return way.curve
+    curve = stretch(way_problem, way, duration) if duration > way.duration else None
+    if curve is None:
+        error = InputError(
+            f"{duration:g} s is shorter than the fastest motion found, which takes "
+            f"{rounded_up(way.duration):.6g} s; accepted: {with_room(way.duration):.6g} s or more, "
+            "or no time"
+            if duration < way.duration
+            else f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
+            "accepted: no time, or a stop at both ends"
+        )
+        raise task.located(error, segment.waypoints[-1])
+    return curve
+
+
+def _located_error(no_way: NoWayError, task: FreeTask, segment: Segment) -> NoWayFoundError:
+    """The error for a missing motion, at the waypoint of the fault."""
+    # the fault is at an end, or at a waypoint in between, by index
+    k = int(no_way.end) if no_way.end.isdigit() else {"start": 0}.get(no_way.end, -1)
+    names = [task.scenario.waypoints[i].name for i in segment.waypoints]
+    message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"
+    stopping = "stopping after" if k == 0 else "coming from rest to"
+    where = f"{stopping if no_way.moving or no_way.joint is not None else 'at'} {names[k]!r}"
+    text = task.scenario.units.text
+    if not no_way.end:
+        message += (
+            f" was found among {no_way.checks} configurations; one may exist all the same; "
+            "accepted: more space, a waypoint in between, or a smaller scene.margin"
+        )
+    elif no_way.joint is not None:
+        space, j = task.space, no_way.joint
+        message += (
+            f": {where}, {space.joint_names[j]} goes "
+            f"{text(no_way.depth, space.joint_units[j], '.4g')} beyond its position limit; "
+            "accepted: a lower velocity there, or a stop"
+        )
+    else:
+        first, second = no_way.bodies
+        several = f", and none of {no_way.solutions} solutions is clear"
+        message += (
+            f": {where}, {second} is {text(no_way.depth, 'm', '.4g')} too close to {first}"
+            f"{several if no_way.solutions > 1 else ''}; accepted: "
+            f"{'a lower velocity or ' if no_way.moving else ''}another pose there, a smaller "
+            "scene.margin, or objects elsewhere"
+        )
+    bodies = no_way.bodies if no_way.end and no_way.joint is None else ()
+    error = NoWayFoundError(message, end=no_way.end, names=bodies, depth=no_way.depth)
+    return task.located(error, segment.waypoints[k])

@@ -1,0 +1,47 @@
+"""Text of a scenario file for a task."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from knotwork.errors import InputError
+from knotwork.files.documents import edited, edited_text, read, read_text
+from knotwork.files.documents.document import Document
+from knotwork.files.documents.edits import block, differences
+from knotwork.scenario import Scenario
+from knotwork.task.places import moved_paths
+
+
+def frozen_text(scenario: Scenario, folder: Path) -> str:
+    """YAML of a scenario's task: its file's text with other values, or new text without a file.
+
+    Args:
+        scenario: The scenario.
+        folder: Folder of the new file, for relative paths.
+
+    Raises:
+        InputError: The file can't be read any more, or the values can't be written into its text.
+    """
+    made = _data(scenario, folder)
+    if scenario.source is None:
+        return block(made)
+    file = read(scenario.source)
+    return edited_text(read_text(scenario.source), differences(file.data, made))
+
+
+def saved_text(scenario: Scenario, folder: Path) -> str:
+    """Frozen text, written anew with a comment where the text of the file can't be kept."""
+    try:
+        return frozen_text(scenario, folder)
+    except InputError as error:
+        why = str(error).replace("\n", " ")
+        text = block(_data(scenario, folder))
+        return f"# Written anew, without the comments of the original file: {why}\n{text}"
+
+
+def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
+    data, source = scenario.task.to_dict(), scenario.source
+    here = Path.cwd() if source is None else source.parent
+    moved = moved_paths(data, here.resolve(), folder.resolve())
+    made: dict[str, object] = edited(Document(data), moved).data
+    return made

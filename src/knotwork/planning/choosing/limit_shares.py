@@ -1,0 +1,232 @@
+"""Used share of each limit: in given states, and along a path at any speeds.
+
+Along a path q(s) and its derivatives are computed once. With q̇ = q' ṡ, q̈ = q'' ṡ² + q' s̈ and
+q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every share then follows from ṡ, s̈ and s⃛.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, cast
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.kinematics.following.joint_field import Guide
+from knotwork.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.planning.choosing.task import FreeTask, knots_of
+from knotwork.robot import Robot
+from knotwork.scenario import ScenarioPath
+from knotwork.spline.interpolation import ModifiedHermiteSpline
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.waypoints import FloatArray
+
+PLACES = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
+"""Evaluation points in each piece of a curve: both ends, where it may jump, and between them."""
+
+SAMPLES = np.linspace(1e-6, 1.0 - 1e-6, 33)
+"""Evaluation points in each piece of a timing."""
+
+TOOL_MARGIN = 1e-3
+"""Fraction by which the tool stays below its limit along a path, so that it can be approached."""
+
+MIDDLE = 0.25
+"""Half width of the middle of a stretch, as a fraction of its length."""
+
+
+class Limit(NamedTuple):
+    """A limit.
+
+    Attributes:
+        joint: Name of a joint or a frame; empty for the tool.
+        quantity: Limited quantity.
+        order: Power of the speed along a path with which it grows.
+        size: Number of components of the quantity.
+    """
+
+    joint: str
+    quantity: str
+    order: int
+    size: int = 1
+
+
+class LimitShares:
+    """Shares of all limits of a task that joint states use.
+
+    Args:
+        task: The task.
+        path: The path of these states.
+
+    Attributes:
+        limits: The limits, length m: velocity, acceleration and jerk of each joint come first.
+        orders: Their orders, shape (m,).
+    """
+
+    def __init__(self, task: FreeTask, path: ScenarioPath) -> None:
+        space, motion = task.space, task.scenario.motion_limits
+        self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
+        self._bounds = space.limits
+        efforts = bool(np.isfinite(space.limits["effort"]).any())
+        self._effort = task.dynamics(path.first) if efforts else None
+        orders = {"velocity": 1, "acceleration": 2, "jerk": 3} | ({"effort": 2} if efforts else {})
+        limits = [
+            Limit(j, name, order) for name, order in orders.items() for j in space.joint_names
+        ]
+        velocity, acceleration = pin.getFrameVelocity, pin.getFrameClassicalAcceleration
+        frames = [
+            (Limit(frame.frame, "speed", 1, 3), velocity, frame.speed)
+            for frame in motion.frame_speeds
+        ]
+        if motion.tool_speed is not None:
+            bound = (1.0 - TOOL_MARGIN) * motion.tool_speed
+            frames.append((Limit("", "tool speed", 1, 3), velocity, bound))
+        if motion.tool_acceleration is not None:
+            bound = motion.tool_acceleration
+            frames.append((Limit("", "tool acceleration", 2, 3), acceleration, bound))
+        self.limits = (*limits, *(limit for limit, _, _ in frames))
+        self._frames = [
+            (robot.frame_index(limit.joint) if limit.joint else robot.require_tool(), read, bound)
+            for limit, read, bound in frames
+        ]
+        sizes = np.array([limit.size for limit in self.limits])
+        self.starts = np.cumsum(sizes) - sizes
+        self.orders = np.array([limit.order for limit in self.limits])
+
+    def components(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
+        """Signed components of the quantities, each divided by its limit, shape (n, c).
+
+        Args:
+            q: Joint positions, shape (n, d).
+            v: Their derivatives, likewise.
+            a: Their second derivatives.
+            j: Their third derivatives.
+        """
+        bounds = self._bounds
+        columns = [v / bounds["velocity"], a / bounds["acceleration"], j / bounds["jerk"]]
+        if self._effort is not None:
+            columns.append(self._effort.effort(q, v, a) / bounds["effort"])
+        if self._frames:
+            columns.append(np.array([self._of_frames(*row) for row in zip(q, v, a, strict=True)]))
+        return np.hstack(columns)
+
+    def _of_frames(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        model, data = self.robot.model, self.robot.data
+        pin.forwardKinematics(model, data, q, v, a)
+        return np.concatenate(
+            [of(model, data, k, pin.LOCAL_WORLD_ALIGNED).linear / n for k, of, n in self._frames]
+        )
+
+    def shares(self, components: FloatArray) -> FloatArray:
+        """Shares of the limits, shape (n, m), from components of shape (n, c)."""
+        return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
+
+    def of_motion(self, task: FreeTask, path: ScenarioPath) -> FloatArray:
+        """Largest shares that the planned motion uses on each part of a path, shape (3n, m).
+
+        Args:
+            task: A task with known speeds along its paths.
+            path: The path in this task.
+        """
+        rows, points = task.rows, task.waypoints
+        inserted = slice(rows[path.first], rows[path.last] + 1)
+        time, q, v, a = (
+            np.asarray(values)[inserted]
+            for values in (points.time, points.position, points.velocity, points.acceleration)
+        )
+        curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(task.scenario), acceleration=a)
+        t, *states = _states(curve)
+        ends = path.motion.start_time + parts(path.motion.timing)
+        return _largest(self.shares(self.components(*states)), t, ends)
+
+
+def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
+    """Parameters of the evaluation points of a curve, its value and three derivatives there."""
+    x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PLACES).ravel()
+    return x, *(curve(x, order) for order in range(4))
+
+
+def _largest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+    """Largest shares (n, m) at parameters x (n,) on each of the intervals between k ends."""
+    largest = np.zeros((len(ends) - 1, shares.shape[1]))
+    index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(largest) - 1)
+    np.maximum.at(largest, index, shares)
+    return largest
+
+
+def parts(timing: Timing) -> FloatArray:
+    """Start times of the parts of n stretches, and the end time of the last [s], shape (3n + 1,).
+
+    A stretch has a change of speed at its start, its own speed, and a change of speed at its end.
+    """
+    return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
+
+
+def of_stretches(shares: FloatArray) -> FloatArray:
+    """Largest shares on each of n stretches, shape (n, m), from those of their parts."""
+    return np.asarray(shares.reshape(-1, 3, shares.shape[1]).max(axis=1))
+
+
+class SharesAlongPath:
+    """Shares of limits along a path, at any speeds.
+
+    Args:
+        task: The task.
+        path: One of its paths.
+        shares: Shares of its limits.
+        full_speed: Largest speed along the path [m/s], which only affects the self-motion of a
+            redundant arm pulled to the middle of its ranges.
+    """
+
+    def __init__(
+        self, task: FreeTask, path: ScenarioPath, shares: LimitShares, full_speed: float
+    ) -> None:
+        self._shares, lengths = shares, path.asked.lengths
+        # at 1 m/s time is the arc length
+        timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
+        unit = TimedPath(path.motion.path, timing)
+        robot, start, pull = task.start(path)
+        pull = pull if isinstance(pull, Guide) else pull / full_speed
+        self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
+        q, d1, d2, d3 = (values[:, : shares.robot.dof] for values in states)
+        zero = np.zeros_like(q)
+        at_rest = shares.components(q, zero, zero, zero)
+        # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
+        factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
+        terms = [shares.components(q, *factor) - at_rest for factor in factors]
+        self._terms = np.stack([at_rest, *terms], axis=1)
+        self._powers = np.repeat(shares.orders, [limit.size for limit in shares.limits])
+        self._ends = timing.times
+
+    def at(self, timing: Timing) -> FloatArray:
+        """Largest shares on each of the parts of n stretches with a timing, shape (3n, m)."""
+        curve = timing.arc_length
+        t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * SAMPLES).ravel()
+        t = np.union1d(t, np.interp(self._s, curve(t), t))
+        s, v, a, j = (curve(t, order)[:, None] for order in range(4))
+        after = np.clip(np.searchsorted(self._s, s[:, 0]), 1, len(self._s) - 1)
+        low, high = self._s[after - 1], self._s[after]
+        part = np.clip((s[:, 0] - low) / (high - low), 0.0, 1.0)[:, None, None]
+        terms = (1.0 - part) * self._terms[after - 1] + part * self._terms[after]
+        components = terms[:, 0] + terms[:, 1] * v**self._powers
+        components += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
+        return _largest(self._shares.shares(components), t, parts(timing))
+
+    def greatest_speeds(self, allowed: FloatArray) -> FloatArray:
+        """Largest constant speed in the middle of each stretch [m/s], in closed form, shape (n,).
+
+        Near its ends the speed may change.
+
+        Args:
+            allowed: Largest permitted share of each limit on each stretch, shape (n, m).
+        """
+        starts = self._shares.starts
+        at_rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]
+        sizes = self._shares.shares(factor)
+        at_rest = at_rest * np.sign(factor[:, starts])
+        index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.maximum(allowed[index] - at_rest, 0.0)
+            speeds = np.where(sizes > 0.0, room / sizes, np.inf) ** (1.0 / self._shares.orders)
+        part = (self._s - self._ends[index]) / np.diff(self._ends)[index]
+        index[np.abs(part - 0.5) > MIDDLE] = -1
+        return np.array([speeds[index == k].min() for k in range(len(allowed))])

@@ -1,0 +1,209 @@
+"""Arrival times at moving frames, by fixed-point iteration: poses depend on them, and vice versa.
+
+Minimum times to the poses are chosen with the frames at their expected times; the results
+are expected next, until both agree. An arm is faster than the frames, so the iteration
+converges, if not with full steps, then with half ones. The times are then fixed, slightly longer.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
+from knotwork.planning.choosing.choice import ChosenTimes
+from knotwork.scenario import FreeTimes, Scenario, resolved
+from knotwork.task import PlainTask
+from knotwork.units import rounded_up
+from knotwork.waypoints import FloatArray
+
+ROUNDS = 20
+"""Largest number of iterations."""
+
+FULL = 5
+"""Number of iterations with full steps and a new choice of solutions.
+
+After that solutions are kept and steps are halved: a redundant arm may reach a later place sooner,
+or in another way, and the times go to and fro.
+"""
+
+AGREE = 1e-3
+"""Tolerance of agreement [s]."""
+
+LONGER = 1.002
+"""Factor on the minimum times; `AGREE` is added as well."""
+
+GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
+"""Initial guesses of the time until the first moving frame [s]."""
+
+Choose = Callable[[Scenario], ChosenTimes]
+
+
+def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
+    """The scenario with numbers for times and speeds up to the last moving frame.
+
+    Args:
+        scenario: A task with free times before poses in moving frames, or before a time
+            since 0.
+        choose: Chooses a scenario's unknowns, with frames at their expected times.
+
+    Raises:
+        InputError: A given time is too early, or the iteration does not converge.
+    """
+    scenario, chosen = _begun(scenario, choose)
+    for done in range(ROUNDS):
+        expected, found = scenario.provisional_times, _times(scenario, chosen)
+        met = list(_free(scenario).meets)
+        if np.abs(found - expected)[met].max() <= AGREE:
+            return _given(scenario, chosen)
+        task = scenario.task.with_waypoints(_speeds(scenario, chosen))
+        if done == FULL:
+            task = task.with_waypoints(_solutions(scenario, chosen))
+        following = found if done < FULL else 0.5 * (expected + found)
+        scenario = _expected(scenario, task, _by_waypoint(scenario, following))
+        if scenario.free is None or not scenario.free.meets:
+            return scenario
+        chosen = choose(scenario)
+    i = max(met, key=lambda i: abs(found[i] - expected[i]))
+    error = TimingError(
+        f"{scenario.waypoints[i].name!r} moves, and after {ROUNDS} iterations the arrival at "
+        f"{found[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
+        "here and before",
+        limit="rounds",
+    )
+    error.locate(scenario.where("waypoints", scenario.index[i]))
+    raise error
+
+
+def _free(scenario: Scenario) -> FreeTimes:
+    if scenario.free is None:
+        raise TypeError("nothing is free")
+    return scenario.free
+
+
+def _expected(scenario: Scenario, task: PlainTask, expected: Mapping[int, float]) -> Scenario:
+    """Another task in place of a scenario's, with expected times [s] by waypoint of the task."""
+    made = resolved(task, scenario.places, expected)
+    return replace(made, under_way=scenario.under_way)
+
+
+def _begun(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
+    """The scenario with the first expected times, and the choice based on them.
+
+    Raises:
+        InputError: There is no solution for any guess.
+    """
+    free, (first, *_) = _free(scenario), _free(scenario).meets
+    k, failed = scenario.index[first], None
+    task, before = _alone(scenario, choose, first)
+    start = before.get(k - 1, float(scenario.provisional_times[first - 1]))
+    spans: list[float | None] = [None]
+    time = scenario.task.waypoints[k].time
+    if time is not None and time <= start:
+        sooner = task.with_waypoints({k: {"time": None, "after": "fastest"}})
+        chosen = choose(_expected(scenario, sooner, {**before, k: start + GUESSES[0]}))
+        raise _too_soon(scenario, first, time, float(chosen.scenario.times[first]))
+    if time is None and free.duration[first - 1]:
+        spans = [max(span, float(free.at_least[first - 1])) for span in GUESSES]
+    for span in dict.fromkeys(spans):
+        expected = before if span is None else {**before, k: start + span}
+        try:
+            begun = _expected(scenario, task, expected)
+            return begun, choose(begun)
+        except (OutOfReachError, FollowingError) as error:
+            error.add(
+                "frames are taken at their expected times: after: {fastest: true, "
+                "at_least: seconds} delays the arrival until they are in reach"
+            )
+            failed = failed or error
+    raise failed or TypeError("GUESSES is empty")
+
+
+def _alone(scenario: Scenario, choose: Choose, first: int) -> tuple[PlainTask, dict[int, float]]:
+    """The part before a waypoint, planned alone: the task with its speeds, and its times [s].
+
+    The unchanged task without times if nothing is free there, or if it is not a complete task.
+    """
+    free, task = _free(scenario), scenario.task
+    if free.first_untimed < first:
+        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+        try:
+            alone = resolved(part, scenario.places)
+            chosen = choose(alone)
+        except InputError:
+            return task, {}
+        changes = _speeds(scenario, chosen, first - 1)
+        return task.with_waypoints(changes), _by_waypoint(alone, chosen.scenario.times)
+    return task, {}
+
+
+def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
+    """Times [s] by waypoint of the task; for one with a wait, its start."""
+    return dict(zip(scenario.index[::-1], times[::-1].tolist(), strict=True))
+
+
+def _speeds(scenario: Scenario, chosen: ChosenTimes, last: int | None = None) -> dict[int, Any]:
+    """Chosen speeds along paths up to a waypoint, or to the last moving frame, for the task."""
+    free, known = _free(scenario), chosen.scenario.task.waypoints
+    last = free.meets[-1] if last is None else last
+    places = [scenario.index[i] for i in free.path_speed if i <= last]
+    return {k: {"speed": known[k].speed} for k in places}  # type: ignore[union-attr]
+
+
+def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+    """Chosen solutions of the poses up to the last moving frame, for the task."""
+    known = chosen.scenario.task.waypoints
+    places = scenario.index[1 : _free(scenario).meets[-1] + 1]
+    return {k: {"near": near} for k in places if (near := getattr(known[k], "near", None))}
+
+
+def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
+    """Times of the waypoints in a minimum-time motion [s], shape (n,).
+
+    Raises:
+        InputError: A waypoint is reached later than its given time.
+    """
+    found = np.array(chosen.scenario.times)
+    for i in _free(scenario).meets:
+        k = scenario.index[i]
+        time = scenario.task.waypoints[k].time
+        if time is None or k == scenario.index[i - 1]:
+            continue
+        if found[i] > time:
+            raise _too_soon(scenario, i, time, float(found[i]))
+        found[i:] += time - found[i]
+    return found
+
+
+def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputError:
+    error = InputError(
+        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(least):.6g} s at the earliest "
+        f"that was found, not at {time:g} s; accepted: a later time, or after: fastest"
+    )
+    error.locate(scenario.where("waypoints", scenario.index[i], "time"))
+    return error
+
+
+def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
+    """The scenario with numbers for its unknowns up to the last moving frame."""
+    free, task = _free(scenario), scenario.task
+    last, spans = free.meets[-1], np.diff(chosen.scenario.times)
+    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
+    changes.update(_speeds(scenario, chosen))
+    for i in range(1, last + 1):
+        k = scenario.index[i]
+        if free.duration[i - 1] and task.waypoints[k].time is None:
+            span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREE
+            changes[k]["after"] = rounded_up(span if waits else LONGER * span + AGREE, 6)
+    whole: dict[str, Any] = {}
+    if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
+        whole = {"times": None, "objective": None}
+        if free.optimal_knots:  # short moves end with accelerations that least jerk would keep up
+            terms = {name: value for name, value in free.objective.items() if name != "time"}
+            whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
+    task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
+    return _expected(scenario, task.replace(**whole), {})

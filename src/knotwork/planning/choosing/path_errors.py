@@ -1,0 +1,143 @@
+"""Errors of speeds along tool paths, and of given speeds of the tool, with what is accepted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.errors.plain_text import called
+from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
+from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError
+from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.timing.problem import with_margin
+from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
+from knotwork.units import rounded_down, rounded_up
+
+ROUNDING = 1e-9
+"""Tolerance of limits, as a fraction."""
+
+NO_MARGIN = 5e-4
+"""Largest share of the limit for a given speed at a waypoint: the solver needs the rest."""
+
+ADVISED_MARGIN = 0.002
+"""Fraction of the limit that an advised speed leaves to the motion around the waypoint."""
+
+
+def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
+    """Errors for waypoints with a given tool speed near or above its limit."""
+    scenario, free = task.scenario, task.free
+    limit, robot = scenario.motion_limits.tool_speed, task.space.robot
+    if limit is None or robot is None:
+        return
+    on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
+    for i, row in enumerate(task.rows):
+        if free.speed[i] != "given" or i in on_paths:
+            continue
+        q, v = task.waypoints.position[row], task.waypoints.velocity[row]
+        speed = float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
+        most = (1.0 - ADVISED_MARGIN) * limit
+        if speed > limit * (1.0 - NO_MARGIN):
+            error = InputError(
+                f"{called(scenario.waypoints[i].name)}: the tool is given a speed of "
+                f"{_speed(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
+                f"accepted: at most {_speed(scenario, most)}, {rounded_down(most / speed, 3):g} "
+                "times that speed, or a higher limit"
+            )
+            yield task.located(error, i)
+
+
+def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
+    """Errors for given speeds that exceed a limit along a path, by the path's index.
+
+    Args:
+        task: The task.
+        asked: The unknowns; given speeds on paths with a chosen one are feasible.
+    """
+    errors: dict[int, list[InputError]] = {}
+    for number, path in enumerate(task.scenario.paths):
+        if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
+            continue
+        shares = LimitShares(task, path)
+        used = of_stretches(shares.of_motion(task, path))
+        for k in np.flatnonzero((used > 1.0 + ROUNDING).any(axis=1)).tolist():
+            limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
+            errors.setdefault(number, []).append(_path_error(task, path, k, limit, share))
+    return errors
+
+
+def no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
+    """The error for a path without feasible speeds, with accepted changes.
+
+    Args:
+        task: The task.
+        error: The reason.
+    """
+    path, k, limit = error.path, error.stretch, error.limit
+    if limit == Bound.NOTHING:
+        unbounded = InputError(
+            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
+        )
+        return task.located(unbounded, path.first + 1 + k, "speed")
+    return _path_error(task, path, k, limit)
+
+
+def _path_error(
+    task: FreeTask, path: ScenarioPath, k: int, limit: Limit | Bound, share: float | None = None
+) -> InputError:
+    """The error for a stretch of a path that exceeds a limit.
+
+    Args:
+        task: The task.
+        path: The path.
+        k: Index of the stretch.
+        limit: The exceeded limit.
+        share: Used share of it, if known.
+    """
+    scenario, i = task.scenario, path.first + 1 + k
+    start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
+    chosen, text = k in path.asked.at_most, scenario.units.text
+    speed = "no speed keeps the limits" if chosen else f"at {text(path.stretches[k].speed, 'm/s')}"
+    if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
+        woven = path.stretches[k].kind.startswith("woven")
+        accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
+    elif chosen:
+        accepted = "another path or path.acceleration"
+    else:
+        accepted = "speed: fastest"
+    if limit == Bound.RAMPS:
+        shown = text(path.asked.acceleration, "m/s²")
+        reason = f"there is no {limit} at path.acceleration, {shown}"
+        accepted += ", a higher path.acceleration"
+    elif isinstance(limit, Bound):
+        reason = "the tolerances are not kept"
+    else:
+        excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
+        joint = repr(limit.joint) if limit.joint else "the tool"
+        reason = f"{joint} {excess} its limit of {limit.quantity}"
+    error = InputError(
+        f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
+        "higher limit"
+    )
+    return task.located(error, i, _key(task, i))
+
+
+def _key(task: FreeTask, i: int) -> str:
+    """Key of the speed of the stretch to a waypoint."""
+    waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
+
+
+def _speed(scenario: Scenario, speed: float) -> str:
+    """A speed [m/s] in the units of the scenario."""
+    scale, unit = scenario.shown_length
+    return f"{rounded_down(scale * speed, 6):.6g} {unit}/s"
+
+
+def _tool_limit(scenario: Scenario) -> str:
+    """The limit of the tool's speed, with its value before the margin."""
+    limit = scenario.motion_limits.tool_speed or math.inf
+    return with_margin(partial(_speed, scenario), limit, scenario.task.limits.margin)

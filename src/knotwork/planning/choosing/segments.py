@@ -1,0 +1,207 @@
+"""Segments: consecutive waypoints with unknowns between them, split where the state is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
+from knotwork.scenario import FreeWay, Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.waypoints import FloatArray, IndexArray
+
+SHORTEST_RAMP = 0.01
+"""Without a jerk limit, the minimum time from zero to the maximum acceleration [s]."""
+
+GREATEST_JERK = 2e4
+"""Without limits of jerk and acceleration, the largest jerk [rad/s³ or m/s³]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """Consecutive waypoints of a scenario, without a tool path or wait between them.
+
+    Attributes:
+        waypoints: Their indices in the scenario.
+        rows: Their rows in its joint waypoints, shape (n,).
+        way: Options of a collision-free motion, or `None`.
+    """
+
+    waypoints: range
+    rows: IndexArray
+    way: FreeWay | None = None
+
+    def meets(self, other: Segment) -> bool:
+        """Whether it is a collision-free motion that ends where another one begins."""
+        return self.way is not None and self.waypoints[-1] == other.waypoints[0]
+
+
+def find_segments(task: FreeTask) -> list[Segment]:
+    """The segments of a task with unknowns, in order of time.
+
+    Raises:
+        InputError: The time between two equal stops is to be chosen, or the velocity at one of the
+            points with zero acceleration.
+    """
+    scenario, free = task.scenario, task.free
+    n = len(scenario.waypoints)
+    closed = set(task.space.waits)
+    for i in closed:
+        if free.duration[i]:
+            with scenario.error_context("waypoints", scenario.index[i + 1]):
+                raise InputError(
+                    f"{scenario.waypoints[i].name!r} and {scenario.waypoints[i + 1].name!r} are "
+                    "the same stop, so the minimum time between them is zero; accepted: wait: "
+                    "seconds at the first of them, or after: seconds"
+                )
+    for i, why in task.still_points.items():
+        if free.speed[i] != "given":
+            accepted = "stop, or a velocity"
+            if i in free.ways and i + 1 in free.ways:
+                accepted += ", or velocity: free between ways of equal options without times"
+            message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
+            raise task.located(InputError(message), i)
+    for path in scenario.paths:
+        closed.update(range(path.first, path.last))
+    ends = task.still_points
+    segments: list[Segment] = []
+    first = 0
+    for i in range(n):
+        if i + 1 < n and i not in closed and i not in ends:
+            continue
+        if i > first and _chosen(task, first, i):
+            own = Segment(range(first, i + 1), task.rows[first : i + 1], free.ways.get(i))
+            segments.append(own)
+        first = i + 1 if i in closed else i
+    return segments
+
+
+def _chosen(task: FreeTask, first: int, last: int) -> bool:
+    """Whether anything is chosen between two waypoints."""
+    free = task.free
+    return bool(
+        task.still_points.keys() & {first, last}
+        or free.optimal_knots
+        or free.duration[first:last].any()
+        or any(kind != "given" for kind in free.speed[first : last + 1])
+    )
+
+
+def timing_problem(
+    task: FreeTask, segment: Segment, objective: Objective, total: float | None = None
+) -> TimingProblem:
+    """Known and unknown values of a segment.
+
+    Args:
+        task: The task.
+        segment: The segment.
+        objective: Objective to minimise.
+        total: Duration of the segment [s], or `None`.
+
+    Raises:
+        InputError: A moving joint has neither an acceleration nor an effort limit.
+    """
+    free, space, waypoints = task.free, task.space, task.waypoints
+    rows = segment.rows
+    inner = slice(segment.waypoints[0], segment.waypoints[-1])
+    velocity = waypoints.velocity[rows].copy()
+    kinds = [free.speed[i] for i in segment.waypoints]
+    velocity[[kind == "free" for kind in kinds]] = np.nan
+    duration = np.where(free.duration[inner], np.nan, np.diff(waypoints.time[rows]))
+    limits = TimingLimits(
+        space.limits["velocity"],
+        space.limits["acceleration"],
+        jerk_limits(space),
+        space.limits["effort"] if space.robot is not None else None,  # type: ignore[arg-type]
+        space.lower_position_limit,
+        space.upper_position_limit,
+        task.scenario.motion_limits.tool_speed or np.inf,
+        task.scenario.task.limits.margin,
+    )
+    if np.isnan(duration).any() and total is None:
+        _check_limits(task.scenario, space, limits)
+    effort = bool(np.isfinite(limits.effort).any() or objective.effort)
+    moved_by_force = effort or np.isfinite(limits.tool_speed)
+    return TimingProblem(
+        space.joint_names,
+        waypoints.position[rows],
+        velocity,
+        limits,
+        names=tuple(waypoints.names[row] for row in rows),
+        joint_units=space.joint_units,
+        along=np.array([kind == "along" for kind in kinds]),
+        most=free.at_most[list(segment.waypoints)],
+        acceleration=_accelerations(task, segment),
+        duration=duration,
+        at_least=free.at_least[inner],
+        total=total,
+        objective=objective,
+        dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
+        units=task.scenario.units,
+    )
+
+
+def jerk_limits(space: JointSpace) -> FloatArray:
+    """Jerk limits; without one, a bound that avoids jumps of the acceleration."""
+    jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
+    ramped = np.where(np.isfinite(acceleration), acceleration / SHORTEST_RAMP, GREATEST_JERK)
+    return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, GREATEST_JERK))
+
+
+def assumed_jerk(space: JointSpace) -> dict[str, float]:
+    """Jerk bounds of the joints without a limit [rad/s³ or m/s³]."""
+    given = np.isfinite(space.limits["jerk"])
+    bounds = zip(space.joint_names, given, jerk_limits(space), strict=True)
+    return {name: float(bound) for name, has, bound in bounds if not has}
+
+
+def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
+    """Accelerations at the ends of a segment.
+
+    At the ends of the motion as given; else zero where times are chosen, and free where only
+    knots are. Zero where a collision-free motion begins or ends.
+    """
+    space, waypoints, rows = task.space, task.waypoints, segment.rows
+    still = task.still_points
+    known = np.full((len(rows), len(space.joint_names)), np.nan)
+    ends = space.end_acceleration
+    for place, row, last in ((0, rows[0], 0), (-1, rows[-1], len(waypoints.time) - 1)):
+        given = waypoints.acceleration
+        if given is not None and not np.isnan(given[row]).any():
+            known[place] = given[row]
+        elif row == last and ends is not None:
+            known[place] = ends[place]
+        elif (row == last and task.free.duration.any()) or segment.waypoints[place] in still:
+            known[place] = 0.0
+    return known
+
+
+def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -> None:
+    """Refuse a joint with unbounded acceleration."""
+    bounded = np.isfinite(limits.acceleration)
+    if space.robot is not None:
+        bounded |= np.isfinite(limits.effort)
+    loose = [name for name, fine in zip(space.joint_names, bounded, strict=True) if not fine]
+    if not loose:
+        return
+    example = ", ".join(
+        f"{name}: {10.0 if unit == 'rad' else 2.0:g}"
+        for name, unit in zip(space.joint_names, space.joint_units, strict=True)
+        if name in loose
+    )
+    shown = (scenario.units.shown(1.0, f"{unit}/s²")[1] for unit in space.joint_units)
+    units = " or ".join(dict.fromkeys(shown))
+    with scenario.error_context("limits"):
+        raise InputError(
+            f"times are chosen, but nothing bounds the acceleration of {', '.join(loose)}: "
+            + (
+                "neither a limit of acceleration nor one of torque is known"
+                if space.robot is not None
+                else "no acceleration limit is given"
+            )
+            + f"; accepted: acceleration: {{{example}}}, with values for this robot "
+            f"[{units}]"
+        )

@@ -1,0 +1,135 @@
+"""`FreeTask`: a scenario with unknowns, and its waypoints at the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.planning.task_to_joint import PathStart, TaskSolution
+from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.interpolation import BalancedKnots
+from knotwork.waypoints import IndexArray, JointWaypoints
+
+ErrorT = TypeVar("ErrorT", bound=InputError)
+
+if TYPE_CHECKING:
+    from knotwork.planning.timing import Dynamics
+    from knotwork.robot import Robot
+    from knotwork.scene.collision_model import CollisionModel
+
+
+def knots_of(scenario: Scenario) -> Any:
+    """Knot rule along tool paths."""
+    knots = scenario.knots
+    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
+
+
+def with_optimal_knots(scenario: Scenario) -> Scenario:
+    """The scenario with knots to be chosen.
+
+    Raises:
+        InputError: Its motion was chosen already.
+    """
+    return resolved(scenario.task.replace(knots="optimal"), scenario.places)
+
+
+def with_ways(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+    """The scenario with `way: clear` at some waypoints, by index."""
+    given = list(scenario.task.waypoints)
+    for place in (scenario.index[i] for i in ends):
+        given[place] = given[place].replace(way="clear")
+    return resolved(scenario.task.replace(waypoints=tuple(given)), scenario.places)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeTask:
+    """A scenario with unknowns, and its waypoints at the joints.
+
+    Attributes:
+        scenario: The task.
+        free: Its unknowns.
+        space: Its joints.
+        solution: Its waypoints at the joints, with provisional times and speeds.
+    """
+
+    scenario: Scenario
+    free: FreeTimes
+    space: JointSpace
+    solution: TaskSolution
+
+    @property
+    def waypoints(self) -> JointWaypoints:
+        """All waypoints at the joints, including inserted ones along paths."""
+        return self.solution.waypoints
+
+    @property
+    def rows(self) -> IndexArray:
+        """Rows of the scenario's waypoints, shape (n,)."""
+        return np.array(self.waypoints.asked)
+
+    def start(self, path: ScenarioPath) -> PathStart:
+        """State of the arm at the start of a path, with virtual joints for the poses' freedom."""
+        known = self.solution.starts.get(path.first)
+        if known is not None:
+            return known
+        robot = cast("Robot", self.space.robot)  # only robots follow paths
+        q = self.waypoints.position[self.rows[path.first]]
+        return PathStart(robot, q, self.scenario.task.pull_to_middle)
+
+    @cached_property
+    def _dynamics(self) -> tuple[Dynamics, ...]:
+        """Dynamics from each waypoint to the next; one shared object for equal loads."""
+        from knotwork.planning.timing import Dynamics
+
+        times, arms = self.scenario.provisional_times, self.space.carrying
+        carried = [arms.at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
+        made = {id(robot): Dynamics(robot) for robot in carried}
+        return tuple(made[id(robot)] for robot in carried)
+
+    def dynamics(self, i: int) -> Dynamics | None:
+        """Dynamics of its robot, if there is one, with the load from waypoint i on."""
+        return self._dynamics[i] if self._dynamics else None
+
+    @cached_property
+    def still_points(self) -> Mapping[int, str]:
+        """Waypoints with zero acceleration, and the reason in words: segments are split there.
+
+        Two collision-free motions with only a given position between them are one.
+        """
+        free = self.free
+        open_time = free.duration & (free.at_least == 0.0)
+        loads = enumerate(pairwise(self._dynamics), start=1)
+        found = {i: "the load changes" for i, (before, after) in loads if before is not after}
+        return found | {
+            i: "a collision-free motion begins or ends"
+            for end in free.ways
+            for i in (end - 1, end)
+            if not (
+                free.speed[i] == "free"
+                and free.ways.get(i) == free.ways.get(i + 1)
+                and open_time[i - 1 : i + 1].all()
+            )
+        }
+
+    @cached_property
+    def collision_model(self) -> CollisionModel:
+        """Bodies of the robot and the scene, present at provisional times."""
+        from knotwork.planning.task_to_joint.obstacles import Obstacles
+
+        if self.space.robot is None:
+            raise TypeError("without a robot there are no bodies")
+        return Obstacles(self.scenario, self.space, self.space.robot).model
+
+    def located(self, error: ErrorT, i: int, *key: str) -> ErrorT:
+        """The error with its place in the file: a key of waypoint i of the scenario."""
+        k = self.scenario.index[i]
+        place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(self.scenario.where(*place, *key))
+        return error

@@ -1,0 +1,231 @@
+"""Comparison of all planners for one scenario."""
+
+from __future__ import annotations
+
+import timeit
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.files import storage
+from knotwork.planning import Plan, plan
+from knotwork.planning.comparison.scores import Refusal as Refusal
+from knotwork.planning.comparison.scores import Score as Score
+from knotwork.planning.comparison.scores import best as best
+from knotwork.planning.comparison.scores import flat, flat_columns
+from knotwork.planning.infeasibility import FEASIBILITY
+from knotwork.planning.planner_options import planner_options, supported_options
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.spline.interpolation import PLANNERS, PlannerOptions, get_planner
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task import Task
+from knotwork.units import SI, Units
+from knotwork.verification import Report, check, metrics
+from knotwork.verification.brief import worst_short_text
+from knotwork.waypoints import JointWaypoints
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A scenario planned by several planners.
+
+    Attributes:
+        scenario: Name of the scenario.
+        rows: A score or a refusal for each planner.
+        trajectories: The motions by planner.
+        times_chosen: Whether the scenario has free times or speeds. They are chosen once, for
+            all planners; `modified-hermite` without a rule is the chosen motion.
+        units: Units of the scenario, for tables; all figures here are in SI.
+
+    >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
+    >>> {name: motion.continuity.order for name, motion in comparison.trajectories.items()}
+    {'modified-hermite': 2, 'cubic': 1}
+    """
+
+    scenario: str
+    rows: tuple[Score | Refusal, ...]
+    trajectories: Mapping[str, JointTrajectory]
+    times_chosen: bool = False
+    units: Units = SI
+
+    @property
+    def scores(self) -> tuple[Score, ...]:
+        """Rows of the planners that succeeded."""
+        return tuple(row for row in self.rows if isinstance(row, Score))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert the comparison to plain data, ready for JSON."""
+        rows = [asdict(row) for row in self.rows]
+        return {"scenario": self.scenario, "times_chosen": self.times_chosen, "planners": rows}
+
+    def to_csv(self) -> str:
+        """Write the comparison as CSV, one row per planner; a peak takes four columns."""
+        return storage.rows_to_csv(flat_columns(), [flat(row) for row in self.rows])
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write `comparison.json` and `comparison.csv` into a folder, both or none.
+
+        Raises:
+            InputError: The folder can't be written to.
+        """
+        return storage.write_files(
+            folder,
+            {"comparison.json": storage.to_json(self.to_dict()), "comparison.csv": self.to_csv()},
+        )
+
+
+_BY_RULE = {"modified-hermite": ("paper", "balanced"), "quintic": ("zero", "estimated")}
+DEFAULT = tuple(
+    name
+    for planner in PLANNERS
+    for name in (planner, *(f"{planner}:{rule}" for rule in _BY_RULE.get(planner, ())))
+)
+"""Planners compared by default: all of them, and two with each of their rules."""
+
+
+def compare(
+    scenario: str | Path | Mapping[str, Any] | Task | Scenario,
+    planners: Sequence[str] | None = None,
+) -> Comparison:
+    """Plan a scenario with several planners and score the motions.
+
+    Every planner gets the joint waypoints of `knotwork.plan` for the scenario, and those
+    of its options that it supports; accelerations and higher derivatives at waypoints are only
+    for the scenario's own planner. Free times and speeds are chosen once, for
+    all planners.
+
+    >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
+    >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
+    {'modified-hermite': 0.0, 'cubic': 0.0175}
+
+    Args:
+        scenario: As for `knotwork.plan`.
+        planners: Names of planners; a rule may follow after a colon: `septic:estimated`. By
+            default all of them, and those with a rule in `DEFAULT`, if it makes another
+            motion than the scenario's own options.
+
+    Raises:
+        UnknownNameError: A planner or rule is unknown.
+        InputError: The scenario is wrong, or a waypoint is infeasible.
+    """
+    given_names = [planners] if isinstance(planners, str) else planners
+    names = list(dict.fromkeys(DEFAULT if given_names is None else given_names))
+    if not names:
+        raise InputError(f"no planner is given; accepted: {', '.join(PLANNERS)}")
+    for name in names:
+        get_planner(name)
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    with scenario.error_context("planner"):
+        get_planner(scenario.planner)
+    base = _base(scenario)
+    given = planner_options(base.scenario, base.space)
+    rows: list[Score | Refusal] = []
+    trajectories: dict[str, JointTrajectory] = {}
+    for name in names:
+        options = given
+        if name != scenario.planner:
+            options, _ = supported_options(given, scenario.planner, name)
+        try:
+            trajectory, seconds = _timed(name, base.joint_waypoints, options)
+        except InputError as error:
+            rows.append(Refusal(name, str(error)))
+            continue
+        plain = trajectories.get(name.partition(":")[0])
+        if planners is None and plain is not None and _same_motion(trajectory, plain):
+            continue
+        trajectories[name] = trajectory
+        rows.append(_score(name, trajectory, seconds, base))
+    return Comparison(
+        scenario.name, tuple(rows), trajectories, scenario.free is not None, scenario.units
+    )
+
+
+def _base(scenario: Scenario) -> Plan:
+    """The plan with the joint waypoints for all planners.
+
+    If the scenario's own planner fails, another one is taken that can plan any task.
+    """
+    try:
+        return plan(scenario)
+    except InputError:
+        return plan(scenario, planner="cubic")
+
+
+def _same_motion(one: JointTrajectory, other: JointTrajectory) -> bool:
+    a, b = one.polynomial, other.polynomial
+    return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
+
+
+# The first run of a planner loads its module: the best of a few measures planning alone.
+RUNS = 5
+
+
+def _timed(
+    name: str, waypoints: JointWaypoints, options: PlannerOptions
+) -> tuple[JointTrajectory, float]:
+    planner = get_planner(name)
+    seconds = timeit.repeat(lambda: planner(waypoints, options), number=1, repeat=RUNS)
+    return planner(waypoints, options), min(seconds)
+
+
+def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -> Score:
+    scenario, space, waypoints = base.scenario, base.space, base.joint_waypoints
+    deviation = None
+    if space.robot is not None:
+        from knotwork.verification.metrics.deviation import straight_path_deviation
+
+        deviation = straight_path_deviation(
+            space.robot, trajectory, scenario.waypoints, scenario.paths
+        )
+    report = base.report
+    if not _same_motion(trajectory, base.trajectory):
+        known = report.select(group=FEASIBILITY)
+        report = check(trajectory, scenario, space=space, known=known)
+    met, required = report.counts
+    jerk_bounded = trajectory.continuity.order >= 2
+    kinds = ("velocity", "acceleration", "jerk")
+    peaks = [metrics.peak(trajectory, i + 1, space.limits[kind]) for i, kind in enumerate(kinds)]
+    return Score(
+        planner=name,
+        position_miss=metrics.position_miss(trajectory, waypoints),
+        velocity_miss=metrics.velocity_miss(trajectory, waypoints),
+        acceleration_jump=metrics.acceleration_jump(trajectory),
+        end_acceleration=metrics.end_acceleration(trajectory),
+        peak_velocity=peaks[0],
+        peak_acceleration=peaks[1],
+        peak_jerk=peaks[2] if jerk_bounded else None,
+        velocity_fluctuation=float(metrics.velocity_fluctuation(trajectory, waypoints).max()),
+        squared_acceleration=metrics.integral_of_square(trajectory, 2),
+        squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
+        path_deviation=deviation.position if deviation is not None else None,
+        path_turn=deviation.orientation if deviation is not None else None,
+        tool_path_deviation=_greatest(report, "path_deviation", lambda value, _: value),
+        tool_path_speed_error=_greatest(
+            report,
+            "path_speed",
+            lambda value, limit: scenario.tolerances.path_speed * value / limit,
+        ),
+        clearance=_greatest(report, "clearance", lambda value, limit: value - limit, min),
+        duration=trajectory.duration,
+        required=required,
+        failed=required - met,
+        time_to_plan=seconds,
+        reason=worst_short_text(report.failures, scenario.units),
+    )
+
+
+def _greatest(
+    report: Report,
+    quantity: str,
+    figure: Callable[[float, float], float],
+    choose: Callable[..., float | None] = max,
+) -> float | None:
+    """The worst figure of the findings on a quantity, from value and limit, or `None`."""
+    found = report.select(quantity=quantity)
+    pairs = [(one.value, one.limit) for one in found if one.subject in ("path", "pair")]
+    return choose((figure(v, m) for v, m in pairs if v is not None and m is not None), default=None)

@@ -1,0 +1,158 @@
+"""`follow_path`: a tool path followed at constant speed, without a scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError, PathError
+from knotwork.errors.arguments import finite_number
+from knotwork.kinematics.following.insertion import with_waypoints_inserted
+from knotwork.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.kinematics.following.path_proof import PathTolerance
+from knotwork.kinematics.solutions.pose import solve_pose_ik
+from knotwork.robot import Robot, load_robot
+from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
+from knotwork.spline.interpolation import get_planner
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
+from knotwork.waypoints import FloatArray, JointWaypoints, read_only
+
+START_TOLERANCE = 1e-6
+"""Tolerance of the tool's pose at the start of the path [m, rad]."""
+
+DEFAULT_TOLERANCES = ToleranceSet()
+
+
+def follow_path(
+    robot: Robot | str | Path,
+    path: ToolPath | Curve,
+    speed: float,
+    tolerance: float = DEFAULT_TOLERANCES.path,
+    *,
+    start: ArrayLike | None = None,
+    rotation: ArrayLike | None = None,
+    acceleration: float | None = None,
+    orientation_tolerance: float = DEFAULT_TOLERANCES.path_orientation,
+    speed_tolerance: float = DEFAULT_TOLERANCES.path_speed,
+    pull_to_middle: float = 0.0,
+) -> JointTrajectory:
+    """Follow a tool path at constant speed, through automatically inserted waypoints.
+
+    The motion begins at time 0, in the branch of the start. It is C² and cubic, and is proved to
+    keep the tolerances at all times.
+
+    Args:
+        robot: The arm, or its name or file.
+        path: Path of the tool, in base axes. Along a plain curve the tool keeps its rotation.
+        speed: Speed of the TCP along the path [m/s].
+        tolerance: Largest distance from the path [m].
+        start: Joint positions at the path's start [rad or m], shape (d,); by default those of the
+            solution nearest to the robot's configuration `home`.
+        rotation: Rotation of the tool along a curve, shape (3, 3); by default the one at the start.
+        acceleration: Largest along the path [m/s²]; the motion then begins and ends at rest.
+        orientation_tolerance: Largest angle from the path's orientation [rad].
+        speed_tolerance: Largest deviation of the speed, as a fraction of it.
+        pull_to_middle: Rate at which self-motion pulls joints to the middle of their ranges [1/s].
+
+    Raises:
+        InputError: A value is wrong, the arm is not or can't be at the start of the path; or no
+            start is given and the robot has no configuration `home`.
+        PathError: The path has stops but no acceleration, or is too short or too long.
+        FollowingError: A joint limit, a velocity limit or a singularity prevents it.
+
+    >>> arm = kw.load_robot("ur5")
+    >>> q = arm.configuration("home")
+    >>> at = arm.forward(q).translation
+    >>> line = kw.tool_paths.Line(at, at + [0, 0.1, 0])
+    >>> motion = kw.follow_path(arm, line, 0.05, 1e-7, start=q)
+    >>> motion.waypoint_times.tolist()  # one was inserted
+    [0.0, 1.0, 2.0]
+    """
+    arm = robot if isinstance(robot, Robot) else load_robot(robot)
+    arm.require_tool()
+    allowed = PathTolerance(
+        _tolerance(tolerance, "tolerance", "m"),
+        _tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
+        _tolerance(speed_tolerance, "speed_tolerance", ""),
+    )
+    pull = finite_number(pull_to_middle, "pull_to_middle", "1/s")
+    q = arm.configuration("home") if start is None else read_only(start, (arm.dof,), "start")
+    tool_path = _tool_path(arm, path, q, rotation)
+    if start is None:
+        q = solve_pose_ik(arm, tool_path.pose(0.0), q).q
+    motion = _timed_path(
+        tool_path, finite_number(speed, "speed", "m/s", positive=True), acceleration
+    )
+    _check_start(arm, motion, q)
+    joints = JointsOnPath(arm, motion, q, pull)
+    joints.check()
+    followed = with_waypoints_inserted(joints, allowed)
+    waypoints = JointWaypoints(
+        joint_names=arm.joint_names,
+        time=followed.time,
+        position=followed.position,
+        velocity=followed.velocity,
+        joint_units=arm.joint_units,
+        acceleration=followed.acceleration,
+    )
+    trajectory = get_planner("modified-hermite")(waypoints)
+    joints.check_curve(trajectory.polynomial)
+    return trajectory
+
+
+def _tolerance(value: float, name: str, unit: str) -> float:
+    number = finite_number(value, name, unit, positive=True)
+    if number < SMALLEST_PATH_TOLERANCE:
+        raise InputError(f"{name} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
+    return number
+
+
+def _tool_path(
+    robot: Robot, path: ToolPath | Curve, start: FloatArray, rotation: ArrayLike | None
+) -> ToolPath:
+    if isinstance(path, ToolPath):
+        if rotation is not None:
+            raise InputError(
+                "rotation is given together with a ToolPath, which has its own orientation"
+            )
+        return path
+    if not isinstance(path, Curve):
+        raise InputError(
+            f"path is a {type(path).__name__}; give a ToolPath or a curve of kw.tool_paths"
+        )
+    constant = robot.forward(start).rotation if rotation is None else rotation
+    return ToolPath([path], OrientationCurve.constant(constant, path.length))
+
+
+def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:
+    if acceleration is None and path.stops:
+        raise PathError("the path has stops; give acceleration")
+    lengths = [curve.length for curve in path.curves]
+    ends = None if acceleration is None else 0.0
+    timing = speed_profile(
+        lengths,
+        [speed] * len(lengths),
+        acceleration=1.0 if acceleration is None else acceleration,
+        start_speed=ends,
+        end_speed=ends,
+        stops=path.stops,
+    )
+    return TimedPath(path, timing)
+
+
+def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
+    """Raise an error if the tool is not at the start of the path."""
+    wanted, actual = motion.path.pose(0.0), robot.forward(start)
+    distance = float(np.linalg.norm(actual.translation - wanted.translation))
+    angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ actual.rotation)))
+    if max(distance, angle) > START_TOLERANCE:
+        near = [round(value, 9) for value in (distance, float(np.degrees(angle)))]
+        raise InputError(
+            f"with start the tool is {near[0]:.4g} m and {near[1]:.4g} deg away from "
+            "the start of the path; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
+            "the pose there"
+        )

@@ -1,0 +1,166 @@
+"""A scenario's planner options: in SI, support by other planners, places of errors."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError, KnotError, OptionError
+from knotwork.errors.plain_text import called
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.spline.interpolation import (
+    PLANNER_SPECS,
+    BalancedKnots,
+    PlannerOptions,
+    get_planner,
+    planner_and_rule,
+)
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.waypoints import JointWaypoints
+
+Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
+
+# Fields of a file with the options.
+_FIELDS: dict[str, tuple[str, ...]] = {
+    **{name: (name,) for name in ("knots", "end_acceleration", "chosen")},
+    "accelerations": ("planner_options", "accelerations"),
+}
+
+
+def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
+    """Give a scenario's planner options with joint values in SI, in the order of the joints.
+
+    Raises:
+        InputError: An option names an unknown joint, or is out of range.
+    """
+    knots, ends = scenario.knots, scenario.task.end_acceleration
+    _refuse_values_for_each(scenario, space)
+    return PlannerOptions(
+        knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
+        end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
+        chosen=space.chosen,
+        accelerations=space.accelerations,
+    )
+
+
+def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
+    """Raise an error if values are given for each waypoint while a path inserts more of them."""
+    if not scenario.paths:
+        return
+    text = "given one by one, but waypoints are inserted along the path"
+    if not isinstance(scenario.knots, str | int | float):
+        with scenario.error_context("knots"):
+            raise InputError(f"times are {text}; accepted: paper, balanced or its constant")
+    if space.accelerations is not None and not isinstance(space.accelerations, str):
+        with scenario.error_context("planner_options", "accelerations"):
+            raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
+
+
+def supported_options(
+    options: PlannerOptions, original: str, planner: str
+) -> tuple[PlannerOptions, tuple[str, ...]]:
+    """Keep those options of one planner that another one supports.
+
+    Accelerations given for each waypoint are dropped, as they are meant for its own planner. So are
+    options that the other planner's rule sets.
+
+    Args:
+        options: The options.
+        original: Their planner.
+        planner: The other planner; a rule may follow after a colon.
+
+    Returns:
+        The supported options, and the names of the others.
+    """
+    base, ruled = planner_and_rule(planner)
+    same = base == planner_and_rule(original)[0]
+    left_out = tuple(
+        name
+        for name in options.requested
+        if name not in PLANNER_SPECS[base].supports
+        or (name in ruled and options != replace(options, **{name: ruled[name]}))
+        or (name == "chosen" and "knots" in ruled)
+        or (name == "accelerations" and not same and not isinstance(options.accelerations, str))
+    )
+    defaults = PlannerOptions()
+    return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolation:
+    """A scenario's planner and its options.
+
+    Attributes:
+        scenario: The task, with the planner and the knots that were given instead of its own.
+        space: Its joints.
+        options: Options of the planner, in SI.
+        left_out: Names of the scenario's options that the planner does not support.
+        replaced: Names of the arguments that were given.
+    """
+
+    scenario: Scenario
+    space: JointSpace
+    options: PlannerOptions
+    left_out: tuple[str, ...]
+    replaced: frozenset[str]
+
+    @classmethod
+    def read(cls, scenario: Scenario, planner: str | None, knots: Knots) -> Interpolation:
+        """Read the options of a scenario; arguments as of `knotwork.plan`.
+
+        Raises:
+            InputError: An option is wrong, or the planner does not support it.
+        """
+        original, left_out = scenario.planner, tuple[str, ...]()
+        arguments = {"planner": planner, "knots": knots}
+        replaced = frozenset(name for name, value in arguments.items() if value is not None)
+        with nullcontext() if planner else scenario.error_context("planner"):
+            get_planner(planner or original)
+        scenario = replace(scenario, planner=planner or original)
+        space = joint_space(scenario)
+        options = planner_options(scenario, space)
+        if scenario.planner != original:
+            options, left_out = supported_options(options, original, scenario.planner)
+        if knots is not None:
+            if "knots" in planner_and_rule(scenario.planner)[1]:
+                raise InputError(
+                    f"{scenario.name}: knots: given together with those of {scenario.planner!r}; "
+                    "give one of the two"
+                )
+            placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
+            scenario = replace(scenario, knots=placed)
+            options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
+        return cls(scenario, space, options, left_out, replaced)
+
+    @property
+    def knots_along_paths(self) -> Any:
+        """Knot positions for inserting waypoints: those of the planner, if it has knots."""
+        base, ruled = planner_and_rule(self.scenario.planner)
+        if "knots" not in PLANNER_SPECS[base].supports:
+            return PlannerOptions().knots
+        return ruled.get("knots", self.options.knots)
+
+    def trajectory(self, waypoints: JointWaypoints) -> JointTrajectory:
+        """Interpolate joint waypoints.
+
+        Raises:
+            InputError: The planner can't. The error names a field of the scenario, or the argument
+                that was given instead.
+        """
+        try:
+            return get_planner(self.scenario.planner)(waypoints, self.options)
+        except InputError as error:
+            field: tuple[str, ...] = ("planner",)
+            if isinstance(error, KnotError) and error.waypoint is not None:
+                error.locate(f"at {called(waypoints.names[error.waypoint])}")
+            if isinstance(error, KnotError | OptionError):
+                field = _FIELDS.get(getattr(error, "option", "knots"), field)
+            if field[0] in self.replaced:
+                error.locate(f"{self.scenario.name}: {field[0]}")
+                raise
+            with self.scenario.error_context(*field):
+                raise

@@ -1,0 +1,136 @@
+"""The scene from a given time on, which becomes time zero."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.planning.speed_override import SAME_TIME
+from knotwork.scenario import GraspedObject, Scenario
+from knotwork.task import SceneObject, Task
+from knotwork.task.si_units import si_factors
+from knotwork.task.surroundings import SHAPES
+from knotwork.task.task_part import plain
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.scenario.joint_space import JointSpace
+    from knotwork.spline.trajectory import JointTrajectory
+    from knotwork.waypoints import FloatArray
+
+
+def held_at(scenario: Scenario, at: float) -> list[str]:
+    """Names of the objects held at a time [s]."""
+    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
+    held = scenario.scene.held
+    return [item.name for item in held if times[item.take] <= at < times[item.leave]]
+
+
+def on_moving_frames(task: Task) -> list[int]:
+    """Indices of the waypoints of a task in moving frames."""
+    frames = task.frames
+
+    def moves(name: str | None) -> bool:
+        while name in frames:
+            if frames[name].moves is not None:
+                return True
+            name = frames[name].parent
+        return False
+
+    names = (getattr(waypoint, "frame", None) or task.frame for waypoint in task.waypoints)
+    return [i for i, name in enumerate(names) if moves(name)]
+
+
+def scene_from(
+    scenario: Scenario,
+    robot: Robot | None,
+    motion: JointTrajectory,
+    span: tuple[float, float],
+    ends: tuple[str, str],
+) -> Task:
+    """The task with its scene from a time on, which becomes time 0.
+
+    Objects held at that time are held from the first waypoint on. Objects released before or
+    taken later belong to the scene. Moving frames and robots continue.
+
+    Args:
+        scenario: The scenario of the motion.
+        robot: Its robot.
+        motion: The planned motion.
+        span: Time interval of the planned motion that is executed [s].
+        ends: Names of the waypoints at these times.
+    """
+    task, (first, last) = scenario.task, span
+    times = [waypoint.time for waypoint in scenario.waypoints]
+    index = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
+    holds: dict[str, Any] = {}
+    objects: dict[str, Any] = {}
+
+    def shift_appearance(item: Any, name: str | None) -> Any:
+        """An object that appears at a waypoint; `None` if that is later."""
+        since = first if name is None else times[index[name]]
+        return None if last < since else item.replace(appears=name if first < since else None)
+
+    for name, item in task.scene.objects.items():
+        objects[name] = shift_appearance(item, item.appears)
+    for held in scenario.scene.held:
+        take, leave = index[held.take], index[held.leave]
+        asked = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
+        if times[take] < last - SAME_TIME and first < times[leave]:
+            holds[held.name] = shift_appearance(asked, held.appears).replace(
+                take=held.take if first < times[take] else ends[0],
+                leave=held.leave if times[leave] <= last else ends[1],
+            )
+            continue
+        i = take if last - SAME_TIME <= times[take] else leave
+        near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
+        pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
+        put_down = _put_down(scenario, held, i, pose, near=near)
+        objects[held.name] = shift_appearance(put_down, held.appears)
+    tool = None if task.tool is None else task.tool.replace(holds=holds or None)
+    present = {name: item for name, item in objects.items() if item}
+    frames = {
+        name: frame
+        if frame.moves is None
+        else frame.replace(moves=frame.moves.replace(at=frame.moves.at - first))
+        for name, frame in task.frames.items()
+    }
+    robots = {
+        name: other.replace(delay=other.delay - first) for name, other in task.scene.robots.items()
+    }
+    scene = task.scene.replace(objects=present or None, robots=robots or None)
+    # without a robot there is no scene, not even an empty one
+    return task.replace(
+        tool=tool, frames=frames or None, scene=scene if present or robots else None
+    )
+
+
+def _put_down(
+    scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
+) -> SceneObject:
+    """A held object at the place where the tool takes or releases it, at waypoint i."""
+    task, carrier = scenario.task, held.carriers[scenario.waypoints[i].name == held.leave]
+    asked = task.tool.holds[held.name]  # type: ignore[union-attr]
+    placed, parent = pose * held.shape.placement, "base"
+    if carrier is not None:
+        waypoint = task.waypoints[scenario.index[i]]
+        parent = getattr(waypoint, "frame", None) or task.frame or "base"
+        placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
+    shape = {key: getattr(asked, key) for key in (*SHAPES, "scale", "exact")}
+    place = plain(placed)
+    place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()
+    return SceneObject(
+        **{key: value for key, value in shape.items() if value is not None},
+        **place,
+        parent=parent,
+        allow=[*held.allow, *(["tool"] if near else [])],
+    )
+
+
+def by_joint(
+    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+) -> dict[str, float]:
+    """Values by joint in the units of a file."""
+    units = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))

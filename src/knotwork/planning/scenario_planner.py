@@ -1,0 +1,127 @@
+"""Planning of one scenario with any sequence of solutions of its poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from knotwork.planning.infeasibility import infeasible
+from knotwork.planning.planned_motion import PlannedMotion
+from knotwork.planning.planner_options import Interpolation, Knots
+from knotwork.planning.task_to_joint import Step, TaskSolution, solve_task
+from knotwork.scenario import Scenario
+from knotwork.scenario.event_reader import found_ways, segments
+from knotwork.scenario.joint_space import joint_space
+from knotwork.verification import check
+
+if TYPE_CHECKING:
+    from knotwork.planning.choosing import ChosenTimes
+    from knotwork.planning.timing import Progress
+    from knotwork.planning.timing.budget import Budget
+
+FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
+"""Maximum number of sequences of solutions to plan: with given times, with times to be chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScenarioPlanner:
+    """Plans a scenario with a sequence of solutions; unknown times are chosen first.
+
+    Attributes:
+        scenario, planner, knots, progress: As of `plan`.
+        time: Budget shared by everything that is planned, if times are chosen.
+        met: Waypoints in moving frames, by name, whose times were chosen first.
+    """
+
+    scenario: Scenario
+    planner: str | None
+    knots: Knots
+    time: Budget | None = None
+    progress: Callable[[Progress], None] | None = None
+    met: tuple[str, ...] = ()
+
+    @property
+    def most_sequences(self) -> int:
+        """Maximum number of sequences to plan."""
+        return FIXED_SEQUENCES if self.scenario.free is None else TIMED_SEQUENCES
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time budget has ended."""
+        return self.time is not None and self.time.left() <= 0.0
+
+    @cached_property
+    def _interpolation(self) -> Interpolation:
+        return Interpolation.read(self.scenario, self.planner, self.knots)
+
+    def solve(self, avoided: Sequence[Step] = ()) -> TaskSolution:
+        """Find the best sequence of solutions without some steps."""
+        if self.scenario.free is None:
+            chosen = self._interpolation
+            return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
+        from knotwork.planning.choosing.task import knots_of
+
+        space = joint_space(self.scenario)
+        return solve_task(self.scenario, space, knots_of(self.scenario), avoided)
+
+    def choose_times(self, solution: TaskSolution | None = None) -> ChosenTimes:
+        """Choose times for a sequence of solutions, by default the best."""
+        from knotwork.planning.choosing import choose_times
+
+        scenario, time = self.scenario, self.time
+        if scenario.free is None or time is None:
+            raise AssertionError("no time of the scenario is free")
+        budget = None if time.seconds is None else max(time.left(), 1e-3)
+        return choose_times(
+            scenario, scenario.free, budget=budget, progress=self.progress, solution=solution
+        )
+
+    def plan(self, solution: TaskSolution | None = None) -> PlannedMotion:
+        """Plan a sequence of solutions, by default the best, and check the motion."""
+        if self.scenario.free is None or self.time is None:
+            return self._interpolate(solution or self.solve())
+        chosen = replace(self.choose_times(solution), met=self.met)
+        if self.progress is not None:
+            from knotwork.planning.timing import Progress
+
+            elapsed = self.time.now() - self.time.begun
+            steps = sum(segment.iterations for segment in chosen.segments)
+            self.progress(Progress(steps, elapsed, 1.0, chosen.duration, "check"))
+        fixed = replace(self, scenario=chosen.scenario)
+        return fixed._interpolate(fixed.solve(), chosen)
+
+    def _interpolate(
+        self, solution: TaskSolution, chosen: ChosenTimes | None = None
+    ) -> PlannedMotion:
+        """Interpolate a sequence of solutions, and check the motion."""
+        interpolation, waypoints = self._interpolation, solution.waypoints
+        scenario, space = interpolation.scenario, interpolation.space
+        trajectory = interpolation.trajectory(waypoints)
+        detours = [*found_ways(scenario)] if interpolation.options.chosen else []
+        starts = {i for indices, _ in detours for i in indices[:-1]}
+        trajectory = replace(
+            trajectory,
+            events=tuple(asked.event for asked in scenario.events),
+            loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
+            segments=segments(scenario, starts),
+        )
+        known = [infeasible(limit, scenario.units) for limit in solution.infeasibilities]
+        if chosen is not None:
+            from knotwork.planning.choosing.findings import findings
+
+            known += findings(chosen, space)
+            # the solutions were chosen before the times were, which hold them fast
+            solution = replace(
+                chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
+            )
+        if detours:
+            from knotwork.planning.choosing.ways_found import ways_found
+
+            known += ways_found(detours, scenario, space, trajectory)
+        report = check(trajectory, scenario, space=space, known=known)
+        left_out = interpolation.left_out
+        return PlannedMotion(
+            scenario, space, waypoints, trajectory, report, left_out, solution, chosen
+        )

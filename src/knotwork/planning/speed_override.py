@@ -1,0 +1,111 @@
+"""Speed overrides: the motion of a plan at another speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.retiming import (
+    Profile,
+    checked_profile,
+    compose,
+    cubic_through,
+    inverse_time,
+    keeps_joint_limits,
+)
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification import Finding
+from knotwork.waypoints import FloatArray
+
+PATH_TOLERANCE = 1e-6
+"""Largest deviation of a joint from the planned path [rad or m]."""
+
+SAME_TIME = 1e-9
+"""Times nearer to one another than this [s] are the same."""
+
+LOWER_CAPS, CHANGE_FACTORS = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
+"""Maximum overrides, and factors of the durations of changes, tried where limits are exceeded."""
+
+
+def change_speed(
+    profile: Mapping[float, float],
+    trajectory: JointTrajectory,
+    times: FloatArray,
+    limits: tuple[FloatArray, FloatArray],
+) -> tuple[PiecewisePolynomial, PiecewisePolynomial, list[Finding]]:
+    """A motion at another speed, within limits if the override is at most 1.
+
+    Args:
+        profile: Speed override by time [s].
+        trajectory: The motion.
+        times: Waypoint times [s].
+        limits: Limits of acceleration and jerk, shape (d,) each; infinite without one.
+
+    Returns:
+        The motion, its clock, and a finding if another override than requested is executed.
+
+    Raises:
+        InputError: The profile is invalid.
+    """
+    curve, requested = trajectory.polynomial, checked_profile(profile)
+
+    def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
+        clock = profile.clock(trajectory.start_time, trajectory.duration)
+        first, last = clock(clock.x[[0, -1]])
+        passed = times[(times >= first - SAME_TIME) & (times <= last + SAME_TIME)]
+        reached = inverse_time(clock, passed).tolist()
+        return cubic_through(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
+
+    motion, clock = execute(requested)
+    if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):
+        return motion, clock, []
+    attempts = sorted(product(LOWER_CAPS, CHANGE_FACTORS), key=_loss)
+    for cap, factor in attempts:
+        executed = _slow_down(requested, cap, factor)
+        slower, slower_clock = execute(executed)
+        if keeps_joint_limits(slower, curve, *limits):
+            finding = _override_finding(requested, executed, float(slower_clock.x[-1]))
+            return slower, slower_clock, [finding]
+    return motion, clock, []
+
+
+def _loss(attempt: tuple[float, float]) -> float:
+    """Order of attempts: a lower override counts more than a slower change of it."""
+    cap, factor = attempt
+    return 20.0 * (1.0 - cap) + factor
+
+
+def _slow_down(asked: Profile, cap: float, factor: float) -> Profile:
+    """An override that never exceeds a cap, with changes that take longer."""
+    times, rates = [0.0], [min(float(asked.rates[0]), cap)]
+    for begin, end, rate in zip(asked.times, asked.times[1:], asked.rates[1:], strict=False):
+        if min(rate, cap) == rates[-1]:
+            continue
+        if begin - times[-1] > SAME_TIME:
+            times.append(float(begin))
+            rates.append(rates[-1])
+        times.append(times[-1] + factor * float(end - begin))
+        rates.append(min(float(rate), cap))
+    return Profile(np.array(times), np.array(rates))
+
+
+def _override_finding(requested: Profile, executed: Profile, end: float) -> Finding:
+    """Finding on the override executed until a time, in place of the requested one."""
+
+    def text(profile: Profile) -> str:
+        count = int(np.searchsorted(profile.times, end)) + 1  # with the end of its last change
+        pairs = zip(profile.times[:count], profile.rates[:count], strict=True)
+        return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)
+
+    return Finding(
+        "Warnings",
+        "motion",
+        "",
+        "override",
+        "warning",
+        f"the override {{{text(requested)}}} changes faster than limits of acceleration and jerk "
+        f"allow; executed instead: {{{text(executed)}}}",
+    )

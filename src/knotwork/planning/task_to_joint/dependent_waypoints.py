@@ -1,0 +1,349 @@
+"""Waypoints whose solutions follow from the previous one: along tool paths and during waits."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import BoolArray, whole_turns
+from knotwork.kinematics.following.continuation import Continuation, continue_along
+from knotwork.kinematics.following.joint_field import Guide, Pull
+from knotwork.kinematics.following.limiting_constraint import LimitingConstraint, following_error
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.kinematics.sequence.candidates import Candidates, concatenate
+from knotwork.kinematics.sequence.nearness import limit_nearness
+from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
+from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
+from knotwork.planning.task_to_joint.requested_branch import branch_names, is_in_branch
+from knotwork.planning.task_to_joint.solution import PathStart
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.spline.polynomial.distinct import distinct
+from knotwork.waypoints import FloatArray, IndexArray
+
+# Starts within this distance belong to the same continuation [rad or m].
+SAME_START = 1e-9
+# If no candidate can follow the paths with least-norm joint velocities, planned self-motion
+# (`Ladder`) is tried from `MAX_GUIDED` branches, the cheapest first, until `ENOUGH_GUIDED` succeed.
+MAX_GUIDED, ENOUGH_GUIDED = 12, 3
+# Factor on the number of collision tests along planned self-motion.
+GUIDED_SAMPLES_FACTOR = 4
+
+
+def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:
+    """Groups of consecutive waypoints that follow from the first of the group.
+
+    Args:
+        scenario: The task.
+        waits: Indices of the waypoints where a wait begins; the next waypoint is equal.
+    """
+    dependent = {i + 1 for i in waits}
+    for path in scenario.paths:
+        dependent.update(range(path.first + 1, path.last + 1))
+    groups: list[range] = []
+    for i in sorted(dependent):
+        if groups and groups[-1].stop == i:
+            groups[-1] = range(groups[-1].start, i + 1)
+        else:
+            groups.append(range(i - 1, i + 1))
+    return groups
+
+
+class PathTrack(NamedTuple):
+    """A path, and the choices with which the arm follows it.
+
+    Attributes:
+        path: The path.
+        chain: The arm with the virtual joints of the path's freedom.
+        rate: Rate at which self-motion moves joints to the middle of their ranges [1/s].
+        guides: Curves that self-motion follows in place of that, the nearest one.
+        continuation: Continuations of candidates along the path, if known.
+    """
+
+    path: ScenarioPath
+    chain: FreedomChain
+    rate: float
+    guides: tuple[Guide, ...] = ()
+    continuation: Continuation | None = None
+
+    def pull(self, time: float, q: FloatArray) -> Pull:
+        """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
+        if not self.guides:
+            return self.rate
+        s = self.path.motion.arc_length(time)
+        gaps = q - np.array([guide.posture(s) for guide in self.guides])
+        nearest = int(np.abs(gaps - whole_turns(gaps)).max(axis=1).argmin())
+        return self.guides[nearest].offset(whole_turns(gaps[nearest]))
+
+    def start(self, q: FloatArray) -> PathStart:
+        """Start of the path, from the positions of all joints [rad or m]."""
+        start = q[self.chain.columns]
+        return PathStart(self.chain.robot, start, self.pull(self.path.motion.start_time, start))
+
+    def continuation_from(self, start: FloatArray) -> Continuation | None:
+        """The continuation from joint positions (d,) of the chain, if it is known."""
+        if self.continuation is None:
+            return None
+        gaps = start - self.continuation.q[0]
+        distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
+        row = int(distance.argmin())
+        if distance[row] > SAME_START:
+            return None
+        return self.continuation.select(row, whole_turns(gaps[row]))
+
+
+class GroupSolution(NamedTuple):
+    """Solutions of a group of dependent waypoints.
+
+    Attributes:
+        candidates: Candidates at each waypoint; row k of each follows from row k of the previous.
+        tracks: Tracks of the paths of the group.
+    """
+
+    candidates: list[Candidates]
+    tracks: list[PathTrack]
+
+
+class _BlockedPathError(Exception):
+    """No candidate can follow a path.
+
+    Attributes:
+        track: The path.
+        continuation: Continuations of the candidates.
+        start: Candidates at its start, m of them.
+        branches: Index of the continuation of each candidate, shape (m,).
+        turns: Offset of each candidate from its continuation [rad], shape (m, d).
+        tried: Whether each is in the branch asked for, shape (m,).
+        feasible: Whether each of the others can follow the path, shape (m,).
+        contacts: Step of the first collision, by index of the continuation.
+    """
+
+    def __init__(
+        self,
+        track: PathTrack,
+        continuation: Continuation,
+        start: Candidates,
+        branches: IndexArray,
+        turns: FloatArray,
+        tried: BoolArray,
+        feasible: BoolArray,
+        contacts: Mapping[int, int],
+    ) -> None:
+        self.track, self.continuation, self.start = track, continuation, start
+        self.branches, self.turns = branches, turns
+        self.tried, self.feasible, self.contacts = tried, feasible, contacts
+
+
+@dataclass(frozen=True, eq=False)
+class GroupSolver:
+    """Solver of groups of dependent waypoints.
+
+    Attributes:
+        scenario: The task.
+        chains: The robot with the virtual joints of each pose.
+        obstacles: Collision model of the arm and the scene, or `None`.
+    """
+
+    scenario: Scenario
+    chains: FreedomChains
+    obstacles: Obstacles | None = None
+
+    def solve(self, group: range, first: Candidates) -> GroupSolution:
+        """Continue candidates at the first waypoint through a group.
+
+        Candidates that reach the end are kept. If none does, planned self-motion is tried, and then
+        virtual joints that slow down before their limits.
+
+        Raises:
+            FollowingError: No candidate can follow a path to its end.
+        """
+        rate = self.scenario.task.pull_to_middle
+        tracks = [
+            PathTrack(path, self.chains.for_freedom(path.freedom), rate)
+            for path in self.scenario.paths
+            if path.first in group[:-1]
+        ]
+        try:
+            return self._follow(group, first, tracks)
+        except _BlockedPathError as error:
+            blocked = error
+        if guided := self._follow_guided(group, first, tracks):
+            return guided
+        if any(track.chain.is_hard for track in tracks):
+            softened = [track._replace(chain=track.chain.softened) for track in tracks]
+            with contextlib.suppress(_BlockedPathError):
+                return self._follow(group, first, softened)
+        raise self._following_error(blocked)
+
+    def _follow_guided(
+        self, group: range, first: Candidates, tracks: list[PathTrack]
+    ) -> GroupSolution | None:
+        """Solutions with planned self-motion, of a few feasible starts."""
+        from knotwork.kinematics.following.ladder import Ladder
+
+        moving = [track for track in tracks if not track.path.motion.stands]
+        if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
+            return None
+        chain = moving[0].chain
+        if chain.robot.dof <= 6:
+            return None
+        _, rows = np.unique(first.branch, return_index=True)
+        is_clear = None if self.obstacles is None else self.obstacles.are_clear
+        paths = [track.path.motion for track in moving]
+        ladder = Ladder(chain.robot, paths, first.q[rows][:, chain.columns], is_clear)
+        solutions: list[GroupSolution] = []
+        for start, curves in ladder.guided_starts(MAX_GUIDED):
+            guides = iter(curves)
+            guided = [
+                track if track.path.motion.stands else track._replace(guides=(next(guides),))
+                for track in tracks
+            ]
+            branch = first.select(first.branch == first.branch[rows[start]])
+            with contextlib.suppress(_BlockedPathError):
+                solutions.append(self._follow(group, branch, guided))
+            if len(solutions) == ENOUGH_GUIDED:
+                break
+        if not solutions:
+            return None
+        return GroupSolution(
+            [concatenate(rows) for rows in zip(*(s.candidates for s in solutions), strict=True)],
+            [
+                same[0]._replace(
+                    guides=tuple(guide for track in same for guide in track.guides),
+                    continuation=None,
+                )
+                for same in zip(*(s.tracks for s in solutions), strict=True)
+            ],
+        )
+
+    def _follow(self, group: range, first: Candidates, tracks: list[PathTrack]) -> GroupSolution:
+        candidates, followed = [first], []
+        at_start = {track.path.first: track for track in tracks}
+        while len(candidates) < len(group):
+            track = at_start.get(group[len(candidates) - 1])
+            if track is None:  # a wait
+                candidates.append(candidates[-1])
+                continue
+            rows, onward, track = self._follow_path(track, candidates[-1])
+            candidates = [waypoint.select(rows) for waypoint in candidates] + onward
+            followed.append(track)
+        return GroupSolution(candidates, followed)
+
+    def _follow_path(
+        self, track: PathTrack, start: Candidates
+    ) -> tuple[BoolArray, list[Candidates], PathTrack]:
+        """Rows that can follow a path, candidates at its waypoints after the first, and the track.
+
+        Raises:
+            _BlockedPathError: No candidate in the branch asked for can.
+        """
+        path, robot = track.path, track.chain.robot
+        q = start.q[:, track.chain.columns]
+        _, firsts, branches = np.unique(start.branch, return_index=True, return_inverse=True)
+        turns = q - q[firsts][branches]
+        tried = is_in_branch(self.scenario, start)
+        if not tried.any():
+            tried = ~tried
+        times = path.times
+        pull = track.pull(float(times[0]), q[firsts[0]])
+        continuation = continue_along(robot, path.motion, q[firsts], times, pull=pull)
+        feasible = continuation.is_feasible(robot, branches, turns)
+        contacts = self._contacts(track, continuation, distinct(branches[feasible]))
+        feasible &= ~np.isin(branches, list(contacts))
+        if not feasible[tried].any():
+            raise _BlockedPathError(
+                track, continuation, start, branches, turns, tried, feasible, contacts
+            )
+        rows, owner, onward = start.select(feasible), branches[feasible], []
+        steps = np.abs(continuation.time[:, None] - times).argmin(axis=0)
+        for position, step in zip(continuation.q[1:], steps[1:], strict=True):
+            q = track.chain.scatter(position[owner] + turns[feasible])
+            onward.append(
+                rows._replace(
+                    q=q,
+                    flags=configuration_flags(self.chains.whole, q),
+                    weight=1.0 + limit_nearness(self.chains.whole, q),
+                    velocity=track.chain.scatter(continuation.velocity[step][owner]),
+                    excess=np.zeros(len(q)),
+                    unattainable=np.zeros(len(q)),
+                )
+            )
+        return feasible, onward, track._replace(continuation=continuation)
+
+    def _contacts(
+        self, track: PathTrack, continuation: Continuation, branches: IndexArray
+    ) -> dict[int, int]:
+        """Step of the first collision of each continuation that has one, by index."""
+        if self.obstacles is None:
+            return {}
+        count = COLLISION_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guides else 1)
+        steps = {int(b): self.obstacles.contact(continuation, int(b), count) for b in branches}
+        return {branch: step for branch, step in steps.items() if step is not None}
+
+    def _following_error(self, blocked: _BlockedPathError) -> FollowingError:
+        """The error for a path that can't be followed.
+
+        It names the start for which a lower speed is sufficient, or else the start that gets
+        farthest; and the branches that can follow the path, if another was asked for.
+        """
+        path, robot = blocked.track.path, blocked.track.chain.robot
+        tried = np.flatnonzero(blocked.tried)
+        untested = np.setdiff1d(blocked.branches[tried], list(blocked.contacts))
+        contacts = {
+            **blocked.contacts,
+            **self._contacts(blocked.track, blocked.continuation, untested),
+        }
+        constraints = [self._constraint(blocked, int(row), contacts) for row in tried]
+        index = max(
+            range(len(tried)), key=lambda i: (constraints[i].part or 0.0, constraints[i].time)
+        )
+        constraint, robot_with_freedoms = constraints[index], self.chains.whole
+        k = next(k for k, part in enumerate(path.stretches) if constraint.time <= part.end)
+        begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
+        count = len(constraints)
+        solutions = "the only solution" if count == 1 else f"the best of all {count} solutions"
+        if not isinstance(self.scenario.branch, str):
+            solutions += " in the branch asked for"
+        names = branch_names(robot_with_freedoms, blocked.start.select(tried[[index]]))
+        branch = "".join(f" ({name})" for name in names)
+        remedy = "begin a new path at a stop, before which the arm may change its branch"
+        if other_branches := branch_names(
+            robot_with_freedoms, blocked.start.select(blocked.feasible)
+        ):
+            remedy = f"ask for a branch that leads along it: {'; or '.join(other_branches)}"
+        return following_error(
+            robot,
+            path.motion,
+            constraint,
+            f"the path from {begin.name!r} can't be followed: with {solutions} at "
+            f"{self.scenario.waypoints[path.first].name!r}{branch},",
+            f"Move the path, turn the tool, or {remedy}",
+            since=begin.time,
+            units=self.scenario.units,
+            waypoint=end.name,
+            where=end.where,
+        )
+
+    def _constraint(
+        self, blocked: _BlockedPathError, row: int, contacts: Mapping[int, int]
+    ) -> LimitingConstraint:
+        """The earliest constraint of a candidate; a velocity limit, which has a remedy, last."""
+        continuation, branch = blocked.continuation, int(blocked.branches[row])
+        robot, turns = blocked.track.chain.robot, blocked.turns[row]
+        limits = continuation.limiting_constraint(robot, branch, turns)
+        constraints = [] if limits is None else [limits]
+        if branch in contacts and self.obstacles is not None:
+            time, text = self.obstacles.describe_contact(continuation, branch, contacts[branch])
+            constraints.append(
+                LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
+            )
+        return min(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
+
+
+def track_of(tracks: Collection[PathTrack], index: int) -> PathTrack | None:
+    """The track that contains a waypoint, by index, or `None`."""
+    return next((t for t in tracks if t.path.first <= index <= t.path.last), None)

@@ -1,0 +1,290 @@
+"""Virtual joints: a pose with a freedom is a complete pose of a longer chain.
+
+Joint positions of the longer chain are found like those of any redundant arm. At a pose without
+freedom the virtual joints are at 0; they are removed from the solution.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import BranchError
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.planning.task_to_joint.solution import TaskSolution
+from knotwork.robot import Robot
+from knotwork.robot.description import VirtualJoint
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.tool_paths.rotations import exponentials
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+TORCH_RANGE_SHARE = 0.95
+"""Fraction of a torch's ranges that its joints use: between waypoints they may exceed it a bit."""
+
+
+class FreedomChain(NamedTuple):
+    """The arm with the virtual joints of one freedom.
+
+    Attributes:
+        robot: The arm followed by the virtual joints.
+        columns: Indices of this chain's joints in the combined joint vector, shape (d,).
+        size: Length of the combined joint vector.
+    """
+
+    robot: Robot
+    columns: NDArray[np.intp]
+    size: int
+
+    @property
+    def is_hard(self) -> bool:
+        """Whether a virtual joint stops hard at its limits."""
+        joints = self.robot.virtual_joints
+        return any(not joint.soft and np.isfinite(joint.upper - joint.lower) for joint in joints)
+
+    @property
+    def softened(self) -> FreedomChain:
+        """If `is_hard`, the chain with virtual joints that slow down before their limits."""
+        if not self.is_hard:
+            return self
+        joints = [replace(joint, soft=True, ease=1.0) for joint in self.robot.virtual_joints]
+        return self._replace(robot=self.robot.with_virtual_joints(*joints))
+
+    def scatter(self, values: FloatArray, default: FloatArray | float = 0.0) -> FloatArray:
+        """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
+        result = np.zeros((*values.shape[:-1], self.size)) + default
+        result[..., self.columns] = values
+        return result
+
+    def expand(self, candidates: Candidates, robot: Robot, default: FloatArray) -> Candidates:
+        """Convert candidates to those of the arm with the virtual joints of all freedoms.
+
+        Joints that do not move the tool relative to the pose (a table's) are as in `others`.
+        """
+        if self.robot is robot:
+            return candidates
+        default = np.where(robot.virtual, 0.0, default)
+        q, velocity = self.scatter(candidates.q, default), self.scatter(candidates.velocity)
+        return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(robot, q))
+
+
+class FreedomChains:
+    """The arm with the virtual joints of each freedom of a scenario's poses.
+
+    Args:
+        scenario: The task.
+        robot: The arm.
+
+    Attributes:
+        arm: The arm.
+        whole: The arm with the virtual joints of all freedoms, joints in common once.
+
+    Raises:
+        BranchError: The scenario asks for a branch, and a pose has a freedom.
+    """
+
+    def __init__(self, scenario: Scenario, robot: Robot) -> None:
+        poses = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
+        open_poses = [one for one in poses if one.freedom is not None]
+        if open_poses and scenario.branch != "free":
+            raise BranchError(
+                open_poses[0].name,
+                "is free, so that self-motion leads from one solution of its pose to others, and a "
+                "branch has no meaning; near: a configuration keeps the solutions near that",
+                branches=(),
+                where=open_poses[0].where,
+            )
+        self.arm, d = robot, robot.dof
+        joints_of: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
+        joints_of |= {
+            one: _virtual_joints(one) for one in dict.fromkeys(w.freedom for w in open_poses) if one
+        }
+        shared = _merge_joints([joint for joints in joints_of.values() for joint in joints])
+        at, size = [*shared], robot.dof + len(shared)
+        self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
+        self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
+        seen = {(False, freedom) for freedom in joints_of} | {
+            (one.standing, one.freedom) for one in poses
+        }
+        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*joints_of].index(key[1]))):
+            arm, moving = robot.in_frame(standing=stands)
+            joints = joints_of[freedom]
+            columns = [*moving, *(d + at.index(_kind(one)) for one in joints)]
+            chain = arm if not joints else arm.with_virtual_joints(*joints)
+            if len(columns) == size and all(map(operator.is_, joints, shared.values())):
+                chain = self.whole
+            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size)
+
+    def __iter__(self) -> Iterator[FreedomChain]:
+        return iter(self._of.values())
+
+    def for_freedom(self, freedom: PoseFreedom | None) -> FreedomChain:
+        """The chain of a freedom, for poses in the base frame."""
+        return self._of[False, freedom]
+
+    def for_waypoint(self, waypoint: object) -> FreedomChain:
+        """The chain at a waypoint: the arm alone where joint positions are given."""
+        if not isinstance(waypoint, CartesianWaypoint):
+            return self.for_freedom(None)
+        return self._of[waypoint.standing, waypoint.freedom]
+
+
+def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomChains) -> JointSpace:
+    """The joint space with the virtual joints of the scenario's freedoms appended, if any.
+
+    Args:
+        scenario: The task.
+        space: The joints of the scenario.
+        chains: The arm with its virtual joints.
+    """
+    robot = chains.whole
+    if robot is chains.arm:
+        return space
+    count = robot.dof - chains.arm.dof
+    return replace(
+        space,
+        joint_names=robot.joint_names,
+        joint_units=robot.joint_units,
+        lower_position_limit=robot.lower_position_limit,
+        upper_position_limit=robot.upper_position_limit,
+        limits=robot.limits,
+        configurations=robot.configurations,
+        robot=robot,
+        targets=tuple(
+            None
+            if target is None
+            else JointState(
+                pad_virtual(target.position, count), pad_virtual(target.velocity, count)
+            )
+            for target in space.targets
+        ),
+        near=None if space.near is None else pad_virtual(space.near, count),
+        solutions=_solutions(scenario, space.solutions, chains),
+        chosen=None,
+    )
+
+
+def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
+    """Joints from the tool to the pose, opposite to the freedom; slides are in the pose's axes."""
+    joints, axes = [], None
+    turned: list[tuple[str, str, tuple[float, float]]] = []
+    if freedom.torch is not None:
+        axes = _torch_axes(freedom.torch)
+        turned = [
+            ("travel angle", "y", freedom.torch.travel),
+            ("work angle", "x", freedom.torch.work),
+        ]
+    elif freedom.tilt:
+        # two turns within this bound keep the axis within the cone: cos²(t/√2) >= cos t
+        most = freedom.tilt / np.sqrt(2.0)
+        joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
+    least, greatest = freedom.turn
+    if least < greatest:
+        joints.append(VirtualJoint("free turn", "z", -greatest, -least, soft=False))
+    for name, axis, (low, high) in turned:
+        if low < high:
+            joints.append(
+                VirtualJoint(
+                    name, axis, TORCH_RANGE_SHARE * low, TORCH_RANGE_SHARE * high, axes=axes
+                )
+            )
+    for k, (low, high) in zip("xyz", freedom.box, strict=True):
+        if low < high:
+            joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
+    return joints
+
+
+def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
+    """Identity of a virtual joint: equal ones of two freedoms are merged."""
+    axes = b"" if joint.axes is None else np.asarray(joint.axes).tobytes()
+    return joint.name, joint.axis, axes
+
+
+def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
+    """The distinct virtual joints of all freedoms, each with the union of its ranges."""
+    shared: dict[tuple[str, str, bytes], VirtualJoint] = {}
+    for joint in joints:
+        known = shared.setdefault(_kind(joint), joint)
+        if known is not joint:
+            lower, upper = min(known.lower, joint.lower), max(known.upper, joint.upper)
+            shared[_kind(joint)] = replace(known, lower=lower, upper=upper)
+    return shared
+
+
+def _torch_axes(torch: TorchRanges) -> FloatArray:
+    """Rotation of the axes of a torch's angles relative to the TCP: see `TorchRanges`."""
+    turned, leant = exponentials(np.array([[0.0, 0.0, torch.about], [0.0, torch.own, 0.0]]))
+    return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
+
+
+def pad_virtual(values: FloatArray, count: int) -> FloatArray:
+    """Append zeros for virtual joints to joint values (..., d), shape (..., d + count)."""
+    return np.concatenate((values, np.zeros((*values.shape[:-1], count))), axis=-1)
+
+
+def _solutions(
+    scenario: Scenario, preferred: Mapping[int, FloatArray], chains: FreedomChains
+) -> dict[int, FloatArray]:
+    """Preferred joint positions at waypoints, with the virtual joints that reach each pose."""
+    result = {}
+    for i, q in preferred.items():
+        waypoint, chain = scenario.waypoints[i], chains.for_waypoint(scenario.waypoints[i])
+        result[i] = pad_virtual(q, chain.size - len(q))
+        if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
+            tool = chain.robot.forward(result[i][chain.columns])
+            error = _pose_error(tool, waypoint.pose, waypoint.freedom.torch)
+            virtual = chain.columns[chain.robot.virtual]
+            result[i][virtual] = [
+                error[joint.unit, joint.axis] for joint in chain.robot.virtual_joints
+            ]
+    return result
+
+
+def _pose_error(
+    tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None
+) -> dict[tuple[str, str], float]:
+    """Rotations about x, y, z in this order [rad] and translations [m] from the tool to the pose.
+
+    Rotations of a torch are about z and then about y and x of its own axes.
+    """
+    R = tool.rotation.T @ pose.rotation
+    x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
+    turns = x, y, np.arctan2(-R[0, 1], R[0, 0])
+    if torch is not None:
+        M = _torch_axes(torch._replace(own=0.0)).T @ R @ _torch_axes(torch)
+        y = np.arctan2(-M[2, 0], np.hypot(M[0, 0], M[1, 0])) - torch.own
+        turns = np.arctan2(M[2, 1], M[2, 2]), y, np.arctan2(-M[1, 0], M[0, 0])
+    slides = pose.rotation.T @ (pose.translation - tool.translation)
+    return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {
+        ("m", k): float(v) for k, v in zip("xyz", slides, strict=True)
+    }
+
+
+def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+    """The solution for the longer chain, reduced to the joints of the arm."""
+    waypoints, d = solution.waypoints, len(space.joint_names)
+    if len(waypoints.joint_names) == d:
+        return solution
+    known = waypoints.acceleration
+    waypoints = replace(
+        waypoints,
+        joint_names=space.joint_names,
+        joint_units=space.joint_units,
+        position=waypoints.position[:, :d],
+        velocity=waypoints.velocity[:, :d],
+        acceleration=None if known is None else known[:, :d],
+    )
+    choices = tuple(
+        replace(choice, turns=tuple(turn for turn in choice.turns if turn[0] in space.joint_names))
+        for choice in solution.choices
+    )
+    return replace(solution, waypoints=waypoints, choices=choices)

@@ -1,0 +1,165 @@
+"""Joint waypoints, with those inserted along tool paths and the accelerations of waits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import PathError
+from knotwork.planning.task_to_joint.solution import PathStart
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.kinematics.chain.joint_ranges import BoolArray
+    from knotwork.kinematics.following.continuation import Continuation
+    from knotwork.planning.task_to_joint.dependent_waypoints import PathTrack
+
+
+class JointRows(NamedTuple):
+    """Columns of joint waypoints.
+
+    Attributes:
+        time: Times [s], shape (k,).
+        name: Names, shape (k,).
+        position, velocity: Joint positions and velocities, shape (k, d).
+        acceleration: Joint accelerations, NaN where unknown, shape (k, d).
+        asked: Whether each is a waypoint of the scenario, shape (k,).
+    """
+
+    time: FloatArray
+    name: NDArray[Any]
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    asked: BoolArray
+
+    def slice(self, start: int, stop: int) -> JointRows:
+        """The rows from `start` up to `stop`."""
+        columns: Any = (column[start:stop] for column in self)
+        return JointRows(*columns)
+
+
+def join_rows(parts: Sequence[JointRows]) -> JointRows:
+    """Rows of several parts, one after the other."""
+    return JointRows(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def completed_waypoints(
+    scenario: Scenario,
+    space: JointSpace,
+    positions: FloatArray,
+    velocities: FloatArray,
+    knots: Any,
+    tracks: Mapping[int, PathTrack] | None = None,
+) -> JointWaypoints:
+    """Joint waypoints from the solutions at a scenario's waypoints.
+
+    Along a tool path waypoints are inserted until the motion keeps its tolerances; there, and
+    during waits, accelerations are known as well.
+
+    Args:
+        scenario: The task.
+        space: The joints of the scenario.
+        positions: Joint positions at its waypoints [rad or m], shape (n, d).
+        velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
+        knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
+        tracks: Track of each path, by its first waypoint; not needed without paths.
+
+    Raises:
+        PathError: The tolerances need too many waypoints, or are too fine to be proved.
+    """
+    count = len(positions)
+    accelerations = np.full(positions.shape, np.nan)
+    for i in space.waits:
+        accelerations[i : i + 2] = 0.0
+    names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
+    times, asked = scenario.provisional_times, np.ones(count, dtype=bool)
+    rows = JointRows(times, names, positions.copy(), velocities, accelerations, asked)
+    parts: list[JointRows] = []
+    done = 0
+    for path in scenario.paths:
+        _hold(rows, space.waits)
+        track, start = (tracks or {})[path.first], rows.position[path.first]
+        begin = track.start(start)
+        known = track.continuation_from(begin.q)
+        followed = _insert_waypoints(scenario, path, begin, knots, known)
+        followed = followed._replace(
+            position=track.chain.scatter(followed.position),
+            velocity=track.chain.scatter(followed.velocity),
+            acceleration=track.chain.scatter(followed.acceleration),
+        )
+        followed.position[0] = start  # without a rounding difference to a wait before the path
+        rows.position[path.last] = followed.position[-1]
+        # where another path follows, its first waypoint replaces the last of this one
+        joined = any(following.first == path.last for following in scenario.paths)
+        parts.append(rows.slice(done, path.first))
+        parts.append(followed.slice(0, len(followed.time) - joined))
+        done = path.last + 1 - joined
+    _hold(rows, space.waits)
+    rows = join_rows([*parts, rows.slice(done, count)])
+    return JointWaypoints(
+        joint_names=space.joint_names,
+        time=rows.time,
+        position=rows.position,
+        velocity=rows.velocity,
+        names=tuple(map(str, rows.name)),
+        joint_units=space.joint_units,
+        acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
+        asked=tuple(np.flatnonzero(rows.asked).tolist()),
+    )
+
+
+def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
+    """Make the arm end each wait exactly where the wait began."""
+    for i in waits:
+        rows.position[i + 1] = rows.position[i]
+
+
+def _insert_waypoints(
+    scenario: Scenario,
+    path: ScenarioPath,
+    start: PathStart,
+    knots: Any,
+    continuation: Continuation | None = None,
+) -> JointRows:
+    """Rows along a path, with inserted waypoints.
+
+    Args:
+        scenario: The task.
+        path: The path.
+        start: The arm at its start.
+        knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
+        continuation: The continuation from the start, if it is known.
+    """
+    from knotwork.kinematics.following.insertion import with_waypoints_inserted
+    from knotwork.kinematics.following.joints_on_path import JointsOnPath
+    from knotwork.kinematics.following.path_proof import PathTolerance
+
+    tolerances = scenario.tolerances
+    tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
+    ends = path.times
+    try:
+        joints = JointsOnPath(start.robot, path.motion, start.q, start.pull, continuation)
+        followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
+    except PathError as error:
+        error.locate(scenario.waypoints[path.last].where)
+        raise
+    asked = np.isin(followed.time, followed.time[np.searchsorted(followed.time, ends)])
+    scale, unit = scenario.shown_length
+    along = scale * path.motion.arc_length(followed.time)
+    names, k = np.empty(len(along), dtype=object), path.first - 1
+    for row, is_asked in enumerate(asked):
+        if is_asked:
+            k, begin = k + 1, along[row]
+        name = scenario.waypoints[k].name
+        names[row] = name if is_asked else f"{name} + {along[row] - begin:.4g} {unit}"
+    velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
+    for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
+        if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
+            velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stops
+    return JointRows(followed.time, names, followed.position, velocity, acceleration, asked)

@@ -1,0 +1,154 @@
+"""Collisions of candidate solutions at waypoints and along paths."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import CollisionError
+from knotwork.kinematics.following.continuation import Continuation
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial.distinct import distinct
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.scene.bodies import Body
+
+COLLISION_SAMPLES = 24
+"""Number of times along a path at which candidates are tested; the check gives the proof."""
+
+ENOUGH_CLEARANCE = 0.1
+"""Clearance [m] above which more is not preferred."""
+
+
+class Obstacles:
+    """Collision model of a scenario's robot and scene.
+
+    Args:
+        scenario: The task.
+        space: The joints of the scenario.
+        robot: The robot without virtual joints; only its joint positions are used.
+    """
+
+    def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
+        from knotwork.scene.building import collision_model
+        from knotwork.scene.solid_pairs import SolidPairs
+
+        poses = []
+        if scenario.scene.held:
+            for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+                if isinstance(waypoint, CartesianWaypoint):
+                    poses.append(waypoint.pose)
+                elif state is not None:
+                    poses.append(robot.forward(state.position[: robot.dof]))
+        self.scenario, self.robot = scenario, robot
+        self.model = collision_model(scenario, robot, scenario.provisional_times.tolist(), poses)
+        self._pairs = SolidPairs(self.model) if self.model.pairs else None
+
+    def check_start(self, q: FloatArray) -> None:
+        """Check that no static object touches the robot at its start.
+
+        Args:
+            q: Joint positions at the start [rad or m], shape (d,).
+
+        Raises:
+            CollisionError: An object touches the robot.
+        """
+        held = {held_object.name for held_object in self.scenario.scene.held}
+        margin = self.scenario.scene.rules.margin
+        start = float(self.scenario.provisional_times[0])
+        for distance, first, second in self._gaps(q, start):
+            # an object that is picked up at the start is not static any more
+            stands = first.kind == "object" and not first.joint and first.end > start
+            if distance <= -margin and stands and second.kind != "held":
+                place = ("tool", "holds") if first.name in held else ("scene", "objects")
+                scale, unit = self.scenario.shown_length
+                with self.scenario.error_context(*place, first.name):
+                    depth = f"{-scale * (distance + margin):.4g} {unit}"
+                    raise CollisionError(
+                        f"touches {second.name} where the robot starts, by {depth}; move it, or "
+                        f"if it may touch it say `allow: [{second.name}]`",
+                        names=(first.name, second.name),
+                        depth=-(distance + margin),
+                    )
+
+    def collide(self, index: int, candidates: Candidates) -> FloatArray:
+        """1 for each candidate at a waypoint that collides, otherwise 0; shape (m,)."""
+        return (self._branch_clearance(index, candidates, 0.0) < 0.0).astype(float)
+
+    def shortfall(self, index: int, candidates: Candidates) -> FloatArray:
+        """Cost of little clearance for each candidate, 0 to 1, shape (m,)."""
+        clearance = np.maximum(self._branch_clearance(index, candidates, ENOUGH_CLEARANCE), 0.0)
+        return np.asarray(1.0 - clearance / ENOUGH_CLEARANCE)
+
+    def are_clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
+        """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
+        if self._pairs is None:
+            return np.ones(len(q), dtype=bool)
+        return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
+
+    def collides(self, q: FloatArray, time: float) -> bool:
+        """Whether a configuration collides."""
+        return not self.are_clear(q[None], time)[0]
+
+    def _branch_clearance(self, index: int, candidates: Candidates, most: float) -> FloatArray:
+        """Clearance of candidates, computed once per branch: turns do not change it."""
+        if self._pairs is None:
+            return np.full(len(candidates.q), most)
+        _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
+        time = self.scenario.waypoints[index].time
+        return np.asarray(
+            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, most)[branches]
+        )
+
+    def _arm_positions(self, q: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(q[:, : self.robot.dof])
+
+    def contact(self, path: Continuation, start: int, count: int = COLLISION_SAMPLES) -> int | None:
+        """The first of some steps along a path that collides; `None` if there is no collision.
+
+        Args:
+            path: The continuations along the path.
+            start: Index of the continuation.
+            count: Number of steps to test.
+        """
+        if self._pairs is None:
+            return None
+        steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
+        steps = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
+        q = self._arm_positions(path.position[steps, start])
+        gaps = self._pairs.clearances(q, path.time[steps])
+        return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
+
+    def describe_contact(self, path: Continuation, start: int, contact: int) -> tuple[float, str]:
+        """Time of the first step in contact [s], and a description of the contact.
+
+        Args:
+            path: The continuations along the path.
+            start: Index of the continuation.
+            contact: Step returned by `contact`.
+        """
+        q, time = path.position[:, start], path.time.tolist()
+        step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
+        _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
+        return time[step], f"{second.name} comes too near to {first.name}"
+
+    def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
+        """Distance of each pair minus its required margin, and the pair."""
+        from knotwork.scene.distances import nearest_of_bodies
+
+        rotation, origin = (
+            x[0]
+            for x in self.model.joint_placements(self._arm_positions(q[None]), np.array([time]))
+        )
+        for pair in self.model.pairs:
+            first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
+            if max(first.start, second.start) <= time <= min(first.end, second.end):
+                near = nearest_of_bodies(self.model.meter, first, second, rotation, origin)
+                yield near.distance - pair.margin, first, second

@@ -1,0 +1,303 @@
+"""The choice of one solution at each waypoint of a scenario, over the whole sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from knotwork.kinematics.chain.joint_ranges import difference, middle, whole_turns
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.kinematics.sequence.candidates import (
+    Candidates,
+    candidates_of,
+    concatenate,
+    find_candidates,
+    nearest_candidate,
+)
+from knotwork.kinematics.sequence.cost import make_cost
+from knotwork.kinematics.sequence.nearness import weights
+from knotwork.kinematics.sequence.shortest_sequence import ConfigurationSequence, choose_sequence
+from knotwork.kinematics.sequence.step_costs import Layer
+from knotwork.planning.task_to_joint.dependent_waypoints import (
+    GroupSolver,
+    PathTrack,
+    dependent_groups,
+    track_of,
+)
+from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
+from knotwork.planning.task_to_joint.obstacles import Obstacles
+from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check_branch, no_branch
+from knotwork.planning.task_to_joint.solution import Step
+from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
+from knotwork.planning.task_to_joint.velocities import velocity_at
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+HOME_CONFIGURATION = "home"
+
+
+class ChosenSequence(NamedTuple):
+    """The chosen sequence.
+
+    Attributes:
+        cost: Cost of the sequence, shape (7,): see `Level`.
+        positions: Joint positions [rad or m], shape (n, d).
+        velocities: Joint velocities [rad/s or m/s], shape (n, d).
+    """
+
+    cost: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+
+
+def home(space: JointSpace) -> FloatArray:
+    """The configuration `home`, or the middle of the joints' ranges."""
+    if HOME_CONFIGURATION in space.configurations:
+        return np.array(space.configurations[HOME_CONFIGURATION])
+    return middle((space.lower_position_limit, space.upper_position_limit))
+
+
+class SolutionSearch:
+    """The search for the best sequence of one scenario.
+
+    Args:
+        scenario: The task.
+        space: The joints of the scenario, followed by the virtual joints of its freedoms.
+        chains: The robot with the virtual joints of each pose.
+        avoided: Steps that count as collisions.
+
+    Attributes:
+        robot: The robot with its virtual joints.
+        near: Preferred configuration, or `None`.
+        free_velocity: Waypoints whose speed is chosen later, by index.
+        joints: Rules for the joints.
+        steps: Rules for the interval after each waypoint but the last.
+        candidates: Candidates at each waypoint; `None` where joint positions are given.
+        tracks: Tracks of the paths.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        space: JointSpace,
+        chains: FreedomChains,
+        avoided: Iterable[Step] = (),
+    ) -> None:
+        robot = chains.whole
+        self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
+        self.near = space.near
+        scene = scenario.scene
+        self.obstacles = (
+            Obstacles(scenario, space, chains.arm) if scene.rules.itself or scene.asks() else None
+        )
+        groups = dependent_groups(scenario, space.waits)
+        self._group_of = {i: group for group in groups for i in group}
+        check_branch(scenario, robot)
+        kinds = scenario.free.speed if scenario.free is not None else ()
+        self.free_velocity = frozenset(i for i, kind in enumerate(kinds) if kind != "given")
+        self.joints = joint_rules(robot)
+        self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)
+        self.candidates: list[Candidates | None] = [None] * len(space.targets)
+        self.tracks: list[PathTrack] = []
+
+    def solve(self) -> ChosenSequence:
+        """Choose positions and velocities at all waypoints.
+
+        Raises:
+            OutOfReachError: A pose has no candidate.
+            CollisionError: A static object touches the robot at its start.
+            FollowingError: No candidate can follow a path to its end.
+            BranchError: No sequence of candidates is in the branch asked for.
+            SingularityError: The chosen arm can't move as asked at a waypoint.
+        """
+        self._find_candidates()
+        start = self.space.targets[0]
+        if self.obstacles is not None and start is not None and self.scenario.scene.asks():
+            self.obstacles.check_start(start.position)
+        layers = [self._layer(i) for i in range(len(self.candidates))]
+        sequence = choose_sequence(layers, self.joints, self.steps)
+        blocked = sequence.blocked
+        if blocked is not None:
+            raise no_branch(self.scenario, self.robot, blocked, self.candidates[blocked])
+        positions = self._refine(sequence, layers)
+        velocities = [
+            velocity_at(self.scenario, self.chains, track_of(self.tracks, i), i, q)
+            if target is None
+            else target.velocity
+            for i, (q, target) in enumerate(zip(positions, self.space.targets, strict=True))
+        ]
+        return ChosenSequence(sequence.cost, positions, np.array(velocities))
+
+    def _find_candidates(self) -> None:
+        """Find the candidates at all waypoints."""
+        for chain in self.chains:
+            for i, candidates in self._find_on_chain(chain).items():
+                reference = self.space.solutions.get(i, self._reference(i))
+                self.candidates[i] = chain.expand(candidates, self.robot, reference)
+        solver = GroupSolver(self.scenario, self.chains, self.obstacles)
+        for group in dict.fromkeys(self._group_of.values()):
+            first = self.candidates[group[0]]
+            if first is not None:
+                solution = solver.solve(group, first)
+                self.candidates[group.start : group.stop] = solution.candidates
+                self.tracks += solution.tracks
+
+    def _find_on_chain(self, chain: FreedomChain) -> dict[int, Candidates]:
+        """Candidates at the independent waypoints that belong to a chain, by index."""
+        units, poses, result = self.scenario.units, {}, {}
+        for i, target in enumerate(self.scenario.waypoints):
+            independent = i not in self._group_of or self._group_of[i][0] == i
+            if (
+                not independent
+                or not isinstance(target, CartesianWaypoint)
+                or self.chains.for_waypoint(target) is not chain
+            ):
+                continue
+            if i in self.space.solutions:
+                near = self.space.solutions[i][chain.columns]
+                result[i] = nearest_candidate(chain.robot, target, near, units)
+            else:
+                poses[i] = target
+        references = [self._reference(i)[chain.columns] for i in poses]
+        several = find_candidates(chain.robot, list(poses.values()), references, units)
+        for (i, target), candidates, near in zip(poses.items(), several, references, strict=True):
+            if candidates.redundant and (i in self._group_of or self.near is not None):
+                candidates = self._add_nearest(chain, target, candidates, near)
+            if i in self.free_velocity:
+                zero = np.zeros_like(candidates.velocity)
+                candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
+            result[i] = candidates
+        return result
+
+    def _add_nearest(
+        self,
+        chain: FreedomChain,
+        target: CartesianWaypoint,
+        candidates: Candidates,
+        near: FloatArray,
+    ) -> Candidates:
+        """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
+
+        At the start of a path or a wait the arm is not refined later. Elsewhere it is, but from
+        distant samples no motion between waypoints might be feasible.
+        """
+        from knotwork.kinematics.sequence.null_space_refinement import (
+            RefinementTask,
+            refine_sequence,
+        )
+
+        joints = self.joints.select(chain.columns)
+        gaps = difference(candidates.q, near, joint_axes(chain.robot).revolute) / joints.scale
+        row = int(np.linalg.norm(gaps, axis=1).argmin())
+        task = RefinementTask(joints, (), [target], near)
+        q = refine_sequence(chain.robot, task, candidates.q[[row]], candidates.velocity[[row]])
+        nearest = candidates_of(chain.robot, target, q[0])
+        return concatenate(
+            [candidates, nearest._replace(branch=nearest.branch + candidates.branches)]
+        )
+
+    def _reference(self, index: int) -> FloatArray:
+        """The last configuration before a waypoint that is known without a search."""
+        if self.near is not None:
+            return self.near
+        known = (
+            target.position for target in self.space.targets[:index][::-1] if target is not None
+        )
+        return next(known, home(self.space))
+
+    def _layer(self, index: int) -> Layer:
+        """The candidates at a waypoint in the branch asked for, with their costs."""
+        target = self.space.targets[index]
+        if target is not None:
+            q, v = target.position[None], target.velocity[None]
+            flags, weight = configuration_flags(self.robot, q), weights(self.robot, q)
+            return Layer(q, v, make_cost(1), weight, flags, fixed=True)
+        candidates = cast(Candidates, self.candidates[index])
+        group = self._group_of.get(index)
+        first = index if group is None else group[0]
+        rows = allowed_rows(self.scenario, self.robot, first, self.candidates[first])
+        q = candidates.q[rows]
+        distance, travel = np.zeros((2, len(rows)))
+        if self.near is not None:
+            # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
+            # and then follow the motion, or joints would be wound back.
+            gap = difference(q, self.near, joint_axes(self.robot).revolute)
+            distance = np.linalg.norm(gap / self.joints.scale, axis=1)
+        elif self.scenario.prefers_clearance and self.obstacles is not None:
+            distance = self.obstacles.shortfall(index, candidates)[rows]
+        if index == 0:
+            gap = q - (home(self.space) if self.near is None else self.near)
+            turns = np.where(self.joints.unbounded, whole_turns(gap), 0.0)
+            q, travel = q - turns, np.linalg.norm((gap - turns) / self.joints.scale, axis=1)
+        collisions = np.zeros(len(rows))
+        if self.obstacles is not None:
+            collisions = self.obstacles.collide(index, candidates)[rows]
+        cost = make_cost(
+            len(rows),
+            impossible=candidates.unattainable[rows],
+            collisions=collisions,
+            infeasible=candidates.excess[rows],
+            distance=distance,
+            travel=travel,
+        )
+        previous = self.candidates[index - 1] if first < index else None
+        return Layer(
+            q,
+            candidates.velocity[rows],
+            cost,
+            candidates.weight[rows],
+            candidates.flags[rows],
+            group_row=None if group is None else rows,
+            previous_q=None if previous is None else previous.q[rows],
+        )
+
+    def _refine(self, sequence: ConfigurationSequence, layers: list[Layer]) -> FloatArray:
+        """Move waypoints of a redundant arm along its self-motion to improve the whole motion."""
+        if self.scenario.prefers_clearance:
+            return sequence.q
+        # refinement would move these back to the solution that collided
+        fixed = {k for i, step in enumerate(self.steps) if step.colliding for k in (i, i + 1)}
+        movable = {
+            i: target
+            for i, (target, c) in enumerate(
+                zip(self.scenario.waypoints, self.candidates, strict=True)
+            )
+            if isinstance(target, CartesianWaypoint)
+            and c is not None
+            and c.redundant
+            and i not in self._group_of
+            and i not in fixed
+        }
+        if not movable:
+            return sequence.q
+        from knotwork.kinematics.sequence.null_space_refinement import (
+            RefinementTask,
+            refine_sequence,
+        )
+
+        refined = sequence.q.copy()
+        v = np.array([layer.velocity[k] for layer, k in zip(layers, sequence.index, strict=True)])
+        for chain in self.chains:
+            targets = {i: t for i, t in movable.items() if self.chains.for_waypoint(t) is chain}
+            if not targets:
+                continue
+            columns = chain.columns
+            task = RefinementTask(
+                self.joints.select(columns),
+                self.steps,
+                [targets.get(i) for i in range(len(layers))],
+                None if self.near is None else self.near[columns],
+                home(self.space)[columns] if self.space.targets[0] is None else None,
+                self.free_velocity,
+            )
+            q = refine_sequence(chain.robot, task, refined[:, columns], v[:, columns])
+            refined[:, columns] = q
+        if self.obstacles is not None:
+            for i, target in movable.items():
+                if self.obstacles.collides(refined[i], target.time):
+                    return sequence.q
+        return refined

@@ -1,0 +1,130 @@
+"""From a scenario to its waypoints at the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
+from knotwork.planning.task_to_joint.inserted import completed_waypoints
+from knotwork.planning.task_to_joint.solution import Step, TaskSolution
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+
+
+def solve_task(
+    scenario: Scenario,
+    space: JointSpace,
+    knots: Any = "paper",
+    avoided: Sequence[Step] = (),
+) -> TaskSolution:
+    """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
+
+    Among all solutions of all poses, turns of ±2π within limits included, the sequence is chosen
+
+    1. that is feasible: within the velocity limits at the waypoints, in the mean of each interval
+       and, if possible, halfway along cubics between the waypoints;
+    2. then, that changes its branch, if at all, where the tool rests;
+    3. then, with minimum joint travel relative to the velocity limits, weighted up to threefold
+       near position limits and singularities; from rest to rest in a time that is chosen later,
+       with the shortest time of the slowest joint.
+
+    With `near` the nearest sequence to that replaces minimum travel, whole turns aside. `branch`
+    restricts the candidates. Where nothing is feasible, the sequence with the smallest excess over
+    the velocity limits is chosen. Samples of a redundant arm's self-motion are refined later.
+
+    Args:
+        scenario: The task.
+        space: The joints and the robot.
+        knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
+        avoided: Steps that count as collisions, because a motion with them collided.
+
+    Raises:
+        UnreachablePoseError: No configuration reaches a pose.
+        OutsideLimitsError: A pose is reached only with joints outside their limits.
+        BranchError: No solution of a pose is in the branch asked for.
+        SingularityError: The arm can't move as asked at a waypoint.
+        RobotError: The arm is not redundant, and no joint can be pulled to the middle.
+        DocumentError: Joint values name a joint or configuration that does not exist.
+
+    >>> from knotwork.scenario.joint_space import joint_space
+    >>> scenario = kw.load_scenario("ur5_deburring")
+    >>> solution = solve_task(scenario, joint_space(scenario))
+    >>> solution.choices[0].waypoint, solution.choices[0].branch
+    ('approach', 'shoulder left, elbow up, flip')
+    """
+    _check_pull(scenario, space)
+    if all(target is not None for target in space.targets):
+        return _solve_joint_targets(scenario, space, knots)
+    if space.robot is None:
+        waypoints = zip(scenario.waypoints, space.targets, strict=True)
+        first = next(waypoint for waypoint, target in waypoints if target is None)
+        raise UnknownNameError("robot", "", (), where=first.where)
+    from knotwork.kinematics.sequence.cost import Level
+    from knotwork.planning.task_to_joint.explain import describe_choices, find_infeasibilities
+    from knotwork.planning.task_to_joint.free_poses import (
+        FreedomChains,
+        with_virtual_joints,
+        without_virtual_joints,
+    )
+    from knotwork.planning.task_to_joint.solution_search import SolutionSearch
+    from knotwork.planning.task_to_joint.unit_slips import suggest_unit
+
+    chains = FreedomChains(scenario, space.robot)
+    extended = with_virtual_joints(scenario, space, chains)
+    search = SolutionSearch(scenario, extended, chains, avoided)
+    try:
+        chosen = search.solve()
+    except OutOfReachError as error:
+        suggest_unit(error, scenario, search.robot)
+        raise
+    infeasibilities = find_infeasibilities(search, chosen)
+    # every other sequence is too fast, collides at a waypoint or takes a step that collided
+    hopeless = bool(infeasibilities) or chosen.cost[Level.COLLISIONS] > 0.0
+    tracks = {track.path.first: track for track in search.tracks}
+    solution = TaskSolution(
+        completed_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
+        infeasibilities,
+        describe_choices(search, chosen),
+        None if hopeless else chosen.positions,
+        {first: track.start(chosen.positions[first]) for first, track in tracks.items()},
+    )
+    return _with_chosen_velocities(without_virtual_joints(solution, space), space)
+
+
+def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> TaskSolution:
+    """The solution if joint positions are given at all waypoints."""
+    targets = [target for target in space.targets if target is not None]
+    positions = np.array([target.position for target in targets])
+    velocities = np.array([target.velocity for target in targets])
+    if space.robot is not None and scenario.scene.asks():
+        from knotwork.planning.task_to_joint.obstacles import Obstacles
+
+        Obstacles(scenario, space, space.robot).check_start(positions[0])
+    waypoints = completed_waypoints(scenario, space, positions, velocities, knots)
+    return _with_chosen_velocities(TaskSolution(waypoints), space)
+
+
+def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+    """The solution with the velocities that were chosen."""
+    chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
+    if not chosen:
+        return solution
+    velocity = solution.waypoints.velocity.copy()
+    for name, values in chosen.items():
+        velocity[solution.waypoints.names.index(name)] = values
+    return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
+
+
+def _check_pull(scenario: Scenario, space: JointSpace) -> None:
+    robot = space.robot
+    if scenario.task.pull_to_middle and robot is not None and robot.dof <= 6:
+        with scenario.error_context("pull_to_middle"):
+            raise RobotError(
+                robot.name,
+                f"is not redundant: it has {robot.dof} joints; leave it out, or use an arm of "
+                "seven joints or more",
+            )

@@ -1,0 +1,101 @@
+"""Rules for the cost of steps between consecutive waypoints of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from typing import Literal
+
+import numpy as np
+
+from knotwork.kinematics.chain.joint_ranges import unbounded_joints
+from knotwork.kinematics.sequence.step_costs import (
+    SAME_STEP,
+    CollidingStep,
+    JointRules,
+    StepRules,
+)
+from knotwork.planning.task_to_joint.free_poses import FreedomChains
+from knotwork.planning.task_to_joint.solution import Step
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointState
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+# For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].
+COLLISION_DISTANCE = 0.3
+
+
+def joint_rules(robot: Robot) -> JointRules:
+    """Rules for the joints of a robot, of which virtual ones move freely."""
+    limit, virtual = robot.velocity_limit, robot.virtual
+    speed = np.where(np.isfinite(limit), limit, 1.0)
+    return JointRules(
+        speed=np.where(virtual, np.inf, speed),
+        limit=limit,
+        lower=np.where(virtual, -np.inf, robot.lower_position_limit),
+        upper=np.where(virtual, np.inf, robot.upper_position_limit),
+        unbounded=unbounded_joints(robot) & ~virtual,
+        weights=robot.weights,
+        ramp=np.where(virtual, 0.0, speed / robot.limits["acceleration"]),
+    )
+
+
+def step_rules(
+    scenario: Scenario,
+    chains: FreedomChains,
+    targets: Iterable[JointState | None],
+    free_velocity: Collection[int],
+    avoided: Iterable[Step],
+) -> list[StepRules]:
+    """Rules for the cost of the step in each interval.
+
+    Args:
+        scenario: The task.
+        chains: The robot with the virtual joints of each pose.
+        targets: State of the joints at each waypoint, `None` where a pose is given.
+        free_velocity: Waypoints whose speed is chosen later, by index.
+        avoided: Steps that count as collisions.
+    """
+    unknowns, tolerance, collided = scenario.free, _avoided_distance(chains), list(avoided)
+    passes = [
+        isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
+        for i, w in enumerate(scenario.waypoints)
+    ]
+    moves = [
+        passed or (target is not None and (i in free_velocity or bool(target.velocity.any())))
+        for i, (passed, target) in enumerate(zip(passes, targets, strict=True))
+    ]
+    rules = []
+    for i, duration in enumerate(np.diff(scenario.provisional_times).tolist()):
+        # Where the tool passes at speed another branch would move it off its path.
+        keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
+        change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
+        rests = unknowns is not None and bool(unknowns.duration[i]) and i + 1 not in unknowns.ways
+        rules.append(
+            StepRules(
+                duration,
+                branch_change="forbidden" if scenario.branch == "fixed" else change,
+                is_timed=unknowns is None or not unknowns.untimed[i],
+                rest_to_rest=rests and not (moves[i] or moves[i + 1]),
+                colliding=tuple(
+                    CollidingStep(start, end, tolerance)
+                    for interval, start, end in collided
+                    if interval == i
+                ),
+            )
+        )
+    return rules
+
+
+def _avoided_distance(chains: FreedomChains) -> FloatArray:
+    """Distance to a colliding step within which a step is avoided [rad or m], shape (d,).
+
+    It is infinite for virtual joints, and for the last joint where the turn about it is free.
+    """
+    robot, dof = chains.whole, chains.arm.dof
+    if robot.dof <= 6:
+        return np.full(robot.dof, SAME_STEP)
+    distance = np.where(robot.virtual, np.inf, COLLISION_DISTANCE)
+    if any(joint.axis == "z" for joint in robot.virtual_joints):
+        distance[dof - 1] = np.inf
+    return distance

@@ -1,0 +1,122 @@
+"""Solution of one section: from a few starts, until a motion keeps every limit exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.planning.timing.budget import Budget
+from knotwork.planning.timing.exact_curve import MotionKnots
+from knotwork.planning.timing.initial_guess import (
+    Guess,
+    plain_guess,
+    short_durations,
+)
+from knotwork.planning.timing.motion import Status
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.program import Solution
+from knotwork.planning.timing.section import Section
+from knotwork.planning.timing.stop_to_stop import SLOWER, resting_knots
+from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tightened
+
+MOST_TIMES = 12
+"""Maximum number of solutions from a start, each with more tightening."""
+
+NEARLY = 1.001
+"""Maximum ratio of the duration of a motion with rests to the optimum for which it is kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A motion that keeps every limit.
+
+    Attributes:
+        knots: The motion.
+        status: Status, see `TimedMotion`.
+    """
+
+    knots: MotionKnots
+    status: Status
+
+
+def solved_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
+    """Solve a section from the first start that converges.
+
+    Args:
+        problem: The section.
+        budget: Progress and budget.
+
+    Returns:
+        The motion; if no start converges within the budget, one that rests in each interval;
+        `None` if there is none.
+    """
+    given = float(np.nansum(problem.duration))
+    if problem.objective.only_time and problem.free.any() and given:
+        rests = resting(problem, "resting")
+        if rests is not None and rests.knots.time[-1] <= NEARLY * given:
+            return rests  # the free time is negligible against the given one
+    rests = None if budget.seconds is None else resting(problem, "stopped")
+    for start in _starts(problem):
+        found = _run(start, problem, budget, found=rests is not None)
+        if found is not None:
+            return found
+    return rests if budget.late(found=rests is not None) else resting(problem, "resting")
+
+
+def _starts(problem: TimingProblem) -> Iterator[Guess]:
+    """Initial guesses."""
+    if (short_durations(problem) < float("inf")).any():
+        yield plain_guess(problem, hurried=True)
+    yield plain_guess(problem)
+
+
+def resting(problem: TimingProblem, status: Status) -> Attempt | None:
+    """The fastest motion that rests in every interval and keeps every limit, or `None`."""
+    moving = bool(problem.velocity[problem.velocity_known].any())
+    for slower in SLOWER:
+        # a moving arm may have to brake at once, and may move slowly after that
+        for braking in sorted({1.0, slower} if moving else {slower}):
+            knots = resting_knots(problem, slower, braking)
+            if knots is None:
+                return None
+            if keeps_limits(problem, knots.curve):
+                return Attempt(knots, status)
+    return None
+
+
+def _run(guess: Guess, problem: TimingProblem, budget: Budget, *, found: bool) -> Attempt | None:
+    """Solve from one start, with more tightening whenever the exact check finds an excess.
+
+    Args:
+        guess: The start.
+        problem: The section.
+        budget: Progress and budget.
+        found: Whether there is already a motion.
+    """
+    tightening = first_tightening(problem)
+    last: Solution | None = None
+    again = False
+    for _ in range(MOST_TIMES):
+        seconds = budget.left(found=found)
+        if seconds <= 0.0:
+            return None
+        section = Section(problem, guess, tightening)
+        solution = section.solve(last, seconds)
+        budget.step(solution.iterations)
+        if not solution.solved:
+            if last is None or again:
+                return None
+            last, again = None, True  # the previous solution is too far away
+            continue
+        made = section.rebuild(solution.x)
+        more = tightened(problem, tightening, made.curve)
+        if more is None:
+            return Attempt(made, "optimal")
+        if more.margin >= 1.0:
+            return None  # no margin is left
+        # with further equations the solution is a poor start
+        last = solution if more.same_equations(tightening) else None
+        tightening = more
+    return None

@@ -1,0 +1,105 @@
+"""Minimum durations in closed form, under limits of velocity, acceleration and tool speed.
+
+The minimum-time motion of a joint by D with velocities v0 and v1 at its ends, |v| <= V and
+|a| <= A, accelerates to a peak velocity and then decelerates, or the reverse, with a phase at V if
+the peak would be higher. With both velocities in the same direction, durations a little above the
+minimum may be infeasible, until the joint can stop.
+
+The path of the tool between two waypoints is at least as long as a straight line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.spline.polynomial.least_durations import feasible_durations
+from knotwork.waypoints import FloatArray
+
+
+def lower_bound(problem: TimingProblem) -> float:
+    """Lower bound on the duration under limits of velocity, acceleration and tool speed [s].
+
+    The sum over the intervals of the maximum of: the minimum duration feasible for every joint
+    independently, the duration of a straight line of the tool at its maximum speed, and the
+    problem's lower bound.
+
+    >>> from knotwork.planning.timing import TimingLimits
+    >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0])
+    >>> lower_bound(TimingProblem(("a",), [[0], [1]], [[0], [0]], limits))
+    1.25
+    """
+    if problem.total is not None:
+        return problem.total
+    return float(interval_bounds(problem).sum())
+
+
+def interval_bounds(problem: TimingProblem) -> FloatArray:
+    """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
+    least = np.maximum(least_durations(problem), problem.at_least)
+    return np.where(problem.free, least, problem.duration)
+
+
+def least_durations(problem: TimingProblem) -> FloatArray:
+    """Lower bounds on the durations from the limits alone [s], shape (n-1,)."""
+    known = problem.velocity_known
+    found: FloatArray = _of_joints(problem).max(axis=1)
+    for i in np.flatnonzero(known[:-1] & known[1:]):
+        found[i] = _together(problem, int(i))
+    return np.maximum(found, _straight_lines(problem))
+
+
+def slowest(problem: TimingProblem, i: int) -> str:
+    """Text of what determines the lower bound of an interval; the joint's name is quoted."""
+    alone, least = _of_joints(problem)[i], least_durations(problem)[i]
+    if alone.max() >= least:
+        return f"joint {problem.joint_names[int(alone.argmax())]!r}"
+    if _straight_lines(problem)[i] >= least:
+        return "the tool, on the straight line,"
+    return "all joints together"
+
+
+def _of_joints(problem: TimingProblem) -> FloatArray:
+    """Minimum durations of each joint independently [s], shape (n-1, d)."""
+    v, known = problem.velocity, problem.velocity_known
+    V, A = problem.limits.velocity, problem.limits.acceleration
+    D = np.diff(problem.position, axis=0)
+    found = np.abs(D) / V
+    for i in np.flatnonzero(known[:-1] | known[1:]):
+        if known[i] and known[i + 1]:
+            found[i] = feasible_durations(D[i], v[i], v[i + 1], V, A)[0]
+        else:
+            found[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
+    return found
+
+
+def _straight_lines(problem: TimingProblem) -> FloatArray:
+    """Minimum durations under the limit of tool speed alone [s], shape (n-1,)."""
+    most = problem.limits.tool_speed
+    if np.isinf(most):
+        return np.zeros(len(problem.position) - 1)
+    places = [problem.arm.robot.forward(q).translation for q in problem.position]
+    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / most)
+
+
+def _together(problem: TimingProblem, i: int) -> float:
+    """Minimum duration of an interval that is feasible for every joint."""
+    first, last, next_first = problem.possible_durations(i)
+    duration = float(first.max())
+    while True:
+        blocked = (duration > last) & (duration < next_first)
+        if not blocked.any():
+            return duration
+        duration = float(next_first[blocked].max())
+
+
+def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:
+    """Minimum duration with the velocity given at one end only, shape (d,)."""
+    D, v = np.abs(move), np.where(move < 0.0, -v, v)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        reach = (V * V - v * v) / (2.0 * A)  # distance until V is reached
+        root = np.sqrt(v * v + 2.0 * A * D)
+        rising = np.where(v < 0.0, (root - v) / A, 2.0 * D / (v + root))  # without cancellation
+        cruising = (V - v) / A + (D - reach) / V
+    found = np.where(reach < D, cruising, rising)
+    return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, found))

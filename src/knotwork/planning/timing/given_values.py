@@ -1,0 +1,109 @@
+"""Given positions, velocities and accelerations that violate limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.errors import TimingError
+from knotwork.errors.plain_text import called
+from knotwork.joint_quantities import rate_unit
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.units import rounded_down
+
+ROUNDING = 1e-12
+"""Relative rounding tolerance of given values."""
+
+
+def value_faults(problem: TimingProblem) -> dict[tuple[str, int], TimingError]:
+    """Velocities and accelerations that violate a limit: the worst of each at each waypoint."""
+    found: dict[tuple[str, int], TimingError] = {}
+    for place, one in (*_beyond(problem), *_unstoppable(problem)):
+        if place not in found or feasible_part(one) < feasible_part(found[place]):
+            found[place] = one
+    return found
+
+
+def feasible_part(error: TimingError) -> float:
+    """Maximum feasible fraction of the given value."""
+    return (error.bound or 0.0) / (error.value or 1.0)
+
+
+def _fault(
+    problem: TimingProblem, i: int, k: int, limit: str, value: float, bound: float, text: str
+) -> TimingError:
+    """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
+    return TimingError(
+        f"{called(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
+        waypoint=int(i),
+        joint=problem.joint_names[k],
+        limit=limit,
+        value=value,
+        bound=bound,
+    )
+
+
+def _advice(given: str, part: float) -> str:
+    if not part:
+        return (
+            f". No part of the {given} given here is possible: stop here, or move the waypoint or "
+            "the limit"
+        )
+    return f". At most {rounded_down(part, 4):g} times the {given} given here is possible"
+
+
+def _beyond(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
+    """Velocities and accelerations above their limits."""
+    limits, text = problem.limits, problem.units.text
+    for name, order, article, known in (
+        ("velocity", 1, "a", problem.velocity_known),
+        ("acceleration", 2, "an", problem.acceleration_known),
+    ):
+        most, values = getattr(limits, name), getattr(problem, name)
+        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))):
+            value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
+            bound = math.copysign(float(most[k]), value)
+            message = (
+                f"is given {article} {name} of {text(value, unit)}; its limit is "
+                f"{limits.text(float(most[k]), unit, problem.units)}{_advice(name, bound / value)}"
+            )
+            yield (name, int(i)), _fault(problem, i, k, name, value, bound, message)
+
+
+def outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
+    """Positions outside their limits."""
+    limits, text, q = problem.limits, problem.units.text, problem.position
+    slack = ROUNDING * np.maximum(1.0, np.abs(q))
+    for i, k in np.argwhere((q < limits.lower - slack) | (q > limits.upper + slack)):
+        unit, value = problem.joint_units[k], float(q[i, k])
+        lower, upper = float(limits.lower[k]), float(limits.upper[k])
+        message = (
+            f"stands at {text(value, unit)}, outside its limits "
+            f"{text(lower, unit)} to {text(upper, unit)}"
+        )
+        bound = min(max(value, lower), upper)
+        yield _fault(problem, i, k, "position", value, bound, message)
+
+
+def _unstoppable(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
+    """Joints that can't stop before a position limit."""
+    limits, q, text = problem.limits, problem.position, problem.units.text
+    for sign, verb in ((1.0, "stop before"), (-1.0, "have come from inside")):
+        v = sign * np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
+        v[-1 if sign > 0.0 else 0] = 0.0  # no motion after the last or before the first
+        room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
+        with np.errstate(invalid="ignore"):
+            most = np.sqrt(2.0 * limits.acceleration * room)
+        for i, k in np.argwhere(np.abs(v) > most * (1.0 + 1e-9) + ROUNDING):
+            unit, value = problem.joint_units[k], float(problem.velocity[i, k])
+            needed = 0.5 * value**2 / float(limits.acceleration[k])
+            bound = math.copysign(float(most[i, k]), value)
+            message = (
+                f"moves at {text(value, rate_unit(unit, 1))} and can't {verb} its position limit, "
+                f"{text(float(room[i, k]), unit, '.4g')} away; it needs at least "
+                f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
+            )
+            place = "velocity", int(i)
+            yield place, _fault(problem, i, k, "position", value, bound, message)

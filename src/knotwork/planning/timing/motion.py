@@ -1,0 +1,102 @@
+"""`TimedMotion`: a motion with a lower bound on its duration and its active limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray, ReadOnlyArrays
+
+Status = Literal["optimal", "resting", "stopped"]
+
+
+def status_of(parts: Iterable[Status]) -> Status:
+    """The status of a motion made of parts: the worst of its parts."""
+    return max(parts, key=("optimal", "resting", "stopped").index, default="optimal")
+
+
+@dataclass(frozen=True)
+class Binding:
+    """An active limit of an interval.
+
+    Attributes:
+        start, end: Names of the waypoints at the ends of the interval.
+        joint: Name of the joint; empty for the tool.
+        quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
+            `"tool speed"`; for a speed along a path also other bounds.
+        share: Fraction of the interval's duration in which the limit is active; 0 if a peak only
+            comes close; `None` for a bound on a constant speed along a path.
+    """
+
+    start: str
+    end: str
+    joint: str
+    quantity: str
+    share: float | None
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Progress of a solution.
+
+    Attributes:
+        iterations: Number of solver steps so far.
+        seconds: Time since the start [s].
+        done: Fraction of solved intervals, 0 to 1, including the tries of a current search for a
+            collision-free motion.
+        duration: Duration of the best motion of that search [s], finally of the whole motion;
+            `None` before there is one.
+        trying: Current step of that search, for example `"way 2 of 6"`; finally `"check"`;
+            otherwise empty.
+    """
+
+    iterations: int
+    seconds: float
+    done: float
+    duration: float | None = None
+    trying: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedMotion(ReadOnlyArrays):
+    """A motion that keeps every limit, with optimised durations.
+
+    Attributes:
+        trajectory: Joint trajectory: cubic, C2, from time 0 on.
+        time: Times of the waypoints [s], shape (n,).
+        velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
+        acceleration: Joint accelerations at the waypoints, shape (n, d).
+        lower_bound: Lower bound on the duration of motions through these waypoints within the
+            limits [s].
+        status: `"optimal"`; `"stopped"` if the budget ended first: the motion keeps every limit,
+            but a better one may exist; or `"resting"` if no start converged or hardly any gain
+            was possible, and the arm comes to rest in each interval.
+        binding: Active limits of each interval, the longest first.
+        objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
+            weight.
+        iterations: Number of solver steps.
+        line: Corners of the polyline from which a collision-free motion was made, shape (m, d);
+            otherwise `None`.
+        tries: Number of tries of a collision-free motion.
+        room: Clearance of a collision-free motion beyond the margins [m]; `None` if not requested.
+    """
+
+    trajectory: JointTrajectory
+    time: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    lower_bound: float
+    status: Status = "optimal"
+    binding: Sequence[Binding] = ()
+    objective: Mapping[str, float] = field(default_factory=dict)
+    iterations: int = 0
+    line: FloatArray | None = None
+    tries: int = 0
+    room: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Time from the first waypoint to the last [s]."""
+        return float(self.time[-1] - self.time[0])

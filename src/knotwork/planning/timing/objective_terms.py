@@ -1,0 +1,35 @@
+"""Terms of the objective of a finished curve."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.planning.timing.efforts import effort_integral
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.spline.polynomial import PiecewisePolynomial
+
+
+def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+    """Unweighted values by name of the time, and of the other terms with a weight.
+
+    The integrals run over the motion and are summed over the joints.
+    """
+    objective, span = problem.objective, np.diff(curve.x)[:, None]
+    found = {"time": float(curve.x[-1] - curve.x[0])}
+    if objective.jerk:
+        found["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
+    if objective.acceleration:
+        left = 2.0 * curve.c[1]
+        right = left + 6.0 * curve.c[0] * span
+        found["acceleration"] = float(
+            np.sum((left * left + left * right + right * right) * span) / 3.0
+        )
+    if objective.effort:
+        found["effort"] = effort_integral(problem, curve)
+    return found
+
+
+def objective_value(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
+    """The objective that is minimised."""
+    values = terms(problem, curve)
+    return float(sum(getattr(problem.objective, name) * value for name, value in values.items()))

@@ -1,0 +1,327 @@
+"""`TimingProblem`: waypoints and limits of a motion with unknown durations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotwork.errors import InputError, WaypointDataError
+from knotwork.errors.arguments import finite_number
+from knotwork.spline.polynomial.least_durations import feasible_durations
+from knotwork.units import SI, Units
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
+
+if TYPE_CHECKING:
+    from knotwork.planning.timing.dynamics import Dynamics
+
+BoolArray = NDArray[np.bool_]
+
+_NOT_GIVEN: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class TimingLimits(ReadOnlyArrays):
+    """Limits of a motion; infinite where there is none.
+
+    Attributes:
+        velocity: Velocity limits [rad/s or m/s], shape (d,), positive.
+        acceleration: Acceleration limits [rad/s² or m/s²], shape (d,), positive; by default
+            infinite.
+        jerk: Jerk limits [rad/s³ or m/s³], shape (d,), positive; by default infinite.
+        effort: Effort limits [N m or N], shape (d,), positive; by default infinite. Needs dynamics.
+        lower: Lower position limits [rad or m], shape (d,); by default -infinite.
+        upper: Upper position limits [rad or m], shape (d,); by default infinite.
+        tool_speed: Speed limit of the tool centre point [m/s]; by default infinite. Needs dynamics.
+        margin: Factor on the original limits of magnitudes, already applied here. Errors name it,
+            and propose limits before it.
+
+    Raises:
+        WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
+
+    >>> TimingLimits([2.0, 2.0], jerk=[40.0, 40.0]).acceleration
+    array([inf, inf])
+    """
+
+    velocity: FloatArray
+    acceleration: FloatArray = _NOT_GIVEN
+    jerk: FloatArray = _NOT_GIVEN
+    effort: FloatArray = _NOT_GIVEN
+    lower: FloatArray = _NOT_GIVEN
+    upper: FloatArray = _NOT_GIVEN
+    tool_speed: float = np.inf
+    margin: float = 1.0
+
+    def __post_init__(self) -> None:
+        d = np.size(self.velocity)
+        for name in ("velocity", "acceleration", "jerk", "effort"):
+            array = _numbers(getattr(self, name), (d,), f"{name} limit", np.inf)
+            if not (array > 0.0).all():
+                raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
+            object.__setattr__(self, name, array)
+        for name, default in (("lower", -np.inf), ("upper", np.inf)):
+            array = _numbers(getattr(self, name), (d,), f"{name} position limit", default)
+            object.__setattr__(self, name, array)
+        if not (self.lower < self.upper).all():
+            raise WaypointDataError(
+                f"position limits run from {self.lower.tolist()} to {self.upper.tolist()}; "
+                "each lower one must be below its upper one"
+            )
+        if not self.tool_speed > 0.0:
+            raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
+
+    def text(self, limit: float, unit: str, units: Units) -> str:
+        """Text of a limit of a magnitude, with its value before the margin.
+
+        >>> TimingLimits([1.8], margin=0.9).text(1.8, "rad/s", SI)
+        '1.8 rad/s, 0.9 of 2 rad/s (margin)'
+        """
+        return with_margin(lambda value: units.text(value, unit), limit, self.margin)
+
+    @property
+    def margin_note(self) -> str:
+        """Clause after limits that are reported before the margin; empty without one."""
+        return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Objective of durations and curve: a weighted sum.
+
+    The integrals run over the whole motion and are sums over the joints.
+
+    Attributes:
+        time: Weight of the total duration.
+        jerk: Weight of the integral of jerk squared [1/(rad²/s⁵)].
+        acceleration: Weight of the integral of acceleration squared [1/(rad²/s³)].
+        effort: Weight of the integral of effort squared [1/(N² m² s)]. Needs dynamics.
+
+    Raises:
+        InputError: A weight is negative or not finite, or all are zero.
+
+    >>> Objective().time, Objective(time=0, jerk=1).jerk
+    (1.0, 1.0)
+    """
+
+    time: float = 1.0
+    jerk: float = 0.0
+    acceleration: float = 0.0
+    effort: float = 0.0
+
+    def __post_init__(self) -> None:
+        names = [one.name for one in fields(self)]
+        for name in names:
+            value = finite_number(getattr(self, name), f"weight of {name}")
+            if value < 0.0:
+                raise InputError(f"weight of {name} is {value:g}; it must not be negative")
+            object.__setattr__(self, name, value)
+        if not any(getattr(self, name) for name in names):
+            raise InputError("all weights of the objective are zero; give one that is positive")
+
+    @property
+    def only_time(self) -> bool:
+        """Whether the duration is the only term."""
+        return not any(getattr(self, one.name) for one in fields(self) if one.name != "time")
+
+
+@dataclass(frozen=True, eq=False)
+class TimingProblem(ReadOnlyArrays):
+    """Waypoints with unknown durations and possibly velocities, and the limits.
+
+    The motion has five cubic pieces between two waypoints, and is C2.
+
+    Attributes:
+        joint_names: Names of the joints, length d.
+        position: Joint positions at the waypoints [rad or m], shape (n, d), n >= 2.
+        velocity: Joint velocities [rad/s or m/s], shape (n, d); a row of NaN where they are
+            unknown.
+        limits: The limits.
+        names: Names of the waypoints, length n; by default their indices.
+        joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
+        along: Whether each row of `velocity` is a direction with an unknown factor >= 0, shape
+            (n,); by default false.
+        most: Upper bound of that factor, shape (n,); by default infinite.
+        acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
+            NaN where they are unknown, the default.
+        duration: Durations between waypoints [s], shape (n-1,); NaN where unknown, the default.
+        at_least: Lower bound of an unknown duration [s], shape (n-1,); by default 0.
+        total: Sum of the durations [s], or `None`.
+        objective: The objective; by default the time.
+        dynamics: Dynamics of the robot, for limits of effort and of tool speed.
+        units: Units of errors; by default SI.
+
+    Raises:
+        WaypointDataError: Shapes do not match, or a value is impossible.
+
+    >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], TimingLimits([1.0], [2.0]))
+    >>> problem.free, problem.names
+    (array([ True]), ('0', '1'))
+    """
+
+    joint_names: tuple[str, ...]
+    position: FloatArray
+    velocity: FloatArray
+    limits: TimingLimits
+    names: tuple[str, ...] = field(default=(), kw_only=True)
+    joint_units: tuple[str, ...] = field(default=(), kw_only=True)
+    along: BoolArray = field(default=_NOT_GIVEN, kw_only=True)
+    most: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    acceleration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    at_least: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    total: float | None = field(default=None, kw_only=True)
+    objective: Objective = field(default_factory=Objective, kw_only=True)
+    dynamics: Dynamics | None = field(default=None, kw_only=True)
+    units: Units = field(default=SI, kw_only=True)
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        names, units = checked_joints(self.joint_names, self.joint_units)
+        put("joint_names", names)
+        put("joint_units", units)
+        n, d = len(self.position), len(names)
+        if n < 2:
+            raise WaypointDataError(f"a motion needs at least two waypoints, not {n}")
+        put("names", tuple(self.names) or tuple(str(i) for i in range(n)))
+        if len(self.names) != n:
+            raise WaypointDataError(f"names must have length {n}, not {len(self.names)}")
+        put("position", read_only(self.position, (n, d), "position"))
+        put("velocity", read_only(self.velocity, (n, d), "velocity", unknown=True))
+        put("acceleration", _numbers(self.acceleration, (n, d), "acceleration", np.nan))
+        put("along", _flags(self.along, n))
+        put("most", _numbers(self.most, (n,), "most", np.inf))
+        put("duration", _numbers(self.duration, (n - 1,), "duration", np.nan))
+        put("at_least", _numbers(self.at_least, (n - 1,), "at_least", 0.0))
+        if self.limits.velocity.shape != (d,):
+            raise WaypointDataError(
+                f"limits are given for {self.limits.velocity.size} joints; there are {d}"
+            )
+        self._check_dynamics()
+        self._check_rows("velocity")
+        self._check_rows("acceleration")
+        self._check_times()
+
+    def _check_dynamics(self) -> None:
+        limits = self.limits
+        asked = np.isfinite(limits.effort).any() or np.isfinite(limits.tool_speed)
+        if self.dynamics is None and (asked or self.objective.effort):
+            raise InputError(
+                "limits of effort or tool speed, and effort to be minimised, need dynamics"
+            )
+        if self.dynamics is not None and self.dynamics.robot.dof != len(self.joint_names):
+            raise InputError(
+                f"the dynamics are of {self.dynamics.robot.dof} joints; "
+                f"there are {len(self.joint_names)}"
+            )
+
+    def _check_rows(self, what: str) -> None:
+        missing = np.isnan(getattr(self, what))
+        partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
+        if partly.size:
+            raise WaypointDataError(
+                f"{what} at {self.names[partly[0]]!r} is known for some joints only; "
+                "give all of them, or NaN for all",
+                waypoint=int(partly[0]),
+            )
+
+    def _check_times(self) -> None:
+        wrong = np.flatnonzero(~np.isnan(self.duration) & ~(self.duration > 0.0))
+        for i in wrong[:1]:
+            raise WaypointDataError(
+                f"the duration from {self.names[i]!r} to {self.names[i + 1]!r} is "
+                f"{self.duration[i]:g} s; give a positive number, or NaN to have it chosen",
+                waypoint=int(i),
+                value=float(self.duration[i]),
+            )
+        if not (self.at_least >= 0.0).all() or not np.isfinite(self.at_least).all():
+            raise WaypointDataError("at_least must be finite and not negative [s]")
+        if not (self.most >= 0.0).all():
+            raise WaypointDataError("most must not be negative")
+        if self.total is not None:
+            put = finite_number(self.total, "total", "s", positive=True)
+            object.__setattr__(self, "total", put)
+        lost = self.along & np.isnan(self.velocity).any(axis=1)
+        if lost.any():
+            i = int(np.argmax(lost))
+            raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
+
+    @property
+    def arm(self) -> Dynamics:
+        """The dynamics, which must be given."""
+        if self.dynamics is None:
+            raise InputError("the problem has no dynamics")
+        return self.dynamics
+
+    def possible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Feasible durations of each joint for an interval; see `feasible_durations`."""
+        return feasible_durations(
+            self.position[i + 1] - self.position[i],
+            self.velocity[i],
+            self.velocity[i + 1],
+            self.limits.velocity,
+            self.limits.acceleration,
+        )
+
+    @property
+    def free(self) -> BoolArray:
+        """Whether each duration is unknown, shape (n-1,)."""
+        return np.isnan(self.duration)
+
+    @property
+    def velocity_known(self) -> BoolArray:
+        """Whether the velocity at each waypoint is given, shape (n,)."""
+        return ~self.along & ~np.isnan(self.velocity).any(axis=1)
+
+    @property
+    def acceleration_known(self) -> BoolArray:
+        """Whether the acceleration at each waypoint is given, shape (n,)."""
+        return np.asarray(~np.isnan(self.acceleration).any(axis=1))
+
+
+def with_margin(text: Callable[[float], str], limit: float, margin: float) -> str:
+    """Text of a limit with its value before the margin.
+
+    >>> with_margin("{:g} m/s".format, 1.8, 0.9)
+    '1.8 m/s, 0.9 of 2 m/s (margin)'
+    """
+    if margin == 1.0:
+        return text(limit)
+    return f"{text(limit)}, {margin:g} of {text(limit / margin)} (margin)"
+
+
+def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: float) -> Any:
+    """Copy numbers, including infinity and NaN, into a read-only array."""
+    try:
+        array = np.array(np.full(shape, default) if values is None else values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
+    if array.shape != shape:
+        raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
+    array.setflags(write=False)
+    return array
+
+
+def _flags(values: Sequence[bool] | BoolArray | None, n: int) -> BoolArray:
+    flags = np.zeros(n, dtype=bool) if values is None else np.array(values, dtype=bool)
+    if flags.shape != (n,):
+        raise WaypointDataError(f"along must have shape ({n},), not {flags.shape}")
+    flags.setflags(write=False)
+    return flags
+
+
+def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:
+    """The problem from one waypoint to another."""
+    points, between = slice(first, last + 1), slice(first, last)
+    return replace(
+        problem,
+        **{
+            name: getattr(problem, name)[points]
+            for name in ("position", "velocity", "names", "along", "most", "acceleration")
+        },
+        **{name: getattr(problem, name)[between] for name in ("duration", "at_least")},
+    )

@@ -1,0 +1,310 @@
+"""One section of a motion: the program of a problem, and the curve of its solution."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from knotwork.planning.timing.exact_curve import MotionKnots
+from knotwork.planning.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
+from knotwork.planning.timing.initial_guess import Guess
+from knotwork.planning.timing.problem import BoolArray, TimingProblem
+from knotwork.planning.timing.program import Program, Solution
+from knotwork.planning.timing.spline import Form, Scale, blocks, form_of, layout
+from knotwork.planning.timing.tightening import Tightening
+from knotwork.waypoints import FloatArray
+
+EVEN = 3e-4
+"""Weight of the unevenness of an interval's pieces, if nothing else determines it."""
+
+CALM = 1e-4
+"""Weight of accelerations, so that joints that are not in a hurry move no more than they must.
+
+No motion is longer by more than this part for it.
+"""
+
+SHORTEST = 1e-4
+"""Minimum duration of a piece, relative to its first guess."""
+
+LEAST_TIME = 1e-3
+"""Minimum time limit of the solver [s]."""
+
+AGAIN: dict[str, Any] = {
+    "ipopt.mu_init": 1e-9,
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.warm_start_bound_push": 1e-8,
+    "ipopt.warm_start_bound_frac": 1e-8,
+    "ipopt.warm_start_slack_bound_push": 1e-8,
+    "ipopt.warm_start_slack_bound_frac": 1e-8,
+    "ipopt.warm_start_mult_bound_push": 1e-8,
+}
+"""IPOPT options for a start from the solution of a problem with slightly different limits."""
+
+
+@lru_cache(maxsize=16)
+def _program(form: Form, again: bool, seconds: float) -> Program:
+    every = [*blocks(form), *held_blocks(form, {})]
+    limit = {} if np.isinf(seconds) else {"ipopt.max_wall_time": max(seconds, LEAST_TIME)}
+    return Program(layout(form).size, every, limit | (AGAIN if again else {}))
+
+
+class Section:
+    """A problem prepared for the solver.
+
+    Args:
+        problem: The problem.
+        guess: Initial guess, which also sets the units.
+        tightening: Margins of the limits.
+    """
+
+    def __init__(
+        self,
+        problem: TimingProblem,
+        guess: Guess,
+        tightening: Tightening,
+    ) -> None:
+        self.problem, self.guess, self.tightening = problem, guess, tightening
+        self.margin = tightening.margin
+        held = tuple(name for name in PARTS if name in tightening.held)
+        each = guess.share.shape[1]
+        self.form = form_of(problem, each, held, position=tightening.position)
+        self.scale = _scale(problem, guess)
+
+    def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
+        """Run the solver, from an earlier solution or the guess, with a time limit."""
+        # a program with a time limit is used once
+        made = _program if np.isinf(seconds) else _program.__wrapped__
+        return made(self.form, start is not None, seconds).solve(
+            self.start() if start is None else start,
+            self.bounds(),
+            self.parameters(),
+            self.limits(),
+        )
+
+    def start(self) -> FloatArray:
+        """Variables of the guess."""
+        at, guess, scale = layout(self.form), self.guess, self.scale
+        x = np.zeros(at.size)
+        span = guess.share * guess.duration[:, None]
+        x[at.tau] = span.ravel() / scale.time
+        time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
+        most = self.problem.limits.acceleration
+        x[at.q] = guess.curve(time) / scale.unit(0)
+        x[at.v] = guess.curve(time, 1) / scale.unit(1)
+        x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
+        for place, i in zip(at.factor, self.form.along, strict=True):
+            direction = self.problem.velocity[i]
+            length = float(direction @ direction)
+            x[place] = float(guess.velocity[i] @ direction) / length if length else 0.0
+        return x
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the variables; equal where they are known."""
+        at, problem, scale = layout(self.form), self.problem, self.scale
+        each = self.form.each
+        low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
+        shortest = SHORTEST * self.guess.duration / each / scale.time
+        low[at.tau] = np.repeat(shortest, each)
+        inner = 1.0 - self.margin
+        V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
+        low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
+        low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
+        lower, upper = self._position_range()
+        parts = (slice(each * i, each * (i + 1)) for i in range(self.form.intervals))
+        for part, least, most in zip(parts, lower, upper, strict=True):
+            low[at.q[part]], high[at.q[part]] = least / scale.unit(0), most / scale.unit(0)
+        waypoints = slice(None, None, each)
+        low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
+        for places, values, known, order in (
+            (at.v, problem.velocity, problem.velocity_known, 1),
+            (at.a, problem.acceleration, problem.acceleration_known, 2),
+        ):
+            fixed = places[waypoints][known]
+            low[fixed] = high[fixed] = values[known] / scale.unit(order)
+        steady = at.a[waypoints][self._steady()]
+        low[steady] = high[steady] = 0.0
+        low[at.factor] = 0.0
+        high[at.factor] = problem.most[list(self.form.along)]
+        return low, high
+
+    def _position_range(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of positions at the breaks in each interval, shape (n-1, d).
+
+        They are slightly inside the limits, except for a joint that starts on one.
+        """
+        limits, q = self.problem.limits, self.problem.position
+        width = limits.upper - limits.lower
+        gap = self.margin * np.where(np.isfinite(width), width, 1.0)
+        stands = q[:-1] == q[1:]
+        lower, upper = limits.lower + gap, limits.upper - gap
+        return (
+            np.where(stands, np.minimum(lower, q[1:]), lower),
+            np.where(stands, np.maximum(upper, q[1:]), upper),
+        )
+
+    def _positions_between(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of positions at four points of each piece, shape (4, d, pieces).
+
+        Next to a waypoint on a limit a piece reaches it. Next to one at rest the points are
+        constant: a solver fails if such a constant is bounded by its own value.
+        """
+        problem, each = self.problem, self.form.each
+        q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
+        still = rests & (problem.acceleration == 0.0).all(axis=1)
+        found = []
+        for one, extreme, none in zip(
+            self._position_range(), (np.minimum, np.maximum), (-np.inf, np.inf), strict=True
+        ):
+            points = np.broadcast_to(one[:, None], (4, len(one), each, self.form.joints)).copy()
+            points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
+            points[:, :, -1] = extreme(points[:, :, -1], q[1:])
+            for place, constant in enumerate((rests, still)):
+                points[place, constant[:-1], 0] = none
+                points[3 - place, constant[1:], -1] = none
+            found.append(points.reshape(4, self.form.pieces, -1).transpose(0, 2, 1))
+        return found[0], found[1]
+
+    def parameters(self) -> list[FloatArray]:
+        """Parameters of each block."""
+        problem, scale, form = self.problem, self.scale, self.form
+        h = np.repeat(self.guess.duration, form.each) / scale.time
+        rows = [1.0 / h, 1.0 / (h * h)]
+        if form.jerk:
+            jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
+            rows.append(np.repeat((1.0 / jerk)[:, None], form.pieces, axis=1))
+        weights = np.repeat(self._weights()[:, None], form.pieces, axis=1)
+        weights[1] = EVEN * form.each / h / (self.guess.duration.sum() / scale.time)
+        rows.append(weights)
+        directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
+        empty = np.zeros((0, 1))
+        found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
+        if form.work:
+            units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
+            weight = problem.objective.effort * scale.time / self.typical_cost()
+            found.append(np.repeat(np.vstack((units, [[weight]])), form.pieces, axis=1))
+        return [*found, *held_parameters(self.tightening, problem.limits, scale)]
+
+    def _weights(self) -> FloatArray:
+        objective, scale = self.problem.objective, self.scale
+        cost = self.typical_cost()
+        most = np.minimum(self.problem.limits.acceleration, scale.unit(2))
+        calm = CALM * cost / (most**2 * self.guess.duration.sum() * len(most))
+        weights = [np.array([objective.time * scale.time, 0.0])]
+        weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
+        if self.form.smooth:
+            weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
+        return np.asarray(np.concatenate(weights) / cost)
+
+    def typical_cost(self) -> float:
+        """Divisor of the objective, so that it is of order one."""
+        objective, scale = self.problem.objective, self.scale
+        h = self.guess.duration
+        cost = objective.time * float(h.sum())
+        for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
+            cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
+        if self.form.work:
+            q = self.problem.position
+            still = np.zeros_like(q)
+            squares = self.problem.arm.effort(q, still, still) ** 2
+            cost += objective.effort * float(squares.sum(axis=1).mean() * h.sum())
+        return cost or 1.0
+
+    def limits(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Lower and upper bounds of each block's constraints."""
+        problem, scale, form = self.problem, self.scale, self.form
+        d, count = form.joints, form.pieces
+        fastest = self._fastest()
+        high = [np.zeros((2 * d, count)), *fastest]
+        low = [np.zeros((2 * d, count)), *(-one for one in fastest)]
+        if form.jerk:
+            high.append(np.zeros((2 * d, count)))
+            low.append(np.full((2 * d, count), -np.inf))
+        if form.position:
+            lower, upper = self._positions_between()
+            high += list(upper / scale.unit(0)[:, None])
+            low += list(lower / scale.unit(0)[:, None])
+        timed = list(form.timed)
+        free = problem.free[timed]
+        least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
+        most = np.where(free, np.inf, least)
+        zero = np.zeros((d, len(form.along)))
+        found = [(np.vstack(low), np.vstack(high)), (least[None], most[None]), (zero, zero)]
+        if problem.total is not None:
+            total = np.array([[problem.total / scale.time]])
+            found.append((total, total))
+        if form.work:
+            found.append((np.zeros((0, count)), np.zeros((0, count))))
+        return [*found, *held_bounds(self.tightening)]
+
+    def _fastest(self) -> list[FloatArray]:
+        """Maximum velocities at two points of each piece, scaled, shape (d, pieces) each."""
+        most = (1.0 - self.margin) * self.problem.limits.velocity
+        shape = (self.form.intervals, self.form.each, self.form.joints)
+        start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
+        # with zero acceleration, the point next to the waypoint has its velocity
+        given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
+        start[:, 0] = np.maximum(start[:, 0], given[:-1])
+        end[:, -1] = np.maximum(end[:, -1], given[1:])
+        unit = self.scale.unit(1)
+        return [(v.reshape(self.form.pieces, -1) / unit).T for v in (start, end)]
+
+    def _cruising(self) -> BoolArray:
+        """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
+        problem = self.problem
+        most = (1.0 - 2.0 * self.margin) * problem.limits.velocity
+        return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
+
+    def _steady(self) -> BoolArray:
+        """Whether each joint has zero acceleration at each waypoint where it is not given."""
+        problem = self.problem
+        stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
+        idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
+        steady = self._cruising()
+        steady[:-1] |= idle  # otherwise it would oscillate between them
+        steady[1:] |= idle
+        return steady & ~problem.acceleration_known[:, None]
+
+    def rebuild(self, x: FloatArray) -> MotionKnots:
+        """Make the knots of the variables, from time 0 on."""
+        problem, form = self.problem, self.form
+        at, scale = layout(form), self.scale
+        v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
+        parts = (x[at.tau] * scale.time).reshape(form.intervals, form.each)
+        duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
+        if problem.total is not None:
+            free = problem.free
+            left = problem.total - duration[~free].sum()
+            duration[free] *= left / duration[free].sum()
+        duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
+        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: form.each])
+        for place, i in zip(at.factor, form.along, strict=True):
+            velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
+        known = problem.acceleration_known
+        a[:: form.each][known] = problem.acceleration[known]
+        a[:: form.each][self._steady()] = 0.0
+        ends = np.arange(form.intervals)[:, None] * form.each + np.arange(form.each + 1)
+        return MotionKnots(
+            np.concatenate(([0.0], np.cumsum(duration))),
+            parts / parts.sum(axis=1)[:, None],
+            problem.position,
+            velocity,
+            a[ends],
+        )
+
+
+def _scale(problem: TimingProblem, guess: Guess) -> Scale:
+    time = float(np.median(guess.duration))
+    limits = problem.limits
+    with np.errstate(invalid="ignore"):
+        room = np.minimum(limits.velocity * time, limits.acceleration * time**2)
+        room = np.minimum(room, limits.jerk * time**3)
+    span = np.ptp(problem.position, axis=0)
+    largest = float(span.max()) or 1.0
+    typical = np.maximum(span, 1e-3 * largest)
+    if problem.objective.jerk and not problem.free.any():
+        # given times set the scale of the motion, however loose the limits are
+        peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
+        room = np.minimum(room, np.maximum(typical, peak * time**2))
+    return Scale(time, np.where(np.isfinite(room), room, typical))

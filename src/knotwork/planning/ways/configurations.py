@@ -1,0 +1,194 @@
+"""Collisions, distances and gravity at single configurations, all pairs in one Pinocchio call."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.planning.timing.problem import TimingLimits
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.scene.distances import DISTANCE_ERROR, NEAREST_POINT_TOLERANCE
+from knotwork.waypoints import FloatArray
+
+SURFACE = 1e-9
+"""Below this distance [m] two bodies have no nearest points, and Coal's normal is used."""
+
+
+class NearPair(NamedTuple):
+    """A pair of nearby solids at a configuration.
+
+    Attributes:
+        gap: Distance minus margin [m]; negative if the margin is violated.
+        gradient: Derivative of the gap over each joint position [m/rad or m/m], shape (d,).
+    """
+
+    gap: float
+    gradient: FloatArray
+
+
+def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
+    """The collision model with the bodies that exist at a time [s], without their intervals."""
+    exists = [body.start <= time <= body.end for body in model.bodies]
+    return replace(
+        model,
+        bodies=tuple(replace(body, start=-math.inf, end=math.inf) for body in model.bodies),
+        pairs=tuple(pair for pair in model.pairs if exists[pair.first] and exists[pair.second]),
+    )
+
+
+class Configurations:
+    """Collision tests and distances of configurations.
+
+    Only single configurations are tested; motions between them are proved elsewhere. A
+    configuration that the arm can't hold against gravity counts as colliding.
+
+    Args:
+        robot: Pinocchio model of the arm.
+        model: Bodies and their pairs.
+        limits: Limits of positions and efforts.
+        loaded: Pinocchio model of the arm with its load, if efforts are limited.
+
+    Attributes:
+        checks: Number of configurations checked so far.
+    """
+
+    def __init__(
+        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded: Any = None
+    ) -> None:
+        self.robot, self.model, self.loaded = robot, model, loaded
+        self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
+        self.checks = 0
+        self._data = robot.createData()
+        self._loaded_data = loaded and loaded.createData()
+        self._geometry = pin.GeometryModel()
+        solids: list[list[int]] = []
+        self._joint: list[int] = []
+        for b, body in enumerate(model.bodies):
+            solids.append([])
+            for s, one in enumerate(body.solids):
+                placed = pin.SE3(one.rotation, one.translation)
+                shape = pin.GeometryObject(f"{b} {s}", body.joint, placed, one.geometry)
+                solids[b].append(int(self._geometry.addGeometryObject(shape)))
+                self._joint.append(body.joint)
+        self._pairs: list[tuple[int, int]] = []
+        margins: list[float] = []
+        self.bodies: list[tuple[str, str]] = []
+        for pair in model.pairs:
+            for a in solids[pair.first]:
+                for b in solids[pair.second]:
+                    self._geometry.addCollisionPair(pin.CollisionPair(a, b))
+                    self._pairs.append((a, b))
+                    margins.append(pair.margin)
+                    names = model.bodies[pair.first].name, model.bodies[pair.second].name
+                    self.bodies.append(names)
+        self.margin = np.array(margins)
+        self._found = self._geometry.createData()
+        for request in self._found.distanceRequests:
+            request.enable_signed_distance = True
+            request.gjk_tolerance = NEAREST_POINT_TOLERANCE
+        for request in self._found.collisionRequests:
+            request.enable_contact = False
+        self.keep_away(0.0)
+
+    def keep_away(self, extra: float, ends: Sequence[FloatArray] = ()) -> None:
+        """Require more clearance than the margins in `is_free`.
+
+        Args:
+            extra: Additional clearance [m].
+            ends: Configurations that must pass, shape (d,) each: a pair with less than twice the
+                extra clearance there has to keep half of its gap.
+        """
+        wanted = np.full(len(self._pairs), extra)
+        for q in ends:
+            wanted = np.minimum(wanted, 0.5 * np.maximum(self.gaps(q), 0.0))
+        kept = self.margin + wanted + DISTANCE_ERROR
+        for request, distance in zip(self._found.collisionRequests, kept.tolist(), strict=True):
+            request.security_margin = distance
+
+    def within_limits(self, q: FloatArray) -> bool:
+        """Whether a configuration is within the position limits."""
+        return bool((q >= self.lower).all() and (q <= self.upper).all())
+
+    def is_free(self, q: FloatArray) -> bool:
+        """Whether a configuration keeps every margin and the clearance of `keep_away`."""
+        self.checks += 1
+        return self._held(q) and not pin.computeCollisions(
+            self.robot, self._data, self._geometry, self._found, q, True
+        )
+
+    def _held(self, q: FloatArray) -> bool:
+        """Whether efforts within the limits hold the arm at a configuration."""
+        if self.loaded is None:
+            return True
+        gravity = pin.computeGeneralizedGravity(self.loaded, self._loaded_data, q)
+        return bool((np.abs(gravity) <= self.effort).all())
+
+    def select_free(self, qs: FloatArray) -> FloatArray:
+        """Select the collision-free configurations, shape (m, d)."""
+        return qs[[self.is_free(q) for q in qs]]
+
+    def is_free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
+        """Whether samples between two configurations, at most a step apart, are free."""
+        count = math.ceil(float(np.linalg.norm(end - start)) / step)
+        return all(self.is_free(start + k / count * (end - start)) for k in _coarse_first(count))
+
+    def gaps(self, q: FloatArray) -> FloatArray:
+        """Distances of all pairs of solids minus their margins [m]."""
+        pin.computeDistances(self.robot, self._data, self._geometry, self._found, q)
+        found = [one.min_distance for one in self._found.distanceResults]
+        return np.asarray(np.array(found) - self.margin)
+
+    def worst(self, q: FloatArray) -> tuple[float, tuple[str, str]]:
+        """The minimum gap at a configuration [m], and the two bodies."""
+        gaps = self.gaps(q)
+        k = int(np.argmin(gaps))
+        return float(gaps[k]), self.bodies[k]
+
+    def near(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
+        """The nearest pairs of solids at a configuration, with the gradients of their gaps.
+
+        Args:
+            q: Configuration [rad or m], shape (d,).
+            within: Maximum gap of pairs [m].
+            most: Maximum number of pairs.
+        """
+        gaps = self.gaps(q)
+        order = np.argsort(gaps, kind="stable")[:most]
+        pin.computeJointJacobians(self.robot, self._data, q)
+        return [NearPair(float(gaps[k]), self._gradient(int(k))) for k in order if gaps[k] < within]
+
+    def _gradient(self, k: int) -> FloatArray:
+        """Gradient of the distance of a pair, from the distances and Jacobians computed last."""
+        found = self._found.distanceResults[k]
+        points = np.array(found.getNearestPoint1()), np.array(found.getNearestPoint2())
+        normal = points[1] - points[0]
+        length = float(np.linalg.norm(normal))
+        if found.min_distance > SURFACE and length > SURFACE:
+            normal = normal / length
+        else:
+            normal = np.array(found.normal)
+        gradient = np.zeros(self.robot.nv)
+        for solid, point, sign in zip(self._pairs[k], points, (-1.0, 1.0), strict=True):
+            joint = self._joint[solid]
+            if joint:
+                J = pin.getJointJacobian(self.robot, self._data, joint, pin.LOCAL_WORLD_ALIGNED)
+                lever = point - self._data.oMi[joint].translation
+                gradient += sign * (normal @ J[:3] + np.cross(lever, normal) @ J[3:])
+        return gradient
+
+
+@lru_cache(maxsize=512)
+def _coarse_first(count: int) -> tuple[int, ...]:
+    """The numbers 1 to count - 1 in order of bisection: the middle, the quarters, and so on."""
+    order: dict[int, None] = {}
+    step = count
+    while step > 1:
+        step = (step + 1) // 2
+        order.update(dict.fromkeys(range(step, count, step)))
+    return tuple(order)

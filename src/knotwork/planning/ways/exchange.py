@@ -1,0 +1,208 @@
+"""Minimum-time motion near a collision-free one: exchange method of semi-infinite programming.
+
+Distances are linearised constraints at a few points of each piece. The proof over all time is the
+oracle: constraints are added where it finds a contact, and the program is solved again. Only
+motions proved clear count, and the best one is kept, so that the iteration may end at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.tightening import tightened
+from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.program import MotionProgram, Start
+from knotwork.planning.ways.proof import contacts_of
+from knotwork.planning.ways.states import Row, States, states_of
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.verification.bounds.clearance import Clearance
+from knotwork.waypoints import FloatArray
+
+PLACES = (0.0, 1 / 3, 2 / 3)
+"""Points of each piece with distance constraints."""
+
+NEAR = 0.08
+"""Maximum gap of the pairs in constraints [m]."""
+
+MOST = 5
+MOST_CUTS = 3
+"""Maximum numbers of pairs at a point of the reference, and at a contact."""
+
+RADIUS = 0.6
+LEAST_RADIUS = 0.01
+"""First and last trust radius: distance of breaks from the reference [rad or m]."""
+
+GAIN = 0.003
+"""Stop when a round shortens the motion by less than this fraction."""
+
+PLAY = 1e-3
+LOST = 2e-4
+"""Extra clearance in the constraints [m], a reserve between their points; and how much of a smaller
+clearance one round may use."""
+
+ROUNDS = 25
+LOOKS = 30
+"""Maximum numbers of rounds, and of contact times per round that become constraints."""
+
+NEARLY = 0.8
+"""Fraction of a limit above which effort or tool speed is constrained in a piece."""
+
+LENGTH = 0.1
+"""Unit of distance in the constraints [m]."""
+
+DEEP = 5e-3
+"""Penetration depth above which Coal's normals are not used [m]."""
+
+HALVINGS = 7
+
+
+class Exchange:
+    """Search for the minimum-time motion near a collision-free one.
+
+    Args:
+        space: Distances at single configurations.
+        problem: The states at both ends, positions between them, and the limits.
+        first: A motion within the limits that is proved clear.
+        times: Times at which it passes the waypoints of the problem [s].
+        pieces: Number of pieces of the new motions between consecutive waypoints.
+        resolution: Distance to the margin within which a clearance may be undecided [m].
+
+    Attributes:
+        best: The shortest motion so far.
+    """
+
+    def __init__(
+        self,
+        space: Configurations,
+        problem: TimingProblem,
+        first: PiecewisePolynomial,
+        times: FloatArray,
+        pieces: int,
+        resolution: float,
+    ) -> None:
+        self.space, self.problem = space, problem
+        self.resolution = resolution
+        self.program = MotionProgram(problem)
+        self.best = states_of(first)
+        self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
+        self._improved = False
+
+    def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
+        """Iterate until convergence, and give the best motion.
+
+        Args:
+            late: Gives whether to stop now.
+            beat: Duration that the motion has to undercut [s].
+        """
+        radius, failed, tried = RADIUS, 0, 0
+        guess, start = self._reference, Start.FAR
+        rows, cuts = self._rows_along(guess), list[Row]()
+        for _ in range(ROUNDS):
+            if late() or radius < LEAST_RADIUS:
+                break
+            found = self.program.solve(guess, self._reference, rows + cuts, radius, start)
+            if found is None:
+                failed += 1
+                if failed > 2 and self._improved:
+                    break
+                radius, cuts, tried, guess = 0.4 * radius, [], 0, self._reference
+                start = Start.NEAR if self._improved else Start.FAR
+                continue
+            if found.duration > beat:
+                break  # rows only make it longer
+            tighter = tightened(self.program.problem, self.program.tightening, found.curve, NEARLY)
+            if tighter is not None:
+                self.program.tightening = tighter
+            hits = contacts_of(self.space.model, found.curve, self.resolution)
+            if not hits and tighter is None:
+                gain = 1.0 - found.duration / self._reference.duration
+                if found.duration < self.best.duration:
+                    self.best = found
+                self._reference, self._improved = found, True
+                if gain < GAIN:
+                    break
+                rows, cuts, failed, tried = self._rows_along(found), [], 0, 0
+                radius = min(1.5 * radius, RADIUS)
+            elif self._improved and found.duration > (1.0 - GAIN) * self.best.duration:
+                break  # rows only make it longer
+            else:
+                new, tried = self._rows_at_contacts(found, hits), tried + bool(hits)
+                cuts = cuts + new
+                if tried == 3:
+                    radius, cuts, tried, found = 0.5 * radius, new, 0, self._reference
+            guess, start = found, Start.NEAR
+        return self.best.curve
+
+    def _rows_along(self, states: States) -> list[Row]:
+        """Rows at the places of all pieces."""
+        return [
+            row
+            for piece in range(len(states.span))
+            for place in PLACES
+            if piece or place
+            for row in self._rows_at(piece, place, states.at(piece, place), MOST)
+        ]
+
+    def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Row]:
+        """Rows at one place, from the distances at a configuration near it."""
+        return [
+            Row(
+                piece,
+                place,
+                one.gradient / LENGTH,
+                (float(one.gradient @ q) + self._kept(one.gap) - one.gap) / LENGTH,
+            )
+            for one in self.space.near(q, NEAR, most)
+        ]
+
+    def _kept(self, gap: float) -> float:
+        """Clearance required of a pair: `PLAY`, or for a nearer one most of its clearance."""
+        if gap <= 0.0:
+            return PLAY
+        return min(PLAY, max(0.5 * gap, gap - LOST))
+
+    def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Row]:
+        """Rows where the proof finds contacts: at the worst time, and across each contact."""
+        times = {one.time for one in hits}
+        for one in hits:
+            for low, high in one.contacts or ([one.interval] if one.interval else []):
+                count = 3 if high - low > 1e-3 else 1
+                times.update(np.linspace(low, high, count + 2)[1:-1].tolist())
+        chosen = sorted(times)
+        if len(chosen) > LOOKS:
+            chosen = [chosen[k] for k in np.linspace(0, len(chosen) - 1, LOOKS).astype(int)]
+        rows = []
+        for time in chosen:
+            piece, place = states.place_of(time)
+            q, clear = states.curve(time), self._reference.at(piece, place)
+            rows += self._rows_at(piece, place, self._at_surface(q, clear), MOST_CUTS)
+        return rows
+
+    def _at_surface(self, q: FloatArray, clear: FloatArray) -> FloatArray:
+        """A configuration pulled back from deep inside a body, towards one that is clear."""
+        if self.space.worst(q)[0] > -DEEP:
+            return q
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            gap = self.space.worst(clear + middle * (q - clear))[0]
+            if -DEEP < gap < 0.0:
+                return np.asarray(clear + middle * (q - clear))
+            low, high = (middle, high) if gap >= 0.0 else (low, middle)
+        return np.asarray(clear + low * (q - clear))
+
+
+def _sampled(
+    curve: PiecewisePolynomial, times: FloatArray, pieces: int, most: FloatArray
+) -> States:
+    """Few pieces that follow a motion roughly: a first guess, no motion by itself."""
+    places = np.arange((len(times) - 1) * pieces + 1) / pieces
+    t = np.interp(places, np.arange(len(times)), times)
+    q = curve(t)
+    v = np.gradient(q, t, axis=0)
+    a = np.clip(np.gradient(v, t, axis=0), -0.5 * most, 0.5 * most)
+    v[[0, -1]], a[[0, -1]] = curve(t[[0, -1]], 1), curve(t[[0, -1]], 2)
+    return States(np.diff(t), q, v, a, curve)

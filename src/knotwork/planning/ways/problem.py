@@ -1,0 +1,102 @@
+"""Problem and result of a collision-free motion, and the error without one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A motion between two states, proved clear.
+
+    Attributes:
+        curve: Joint positions over time, from time 0 on: cubic, C2.
+        time: Times of the waypoints [s], shape (n,).
+        line: The polyline from which it was made, shape (n, d).
+        through: The problem with the corners of the polyline as waypoints, or `None` if a part of
+            the motion to or from rest is not straight.
+        rests: Whether it rests at corners of the polyline between the waypoints.
+        room: Clearance that it keeps beyond the margins [m].
+    """
+
+    curve: PiecewisePolynomial
+    time: FloatArray
+    line: FloatArray
+    through: TimingProblem | None
+    rests: bool
+    room: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.curve.x[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class WayProblem:
+    """Two states, and the constraints of the motion between them.
+
+    Attributes:
+        timing: Waypoints, with known velocities and accelerations at the first and the last, and
+            the limits, including jerk.
+        starts, goals: Solutions of the first and of the last waypoint, shape (m, d) each; `timing`
+            has the first of each. More than one only if the arm is at rest there.
+        robot: Pinocchio model of the arm.
+        model: Bodies and their pairs.
+        resolution: Distance to the margin within which a clearance may be undecided [m].
+        stop: Gives a motion from the first state to rest, or `None`; used if braking along the
+            velocity collides.
+    """
+
+    timing: TimingProblem
+    starts: FloatArray
+    goals: FloatArray
+    robot: object
+    model: CollisionModel
+    resolution: float = 1e-4
+    stop: Callable[[], PiecewisePolynomial | None] = lambda: None
+
+    @property
+    def loaded(self) -> Any:
+        """Pinocchio model of the arm with its load, or `None` if no effort is limited."""
+        dynamics = self.timing.dynamics
+        limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()
+        return dynamics.robot.model if dynamics is not None and limited else None
+
+
+class NoWayError(Exception):
+    """No collision-free motion was found. This does not prove that none exists.
+
+    Attributes:
+        end: `"start"`, `"goal"` or the number of a waypoint where the arm collides, or can't come
+            to rest along its velocity without a collision; empty if all are collision-free.
+        bodies: Names of the two colliding bodies.
+        depth: Violation of the margin [m], or of the joint's position limit [rad or m].
+        moving: Whether the motion to rest collides.
+        joint: Index of the joint that exceeds its position limit before the arm is at rest.
+        checks: Number of configurations checked.
+        solutions: Number of solutions of the end, all of which collide.
+    """
+
+    def __init__(
+        self,
+        end: str = "",
+        bodies: tuple[str, str] = ("", ""),
+        depth: float = 0.0,
+        moving: bool = False,
+        joint: int | None = None,
+        checks: int = 0,
+        solutions: int = 1,
+    ) -> None:
+        super().__init__()
+        self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
+        self.joint, self.checks, self.solutions = joint, checks, solutions

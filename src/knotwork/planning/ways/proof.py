@@ -1,0 +1,31 @@
+"""Proofs that a motion or a polyline is collision-free along its whole length."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.verification.bounds.clearance import Clearance, clearances
+from knotwork.waypoints import FloatArray
+
+
+def contacts_of(
+    model: CollisionModel, curve: PiecewisePolynomial, resolution: float
+) -> list[Clearance]:
+    """Pairs that collide over a motion, or are not proved to keep their margin.
+
+    A clearance within the resolution [m] of its margin may count as violated.
+    """
+    found = clearances(model, curve, resolution, precision=np.inf)
+    return [one for one in found if one.verdict != "clear"]
+
+
+def contacts_along(model: CollisionModel, line: FloatArray, resolution: float) -> list[Clearance]:
+    """Pairs that are not proved to keep their margin along a polyline; corners of shape (n, d)."""
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    slope = np.diff(line, axis=0) / length[:, None]
+    zero = np.zeros_like(slope)
+    along = np.concatenate(([0.0], np.cumsum(length)))
+    curve = PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)
+    return contacts_of(model, curve, resolution)

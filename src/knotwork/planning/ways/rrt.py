@@ -1,0 +1,180 @@
+"""Polylines between configurations, collision-free at samples: RRT-Connect and shortcuts.
+
+RRT-Connect: Kuffner and LaValle, ICRA 2000. Trees are balanced, and each has a root for each
+solution of its end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.planning.ways.configurations import Configurations
+from knotwork.waypoints import FloatArray
+
+EXTENSION = 1.0
+"""Length of an extension of a tree [rad or m]."""
+
+BEYOND = np.pi
+"""Maximum distance of sampled joint positions beyond the ends [rad or m]."""
+
+DIRECT = 24
+"""Number of straight edges between ends that are tried, the shortest first."""
+
+SHORTCUTS = 150
+FAILURES = 40
+"""Maximum numbers of shortcuts tried, and of consecutive failures."""
+
+
+class _Tree:
+    """Configurations, each with its parent; roots have parent -1."""
+
+    def __init__(self, roots: FloatArray) -> None:
+        self.parent: list[int] = []
+        self._q = np.empty((256, roots.shape[1]))
+        for root in roots:
+            self.add(root, -1)
+
+    def __getitem__(self, i: int) -> FloatArray:
+        return np.asarray(self._q[i])
+
+    def add(self, q: FloatArray, parent: int) -> int:
+        if len(self.parent) == len(self._q):
+            self._q = np.concatenate((self._q, np.empty_like(self._q)))
+        self._q[len(self.parent)] = q
+        self.parent.append(parent)
+        return len(self.parent) - 1
+
+    def nearest(self, q: FloatArray) -> int:
+        gap = self._q[: len(self.parent)] - q
+        return int(np.argmin(np.einsum("ij,ij->i", gap, gap)))
+
+    def branch(self, i: int) -> list[FloatArray]:
+        """Configurations from one to its root."""
+        found = []
+        while i >= 0:
+            found.append(self[i].copy())
+            i = self.parent[i]
+        return found
+
+
+def connect(
+    space: Configurations,
+    starts: FloatArray,
+    goals: FloatArray,
+    rng: np.random.Generator,
+    step: float,
+    most: int,
+) -> FloatArray | None:
+    """Find a polyline from one of several configurations to one of others.
+
+    Args:
+        space: Collision tests.
+        starts: Possible starts [rad or m], shape (m, d).
+        goals: Possible ends, shape (n, d).
+        rng: Random number generator.
+        step: Step of samples on edges [rad or m].
+        most: Approximate maximum number of configurations checked.
+
+    Returns:
+        Corners of the polyline, shape (n, d), or `None`.
+    """
+    length = np.linalg.norm(starts[:, None] - goals, axis=2)
+    for k in length.argsort(axis=None, kind="stable")[:DIRECT]:
+        i, j = divmod(int(k), len(goals))
+        if space.is_free_edge(starts[i], goals[j], step):
+            return np.stack((starts[i], goals[j]))
+    ends = np.concatenate((starts, goals))
+    lower = np.maximum(space.lower, ends.min(axis=0) - BEYOND)
+    upper = np.minimum(space.upper, ends.max(axis=0) + BEYOND)
+    here, there = _Tree(starts), _Tree(goals)
+    swapped, end = False, space.checks + most
+    while space.checks < end:
+        reached = _extended(space, here, rng.uniform(lower, upper), step)
+        if reached is not None:
+            target = here[reached]
+            other, met = _connected(space, there, target, step)
+            if met:
+                line = here.branch(reached)[::-1] + there.branch(other)[1:]
+                return np.array(line[::-1] if swapped else line)
+        if len(here.parent) > len(there.parent):
+            here, there, swapped = there, here, not swapped
+    return None
+
+
+def _extended(
+    space: Configurations, tree: _Tree, target: FloatArray, step: float, parent: int | None = None
+) -> int | None:
+    """Add a configuration towards a target, from the nearest one or a given one of a tree."""
+    near = tree.nearest(target) if parent is None else parent
+    move = target - tree[near]
+    length = float(np.linalg.norm(move))
+    q = target if length <= EXTENSION else tree[near] + move * (EXTENSION / length)
+    if space.is_free(q) and space.is_free_edge(tree[near], q, step):
+        return tree.add(q, near)
+    return None
+
+
+def _connected(
+    space: Configurations, tree: _Tree, target: FloatArray, step: float
+) -> tuple[int, bool]:
+    """Extend a tree towards a target until a collision; last node, and whether it is reached."""
+    here: int | None = tree.nearest(target)
+    while here is not None:
+        last = here
+        if np.array_equal(tree[last], target):
+            return last, True
+        here = _extended(space, tree, target, step, last)
+    return last, False
+
+
+def shortened(
+    space: Configurations,
+    line: FloatArray,
+    rng: np.random.Generator,
+    step: float,
+    weights: FloatArray,
+) -> FloatArray:
+    """Shorten a polyline by collision-free straight edges between random points of it.
+
+    Args:
+        space: Collision tests.
+        line: Corners of the polyline [rad or m], shape (n, d).
+        rng: Random number generator.
+        step: Step of samples on edges [rad or m].
+        weights: Weights of the joints in lengths, shape (d,).
+    """
+    points, failed = list(line), 0
+    for _ in range(SHORTCUTS):
+        if len(points) < 3 or failed > FAILURES:
+            break
+        edges = np.linalg.norm(np.diff(points, axis=0) * weights, axis=1)
+        along = np.concatenate(([0.0], np.cumsum(edges)))
+        places = np.sort(rng.uniform(0.0, along[-1], 2))
+        i, j = np.clip(np.searchsorted(along, places, side="right") - 1, 0, len(edges) - 1).tolist()
+        if i == j:
+            continue
+        start, end = (
+            points[k] + (s - along[k]) / edges[k] * (points[k + 1] - points[k])
+            for k, s in zip((i, j), places.tolist(), strict=True)
+        )
+        shorter = np.linalg.norm((end - start) * weights) < 0.999 * (places[1] - places[0])
+        if shorter and space.is_free_edge(start, end, step):
+            points[i + 1 : j + 1] = [start, end]
+            failed = 0
+        else:
+            failed += 1
+    return np.array(_straightened(space, points, step))
+
+
+def _straightened(space: Configurations, points: list[FloatArray], step: float) -> list[FloatArray]:
+    """Remove corners while the straight edges past them are collision-free."""
+    moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
+    points = [points[0], *(q for q, far in zip(points[1:], moved, strict=True) if far)]
+    k = 1
+    while k < len(points) - 1:
+        if space.is_free_edge(points[k - 1], points[k + 1], step):
+            del points[k]
+            k = max(k - 1, 1)
+        else:
+            k += 1
+    return points

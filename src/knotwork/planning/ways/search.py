@@ -1,0 +1,333 @@
+"""`find_way`: a fast motion between two states, proved to keep every margin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.planning.timing.attempts import resting
+from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.stop_to_stop import braking_move
+from knotwork.planning.timing.tightening import keeps_limits
+from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.exchange import Exchange
+from knotwork.planning.ways.problem import NoWayError, Way, WayProblem
+from knotwork.planning.ways.proof import contacts_along, contacts_of
+from knotwork.planning.ways.rrt import connect, shortened
+from knotwork.planning.ways.states import concatenate, reverse, slow_down
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.retiming.stops import joint_stop
+from knotwork.waypoints import FloatArray, IndexArray
+
+
+class Stage(NamedTuple):
+    """Sampling settings of one stage of the search.
+
+    Attributes:
+        step: Step of samples on edges [rad or m].
+        extra: Clearance of samples beyond the margins [m].
+        checks: Maximum number of configurations checked.
+    """
+
+    step: float
+    extra: float
+    checks: int
+
+
+STAGES = (
+    Stage(0.05, 5e-3, 20_000),
+    Stage(0.025, 5e-3, 20_000),
+    Stage(0.025, 1e-3, 20_000),
+    Stage(0.0125, 0.0, 40_000),
+)
+"""Stages, tried in turn until a polyline is proved clear."""
+
+PAIRS = 220
+"""With more pairs of solids fewer configurations are checked, in the same time."""
+
+ROOMS = (1.0, 0.5, 0.25)
+"""Fractions of the requested clearance, tried in turn."""
+
+SEEDS = 3
+"""Number of polylines tried in each stage."""
+
+PIECES_AN_EDGE = 4
+FEWEST, MOST = 12, 20
+"""Pieces of the motion for each edge of the polyline, minimum and maximum."""
+
+
+def find_way(
+    problem: WayProblem,
+    *,
+    tries: int = 1,
+    room: float = 0.0,
+    late: Callable[[], bool] = lambda: False,
+    report: Callable[[int, Way | None], None] = lambda number, best: None,
+) -> Way:
+    """Find a fast motion between two states, proved to keep every margin and limit.
+
+    The same problem gives the same motion. More tries can only make it faster.
+
+    Args:
+        problem: The states, the limits and the bodies.
+        tries: Number of motions searched for; the fastest one is returned.
+        room: Clearance of pairs beyond their margins [m]; a half, a quarter or nothing of it if no
+            motion is found with more. A pair keeps at most half of its clearance at the waypoints.
+        late: Gives whether time is over; then the best motion so far is returned, if any.
+        report: Called with the number of the try, from 1 on, and the best motion so far, when a
+            try begins and when there is a better motion.
+
+    Raises:
+        NoWayError: No motion was found.
+    """
+    for part in ROOMS if room else ():
+        try:
+            roomy = _with_room(problem, part * room)
+            way = _Search(roomy, STAGES[:1], late, report).best_of(tries)
+            return replace(way, room=part * room)
+        except NoWayError:
+            continue
+    return _Search(problem, STAGES, late, report).best_of(tries)
+
+
+def stretch(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
+    """Stretch a motion to a longer duration; `None` if the arm can't move so slowly.
+
+    Args:
+        problem: The problem of `find_way`.
+        way: The fastest motion.
+        duration: The new duration [s], not below that of the motion.
+    """
+    timing = problem.timing
+    if not timing.velocity[[0, -1]].any() and not timing.acceleration[[0, -1]].any():
+        return slow_down(way.curve, duration / way.duration)
+    if way.through is None:
+        return None
+    rests = resting(replace(way.through, total=duration), "resting")
+    if rests is None or contacts_of(problem.model, rests.knots.curve, problem.resolution):
+        return None
+    return rests.knots.curve
+
+
+def _with_room(problem: WayProblem, room: float) -> WayProblem:
+    """The problem with margins increased by a clearance [m]."""
+    model, limits = problem.model, problem.timing.limits
+    space = Configurations(problem.robot, model, limits)
+    least = dict.fromkeys(space.bodies, room)
+    for q in (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0]):
+        for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
+            least[names] = min(least[names], 0.5 * max(gap, 0.0))
+    pairs = []
+    for one in model.pairs:
+        both = model.bodies[one.first].name, model.bodies[one.second].name
+        pairs.append(one._replace(margin=one.margin + least.get(both, 0.0)))
+    return replace(problem, model=replace(model, pairs=tuple(pairs)))
+
+
+class _Search:
+    def __init__(
+        self,
+        problem: WayProblem,
+        stages: Sequence[Stage],
+        late: Callable[[], bool],
+        report: Callable[[int, Way | None], None],
+    ) -> None:
+        self.problem, self.stages, self.late, self.report = problem, stages, late, report
+        timing = problem.timing
+        limits = timing.limits
+        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded)
+        self.inner = timing.position[1:-1]
+        starts = self._free("start", problem.starts)
+        for k, q in enumerate(self.inner, 1):
+            self._free(f"{k}", q[None])
+        self.ends = [starts, self._free("goal", problem.goals)]
+        # motions to rest after the start and from rest to the goal, if they are not straight
+        self.runs: list[PiecewisePolynomial | None] = [None, None]
+        self.moves = [self._move_to_rest(k, self.ends[k][0]) for k in (0, -1)]
+        self.stage = 0
+
+    @property
+    def rests(self) -> list[FloatArray]:
+        """Configurations at rest next to the remaining starts and goals."""
+        return [q + move for q, move in zip(self.ends, self.moves, strict=True)]
+
+    def _free(self, end: str, ends: FloatArray) -> FloatArray:
+        """Select the collision-free solutions of an end."""
+        free = self.space.select_free(ends)
+        if not len(free):
+            gap, bodies = self.space.worst(ends[0])
+            raise NoWayError(end, bodies, -gap, solutions=len(ends))
+        return free
+
+    def _move_to_rest(self, k: int, q: FloatArray) -> FloatArray:
+        """Collision-free displacement to rest after the start (k = 0) or before the goal (-1).
+
+        The arm brakes along its velocity, on a given path, or with each joint independently; next
+        to the goal backwards in time.
+        """
+        timing, problem = self.problem.timing, self.problem
+        limits = timing.limits
+        v, a = timing.velocity[k] * (-1.0 if k else 1.0), timing.acceleration[k]
+        if not v.any() and not a.any():
+            return np.zeros_like(q)
+        move = braking_move(v, a, limits)
+        blame = self._obstruction(k, q, move)
+        if blame is None:
+            return move
+        run = problem.stop() if k == 0 else None
+        if run is None or not self._is_possible(run):
+            run = joint_stop(q, v, a, limits.acceleration, limits.jerk)
+            if not self._is_possible(run):
+                raise blame
+        self.runs[k] = reverse(run) if k else run
+        return np.asarray(run(run.x[-1]) - q)
+
+    def _obstruction(self, k: int, q: FloatArray, move: FloatArray) -> NoWayError | None:
+        """Obstruction of a straight move from an end."""
+        end, rest = ("goal" if k else "start"), q + move
+        if not self.space.within_limits(rest):
+            beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
+            return NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+        if self._is_clear(np.stack((q, rest))):
+            return None
+        gap, bodies = min(self.space.worst(q + part * move) for part in np.linspace(0.0, 1.0, 33))
+        return NoWayError(end, bodies, max(-gap, 0.0), moving=True)
+
+    def _is_possible(self, run: PiecewisePolynomial) -> bool:
+        """Whether a motion is collision-free and within limits."""
+        return keeps_limits(self.problem.timing, run) and not contacts_of(
+            self.problem.model, run, self.problem.resolution
+        )
+
+    def _is_clear(self, line: FloatArray) -> bool:
+        return not contacts_along(self.problem.model, line, self.problem.resolution)
+
+    def best_of(self, tries: int) -> Way:
+        best: Way | None = None
+        for seed in range(tries):
+            if best is not None:
+                self._leave_out_far_ends(best.duration)
+            if best is not None and (self.late() or not len(self.ends[0])):
+                break
+            self.report(seed + 1, best)
+            lines = self._lines(seed)
+            if lines is None:
+                break
+            way = self._fast(lines, best, seed + 1)
+            if way is not None and (best is None or way.duration < best.duration):
+                best = way
+                self.report(seed + 1, best)
+        if best is None:
+            raise NoWayError(checks=self.space.checks)
+        return best
+
+    def _leave_out_far_ends(self, duration: float) -> None:
+        """Remove ends between which every motion takes longer than a duration."""
+        first, last = self.ends
+        fastest = np.abs(first[:, None] - last) / self.problem.timing.limits.velocity
+        near = fastest.max(axis=2) < duration
+        self.ends = [first[near.any(axis=1)], last[near.any(axis=0)]]
+
+    def _lines(self, seed: int) -> list[FloatArray] | None:
+        """Polylines between consecutive waypoints, proved clear."""
+        found = []
+        starts, goals = self.rests
+        for k, ends in enumerate(pairwise([starts, *self.inner[:, None], goals])):
+            line = self._line([seed, k] if k else [seed], *ends)
+            if line is None:
+                return None
+            found.append(line)
+        return found
+
+    def _line(self, seed: list[int], starts: FloatArray, goals: FloatArray) -> FloatArray | None:
+        """A polyline, proved clear."""
+        weights = 1.0 / self.problem.timing.limits.velocity
+        weights = weights / weights.mean()
+        while self.stage < len(self.stages):
+            step, extra, checks = self.stages[self.stage]
+            # among all solutions distant ones are connected too early: the chosen ones come first
+            few = slice(None if self.stage or seed[0] else 1)
+            self.space.keep_away(extra, (*starts[few], *goals[few]))
+            for k in range(SEEDS):
+                rng = np.random.default_rng([*seed, k])
+                most = checks * PAIRS // max(PAIRS, len(self.space.bodies))
+                line = connect(self.space, starts[few], goals[few], rng, step, most)
+                if line is None:
+                    break
+                for one in (shortened(self.space, line, rng, step, weights), line):
+                    if len(one) == 1 or self._is_clear(one):
+                        return one
+            self.stage += 1
+        return None
+
+    def _fast(self, lines: list[FloatArray], best: Way | None, number: int) -> Way | None:
+        """The fastest motion near consecutive polylines."""
+        line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
+        edges = [len(one) - 1 for one in lines]
+        passed, problem = np.cumsum([0, *edges]), self.problem
+        inner = self._through(line[passed])
+        made = self._first(line, passed)
+        if made is None:
+            return None
+        first, times, through = made
+        if contacts_of(problem.model, first, problem.resolution) or not keeps_limits(inner, first):
+            return None
+        way = Way(first, times, line, through, rests=len(line) > len(passed))
+        if best is None:
+            self.report(number, way)
+        pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
+        beat = np.inf if best is None else best.duration
+        exchange = Exchange(self.space, inner, first, times, pieces, problem.resolution)
+        curve = exchange.run(self.late, beat)
+        return way if curve is first else Way(curve, curve.x[::pieces], line, through, rests=False)
+
+    def _first(
+        self, line: FloatArray, passed: IndexArray
+    ) -> tuple[PiecewisePolynomial, FloatArray, TimingProblem | None] | None:
+        """A motion that rests at the corners of a line, its times there, and its problem."""
+        before, after = self.runs
+        if len(line) == 1:  # both ends have the same rest
+            if before is None and after is None:
+                return None
+            curve = concatenate(before, after)
+            return curve, curve.x[[0, -1]], None
+        through = self._through(line)
+        position, velocity, acceleration = map(
+            np.array, (through.position, through.velocity, through.acceleration)
+        )
+        for k, run in zip((0, -1), self.runs, strict=True):
+            if run is not None:
+                position[k], velocity[k], acceleration[k] = line[k], 0.0, 0.0
+        through = replace(through, position=position, velocity=velocity, acceleration=acceleration)
+        rests = resting(through, "resting")
+        if rests is None:
+            return None
+        middle, times = rests.knots.curve, rests.knots.time[passed]
+        if before is None and after is None:
+            return middle, times, through
+        curve = concatenate(before, middle, after)
+        times = times + (0.0 if before is None else before.x[-1])
+        times[[0, -1]] = curve.x[[0, -1]]
+        return curve, times, None
+
+    def _through(self, line: FloatArray) -> TimingProblem:
+        """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
+        timing = self.problem.timing
+        n, d = line.shape
+        position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
+        for k, ends, rests in zip((0, -1), self.ends, self.rests, strict=True):
+            position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
+        velocity[[0, -1]] = timing.velocity[[0, -1]]
+        acceleration[[0, -1]] = timing.acceleration[[0, -1]]
+        return TimingProblem(
+            timing.joint_names,
+            position,
+            velocity,
+            timing.limits,
+            acceleration=acceleration,
+            dynamics=timing.dynamics,
+        )

@@ -1,0 +1,154 @@
+"""Planner `modified-hermite`: the paper's method, and segments with chosen knots.
+
+Between chosen knots the acceleration is linear, so position and velocity at the waypoints and the
+accelerations give the curve. Rounding is corrected by the minimum change of the accelerations at
+the knots between two waypoints that meets position and velocity at the end of the interval.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.errors import OptionError
+from knotwork.spline.interpolation.joining import join_pieces
+from knotwork.spline.interpolation.modified_hermite_spline import (
+    ModifiedHermiteSpline,
+    end_accelerations,
+)
+from knotwork.spline.interpolation.options import PlannerOptions
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.from_accelerations import (
+    corrected_accelerations,
+    cubics_from_accelerations,
+)
+from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
+
+SAME_TIME = 1e-9
+"""Times that differ by less than this, relative to the largest, are one."""
+
+STALE = 1e-3
+"""Maximum correction of rounding, relative to the largest acceleration."""
+
+
+def plan_modified_hermite(
+    waypoints: JointWaypoints, options: PlannerOptions
+) -> PiecewisePolynomial:
+    """Make a C2 smooth curve of degree three through positions and velocities.
+
+    Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
+    whose acceleration is known are met with it, and divide the curve into sections that don't
+    depend on one another. Chosen segments are sections, too.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
+        options: Knot placement (`knots`), accelerations at both ends (`end_acceleration`), and
+            chosen segments (`chosen`).
+
+    Raises:
+        KnotError: Knots given by hand don't suit the waypoints.
+        OptionError: End accelerations are wrong. A chosen segment does not begin, end and pass at
+            waypoints, has fewer than two knots between two of them, overlaps another, or has
+            accelerations for other waypoints.
+    """
+    runs = options.chosen or ()
+    placed = [_placed(waypoints, run, i) for i, run in enumerate(runs, 1)]
+    known = np.full(waypoints.position.shape, np.nan)
+    if waypoints.acceleration is not None:
+        known[:] = waypoints.acceleration
+    for (rows, _), run in zip(placed, runs, strict=True):
+        _fill(known, rows[[0, -1]], run.acceleration[[0, -1]])
+    ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
+    if ends is not None:
+        _fill(known, [0, -1], np.array(ends))
+    parts: list[tuple[FloatArray, FloatArray]] = []
+    done = 0
+    for i, ((rows, knots), run) in enumerate(zip(placed, runs, strict=True), 1):
+        if rows[0] < done:
+            raise OptionError("chosen", f"run {i} begins before the end of the previous run")
+        parts += _between(waypoints, known, done, rows[0], options)
+        parts.append(_run(waypoints, known, rows, knots, run, i))
+        done = rows[-1]
+    parts += _between(waypoints, known, done, len(waypoints.time) - 1, options)
+    breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
+    return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
+
+
+def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
+    """Replace unknown values."""
+    known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
+
+
+def _placed(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
+    """The waypoints of a chosen segment, and the index of the knot at each."""
+    t, x = waypoints.time, run.times
+    if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
+        raise OptionError("chosen", f"run {i} has accelerations of other joints")
+    stale = "times that were chosen belong to its knots: change both, or choose them again"
+    slack = SAME_TIME * max(1.0, float(np.abs(t).max()))
+    for end in (x[0], x[-1]):
+        if np.abs(t - end).min() > slack:
+            where = f"run {i} begins or ends at {end:.9g} s, where no waypoint is"
+            raise OptionError("chosen", f"{where}; {stale}")
+    rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
+    knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
+    for row in rows[np.abs(x[knots] - t[rows]) > slack][:1]:
+        name = waypoints.names[row]
+        where = f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {name!r}"
+        raise OptionError("chosen", f"{where}; {stale}")
+    for row in rows[1:][np.diff(knots) < 3][:1]:
+        name = waypoints.names[row]
+        message = f"run {i} has fewer than two knots between {name!r} and the one before"
+        raise OptionError("chosen", message)
+    return rows, knots
+
+
+def _between(
+    waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Knots and coefficients of the curve between chosen segments, if there is a gap."""
+    if first == last:
+        return []
+    rows = slice(first, last + 1)
+    spline = ModifiedHermiteSpline(
+        waypoints.time[rows],
+        waypoints.position[rows],
+        waypoints.velocity[rows],
+        knots=options.knots,
+        acceleration=known[rows],
+    )
+    return [(spline.x, spline.c)]
+
+
+def _run(
+    waypoints: JointWaypoints,
+    known: FloatArray,
+    rows: IndexArray,
+    knots: IndexArray,
+    run: ChosenRun,
+    i: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Knots and coefficients of a chosen segment."""
+    x, a = run.times.copy(), run.acceleration.copy()
+    x[knots] = waypoints.time[rows]
+    a[[0, -1]] = known[rows[[0, -1]]]
+    peak = np.abs(run.acceleration).max(axis=0)
+    pieces = []
+    for k, (low, high) in zip(rows, pairwise(knots), strict=False):
+        part = slice(low, high + 1)
+        span, ends = np.diff(x[part])[None], slice(k, k + 2)
+        given = waypoints.position[ends], waypoints.velocity[ends]
+        found = corrected_accelerations(span, a[part][None], *given)
+        most = np.abs(found[0] - a[part]).max(axis=0)
+        beyond = np.flatnonzero(most > STALE * np.maximum(peak, 1e-9))
+        if beyond.size:
+            raise OptionError(
+                "chosen",
+                f"run {i} is for other waypoints than {waypoints.names[k]!r} and "
+                f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
+                f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
+                f"{most[beyond[0]]:.3g}; choose the times again",
+            )
+        pieces.append(cubics_from_accelerations(span, found, *given))
+    return x, np.concatenate(pieces, axis=1)

@@ -1,0 +1,165 @@
+"""Minimum-time stops from a time of a motion: on its path, and of each joint independently."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.distinct import distinct
+from knotwork.spline.polynomial.refined import part
+from knotwork.spline.retiming.composition import compose, cubic_through
+from knotwork.spline.retiming.shortest import shortest_stop
+from knotwork.waypoints import FloatArray
+
+LIMIT_SHARES = (0.999, 0.99, 0.95)
+"""Fractions of the limits for samples, tried until the limits are kept between samples."""
+SHORTEST_PHASE = 1e-9
+"""Shorter phases of a stop are left out [s]."""
+REST_BOUND = 1e-9
+"""Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
+MOST_LATER_STARTS = 3
+"""Number of later breaks at which a stop may begin, if none is found from the first time."""
+DURATION_GUESS = 1.3
+"""First guess of the duration of a stop on the path, relative to that of independent joints."""
+MINIMUM_GAIN = 1e-3
+"""Minimum relative gain over the curve's next rest for a stop to be searched for."""
+
+
+def joint_stop(
+    q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
+) -> PiecewisePolynomial:
+    """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
+
+    The acceleration goes to a peak, stays there if it is the limit, and goes to zero. With
+    direction d = ±1 of the peak p, v + d (2 p² - a²)/(2 J) = 0 where the limit is not reached.
+
+    Args:
+        q: Positions [rad or m], shape (d,).
+        v: Velocities.
+        a: Accelerations.
+        acceleration: Limits of acceleration, finite.
+        jerk: Limits of jerk, finite.
+
+    Returns:
+        Positions over the time since the state [s]; joints that stop earlier stay at rest.
+    """
+    # a state above the limit returns to it
+    direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
+    unlimited = np.sqrt(np.maximum(0.5 * a**2 - direction * v * jerk, 0.0))
+    peak = np.minimum(unlimited, acceleration)
+    grow = np.abs(direction * peak - a) / jerk
+    fade = peak / jerk
+    changed = 0.5 * (a + direction * peak) * grow + 0.5 * direction * peak * fade
+    hold = np.maximum(-direction * (v + changed), 0.0) / np.where(peak > 0.0, peak, 1.0)
+    corners = np.cumsum([np.zeros_like(q), grow, hold, fade], axis=0)
+    heights = np.stack((a, direction * peak, direction * peak, np.zeros_like(a)))
+    times = distinct(corners)
+    times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
+    if len(times) < 2:
+        raise InputError("the motion stands still at this moment; there is nothing to stop")
+    columns = zip(corners.T, heights.T, strict=True)
+    ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
+    moved = _ramps(times, ramps).antiderivative(2)
+    c = np.array(moved.c)
+    c[-1] += q + v * times[:-1, None]
+    c[-2] += v
+    return PiecewisePolynomial(c, times)
+
+
+def stop_on_path(
+    curve: PiecewisePolynomial,
+    at: float,
+    acceleration: FloatArray,
+    jerk: FloatArray,
+    tolerance: float,
+) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
+    """The minimum-time stop on the path (C2 smooth, cubics), with a speed override of at most 1.
+
+    If the curve comes to rest earlier, that is the stop.
+
+    Args:
+        curve: Positions over time, trailing shape (d,).
+        at: Start time of the stop [s]; the curve is not at rest.
+        acceleration: Limits [rad/s² or m/s²], shape (d,); infinite where there is none.
+        jerk: Limits [rad/s³ or m/s³], shape (d,).
+        tolerance: Maximum deviation of a joint from the path [rad or m].
+
+    Returns:
+        The clock, which is the time of the curve over the time since the start of the stop [s], and
+        the motion; `None` if no such stop keeps the limits before the curve ends.
+    """
+    rest_time = first_rest(curve, at)
+    end = float(curve.x[-1]) if rest_time is None else rest_time
+    best = np.inf if rest_time is None else rest_time - at
+    tried = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
+        :MOST_LATER_STARTS
+    ]
+    for begin in (at, *tried.tolist()):
+        least = _least_duration(curve, begin, acceleration, jerk)
+        if begin - at + least >= (1.0 - MINIMUM_GAIN) * best:
+            continue
+        for share in LIMIT_SHARES:
+            limits = share * acceleration, share * jerk
+            clock = shortest_stop(curve, begin, end, min(DURATION_GUESS * least, best), *limits)
+            if clock is None or begin - at + clock.x[-1] >= best:
+                break
+            clock = _start_earlier(clock, at, begin)
+            motion, _ = cubic_through(compose(curve, clock), tolerance)
+            if keeps_joint_limits(motion, curve, acceleration, jerk):
+                return clock, motion
+    if rest_time is None:
+        return None
+    clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest_time - at])
+    motion = part(curve, at, rest_time)
+    return clock, PiecewisePolynomial(motion.c, motion.x - at)
+
+
+def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
+    """The first time after a given one at which a curve is at rest, or `None`."""
+    times = np.append(at, curve.x[curve.x > at])
+    moves = np.zeros(len(times), bool)
+    for nu in (1, 2):
+        scale = np.maximum(curve.extrema(nu).peak, 1.0)
+        moves |= (np.abs(curve(times, nu)) > REST_BOUND * scale).any(axis=1)
+    return None if moves.all() else float(times[np.argmin(moves)])
+
+
+def _least_duration(
+    curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
+) -> float:
+    """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
+    q, v, a = (curve(at, nu) for nu in range(3))
+    jolt = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
+    return float(joint_stop(q, v, a, acceleration, jolt).x[-1])
+
+
+def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
+    """A clock extended to an earlier start with a rate of 1."""
+    if begin == at:
+        return clock
+    first = np.zeros((len(clock.c), 1))
+    first[-2:] = [[1.0], [at]]
+    c = np.concatenate((first, clock.c), axis=1)
+    return PiecewisePolynomial(c, np.append(0.0, begin - at + clock.x))
+
+
+def keeps_joint_limits(
+    motion: PiecewisePolynomial,
+    curve: PiecewisePolynomial,
+    acceleration: FloatArray,
+    jerk: FloatArray,
+) -> bool:
+    """Whether a motion keeps limits, or exceeds them at most as much as the curve."""
+    return all(
+        (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
+        for nu, limit in ((2, acceleration), (3, jerk))
+    )
+
+
+def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
+    """Piecewise linear curve through points; of points at one time the last counts."""
+    last = np.append(np.diff(times) > 0.0, True)
+    times, heights = times[last], heights[last]
+    slope = (np.diff(heights, axis=0).T / np.diff(times)).T
+    return PiecewisePolynomial(np.stack((slope, heights[:-1])), times)

@@ -1,0 +1,221 @@
+"""Columns of a log, from the headings of PlotJuggler, ROS bags and robot loggers.
+
+Columns other than joint positions and time are skipped.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from knotwork.files.foreign.header import HeadingError, column, quantity_named
+from knotwork.files.foreign.unit_words import words
+
+STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
+PREFERRED_TOPIC = "joint_states"
+
+_INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
+_SEPARATORS = re.compile(r"[./:]")
+_MEASURED = ("actual", "measured", "state")
+_REQUESTED = ("target", "desired", "reference", "command", "commanded", "error", "output")
+
+
+@dataclass(frozen=True)
+class LogColumns:
+    """Columns of a log.
+
+    Attributes:
+        clock: Columns of the time and their factors to s; 0 if the size of the values
+            decides.
+        position: Index of the column and factor to SI, for each joint.
+        units_given: Joints, by index, whose headings state a unit.
+    """
+
+    clock: tuple[tuple[int, float], ...]
+    position: tuple[tuple[int, float], ...]
+    units_given: frozenset[int]
+
+
+@dataclass(frozen=True)
+class _Position:
+    """A column with positions of a joint."""
+
+    topic: str
+    joint: int
+    index: int
+    factor: float
+    unit_given: bool
+
+
+def log_columns(
+    headings: Sequence[str],
+    first: Sequence[str],
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+    *,
+    topic: str | None = None,
+    degrees: bool = False,
+) -> LogColumns:
+    """Find time and positions among the headings of a log.
+
+    Args:
+        headings: The headings.
+        first: Cells of the first row, perhaps with names of joints (`name[0]`).
+        joint_names: The known joints.
+        joint_units: `"rad"` or `"m"` for each.
+        topic: Use columns with this heading before the joint's name.
+        degrees: Columns of rad joints without a unit are in degrees.
+
+    Raises:
+        HeadingError: Time is missing, or a joint has not exactly one position.
+    """
+    positions = list(_named_positions(headings, joint_names, joint_units))
+    positions = positions or list(_numbered_positions(headings, first, joint_names))
+    chosen = _choose_topic(positions, joint_names, topic)
+    columns = {position.joint: position for position in positions if position.topic == chosen}
+    factors = [
+        math.radians(1.0) if degrees and unit == "rad" and not columns[i].unit_given
+        else columns[i].factor
+        for i, unit in enumerate(joint_units)
+    ]  # fmt: skip
+    return LogColumns(
+        _clock(headings, chosen),
+        tuple((columns[i].index, factor) for i, factor in enumerate(factors)),
+        frozenset(position.joint for position in columns.values() if position.unit_given),
+    )
+
+
+def _named_positions(
+    headings: Sequence[str], names: Sequence[str], units: Sequence[str]
+) -> Iterable[_Position]:
+    """Columns with the name of a joint in their heading."""
+    for index, heading in enumerate(headings):
+        topic, description = _split_heading(heading, names)
+        try:
+            content = column(description, names, units)
+        except HeadingError:
+            continue
+        if content.joint is not None and content.quantity == "position":
+            stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(words(description))
+            yield _Position(topic, content.joint, index, content.factor, bool(stated))
+
+
+def _split_heading(heading: str, names: Sequence[str]) -> tuple[str, str]:
+    """The topic of a heading, and its description: the joint and words of the quantity."""
+    at = [heading.find(name) for name in names if name in heading]
+    before = heading[: min(at)] if at else heading
+    topic, divider, _ = before.rpartition("/") if "/" in before else before.rpartition(":")
+    description = heading[len(topic) + len(divider) :]
+    parent, _, last = topic.rpartition("/")
+    if quantity_named(last) is not None:  # as in /joint_states/position/elbow
+        return parent, f"{last} {description}"
+    return topic, description
+
+
+def _numbered_positions(
+    headings: Sequence[str], first: Sequence[str], names: Sequence[str]
+) -> Iterable[_Position]:
+    """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
+
+    Columns of names, if there are any, give the order; otherwise it is the robot's.
+    """
+    names_by_topic: dict[str, dict[int, str]] = {}
+    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    for index, heading in enumerate(headings):
+        topic, _, last = _SEPARATORS.sub("/", heading.strip()).rpartition("/")
+        match = _INDEXED.fullmatch(last)
+        if match is None:
+            continue
+        *kind, word = words(match["word"])
+        number = int(match["index"])
+        if match["word"] in ("name", "joint_names"):
+            names_by_topic.setdefault(topic, {})[number] = first[index].strip()
+        elif quantity_named(word) == "position" and not set(kind) & set(_REQUESTED):
+            group = (topic, "/".join([topic, *kind]))
+            groups.setdefault(group, []).append((number, index))
+    for (topic, group_name), columns in groups.items():
+        # in a controller's state the names are next to the groups of values
+        order = names_by_topic.get(topic, names_by_topic.get(topic.rpartition("/")[0]))
+        if not order:
+            if len(columns) != len(names):
+                continue
+            order = dict(enumerate(names, min(columns)[0]))
+        for number, index in columns:
+            if order.get(number) in names:
+                joint = list(names).index(order[number])
+                yield _Position(group_name, joint, index, 1.0, False)
+
+
+def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: str | None) -> str:
+    """The topic with exactly one position of every joint."""
+    topics: dict[str, list[int]] = {}
+    for position in positions:
+        if wanted is None or position.topic.strip("/") == wanted.strip("/"):
+            topics.setdefault(position.topic, []).append(position.joint)
+    complete = [topic for topic, joints in topics.items() if len(set(joints)) == len(names)]
+    if not complete:
+        best = max(topics.values(), key=lambda joints: len(set(joints)), default=[])
+        missing = [repr(name) for i, name in enumerate(names) if i not in best]
+        where = f" of the topic {wanted!r}" if wanted is not None else ""
+        raise HeadingError(
+            f"no column{where} is the position of joint {', '.join(missing)}",
+            "headings with the joint's name, such as /joint_states/NAME/position, NAME.position "
+            "or NAME [deg]; or position[0], actual_q_0 and so on for every joint in the robot's "
+            "order",
+        )
+    measured = [
+        topic for topic in complete if not set(words(topic.rpartition("/")[2])) & set(_REQUESTED)
+    ]
+    chosen = (
+        [topic for topic in complete if topic.rpartition("/")[2] == PREFERRED_TOPIC]
+        or [topic for topic in measured or complete if set(words(topic)) & set(_MEASURED)]
+        or measured
+        or complete
+    )
+    if len(chosen) > 1:
+        raise HeadingError(
+            f"{len(chosen)} topics have positions of all joints: {', '.join(chosen)}",
+            "--topic with one of them",
+        )
+    for joint, name in enumerate(names):
+        count = topics[chosen[0]].count(joint)
+        if count > 1:
+            raise HeadingError(f"{count} columns are the position of joint {name!r}", "one")
+    return chosen[0]
+
+
+def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
+    """Columns of the time: the stamp of the messages, or else of their reception."""
+    paths, topic_path = (
+        [_SEPARATORS.sub("/", text.strip()).lower() for text in texts]
+        for texts in (headings, [topic])
+    )
+    stamps = {path.partition("header/stamp")[0] for path in paths if "header/stamp" in path}
+    prefix = f"{topic_path[0]}/".lstrip("/")
+    if prefix in stamps or len(stamps) == 1:
+        stamp = f"{prefix if prefix in stamps else stamps.pop()}header/stamp"
+        for whole, part in STAMPS:
+            if f"{stamp}/{whole}" in paths and f"{stamp}/{part}" in paths:
+                return (
+                    (paths.index(f"{stamp}/{whole}"), 1.0),
+                    (paths.index(f"{stamp}/{part}"), 1e-9),
+                )
+        if stamp in paths:
+            return ((paths.index(stamp), 0.0),)
+    times = []
+    for index, heading in enumerate(headings):
+        try:
+            content = column(heading.strip().lstrip("%"), (), ())
+        except HeadingError:
+            continue
+        if content.quantity == "time" and content.clock != "step":
+            stated = words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
+            times.append((index, content.factor if stated else 0.0))
+    if len(times) == 1:
+        return (times[0],)
+    raise HeadingError(
+        f"{len(times)} columns are times" if times else "no column is the time",
+        "one column named time, timestamp or __time, or header.stamp.sec and .nanosec",
+    )

@@ -1,0 +1,179 @@
+"""Findings on a log and its plan: the time shift, and deviations of joints and tool."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from knotwork.joint_quantities import rate_unit
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.refined import part, refined
+from knotwork.spline.polynomial.two_point import raised
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.units import SI, Units
+from knotwork.verification import Finding
+from knotwork.verification.recording.alignment import Alignment
+from knotwork.verification.recording.lateness import delay_text
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+AGAINST_PLAN = "Against the plan"
+
+
+class LogTolerances(NamedTuple):
+    """Tolerances of a log relative to its plan.
+
+    Attributes:
+        tool: Tolerances of position and orientation, by unit: `"m"`, `"rad"`.
+        joints: Tolerances of joints, by name, or by unit for all other joints.
+        late: Largest delay [s]; positions are then compared without delays.
+    """
+
+    tool: Mapping[str, float] = MappingProxyType({})
+    joints: Mapping[str, float] = MappingProxyType({})
+    late: float | None = None
+
+
+def deviation_findings(
+    alignment: Alignment,
+    robot: Robot | None = None,
+    units: Units = SI,
+    tolerances: LogTolerances = LogTolerances(),  # noqa: B008
+) -> Iterator[Finding]:
+    """Report the deviations of a log from its plan: time, each joint over all time, and the tool.
+
+    Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
+    at the times of the samples. Short reports show the largest of each, the shift and delays.
+
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
+    >>> next(deviation_findings(alignment)).brief
+    'joint_1 up to ... rad off at ... s; time shift ... s'
+
+    Args:
+        alignment: The smoothed log, by the plan's clock.
+        robot: Robot, for the deviation of the tool.
+        units: Units of the messages.
+        tolerances: Required tolerances; nothing else is required.
+    """
+    motion = alignment.trajectory if tolerances.late is None else alignment.on_time()
+    joints = list(_joint_findings(motion, alignment, units, tolerances))
+    tool = (
+        list(_tool_findings(motion, alignment, robot, units, tolerances))
+        if robot is not None
+        else []
+    )
+    worst: dict[str, Finding] = {}
+    for finding in joints:
+        if finding.quantity == "joint_deviation":
+            worst[finding.unit] = max(worst.get(finding.unit, finding), finding, key=_size)
+    short = [
+        f"{finding.name or 'tool'} up to {units.text(_size(finding), finding.unit, '.3g')} off "
+        f"at {finding.when} s"
+        for finding in (*worst.values(), *tool[:1])
+    ]
+    late = delay_text(alignment.delays)
+    fact = (
+        f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
+        f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
+    )
+    brief = filter(None, [late, *short, f"time shift {alignment.start:.4g} s"])
+    yield Finding(
+        AGAINST_PLAN, "motion", "", "time_shift", "information", fact,
+        value=alignment.start, unit="s", brief="; ".join(brief),
+    )  # fmt: skip
+    latest = max(alignment.delays, key=lambda delay: abs(delay.late))
+    yield _deviation(
+        "motion", "", "lateness", late or "the log is on time", latest.late, "s", latest.start,
+        units, tolerances.late,
+    )  # fmt: skip
+    yield from joints
+    yield from tool
+
+
+def _size(finding: Finding) -> float:
+    return abs(finding.value or 0.0)
+
+
+def _joint_findings(
+    motion: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
+) -> Iterator[Finding]:
+    gap = _difference(motion.polynomial, alignment.reference.polynomial)
+    for order, word in enumerate(("", "velocity_")):
+        extrema = gap.extrema(order)
+        for j, (name, unit) in enumerate(zip(motion.joint_names, motion.joint_units, strict=True)):
+            fact = f"joint {name!r}:{' velocity' if order else ''} off the plan"
+            limit = tolerances.joints.get(name, tolerances.joints.get(unit)) if not order else None
+            yield _deviation(
+                "joint", name, f"joint_{word}deviation", fact, float(extrema.peak[j]),
+                rate_unit(unit, order), float(extrema.peak_time[j]), units, limit,
+            )  # fmt: skip
+
+
+def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Difference of two curves, in their common time."""
+    low, high = max(curve.x[0], plan.x[0]), min(curve.x[-1], plan.x[-1])
+    curve, plan = part(curve, low, high), part(plan, low, high)
+    curve, plan = refined(curve, plan.x), refined(plan, curve.x)
+    degree = max(curve.degree, plan.degree)
+    return PiecewisePolynomial(raised(curve.c, degree) - raised(plan.c, degree), curve.x)
+
+
+def _tool_findings(
+    motion: JointTrajectory,
+    alignment: Alignment,
+    robot: Robot,
+    units: Units,
+    tolerances: LogTolerances,
+) -> Iterator[Finding]:
+    import pinocchio as pin
+
+    motion = motion.reordered(robot.joint_names, robot.joint_units)
+    plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
+    times = alignment.curve.log.time - alignment.start
+    times = times[(times >= motion.start_time) & (times <= motion.end_time)]
+    errors = np.empty((2, times.size))
+    for i, (q, asked) in enumerate(zip(motion.position(times), plan.position(times), strict=True)):
+        pose, wanted = robot.forward(q), robot.forward(asked)
+        errors[0, i] = np.linalg.norm(pose.translation - wanted.translation)
+        errors[1, i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
+    rows = ("tool_deviation", "position", "m"), ("tool_orientation_deviation", "orientation", "rad")
+    for (quantity, word, unit), sizes in zip(rows, errors, strict=True):
+        worst = int(sizes.argmax())
+        fact, limit = f"the tool's {word} is off the plan", tolerances.tool.get(unit)
+        value, time = float(sizes[worst]), float(times[worst])
+        finding = _deviation("tool", "", quantity, fact, value, unit, time, units, limit)
+        yield replace(finding, proof="sampled")
+
+
+def _deviation(
+    subject: str,
+    name: str,
+    quantity: str,
+    fact: str,
+    value: float,
+    unit: str,
+    time: float,
+    units: Units,
+    limit: float | None,
+) -> Finding:
+    """Deviation from the plan, and whether it is within the tolerance."""
+    if unit != "s":
+        fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
+    if limit is None:
+        return Finding(
+            AGAINST_PLAN, subject, name, quantity, "information", fact, value, unit=unit, time=time
+        )
+    fact += f", tolerance {units.text(limit, unit, '.3g')}"
+    return Finding.at_most(
+        "Tolerances", subject, name, quantity, fact, value, limit, unit=unit, time=time
+    )

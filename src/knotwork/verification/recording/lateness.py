@@ -1,0 +1,137 @@
+"""Delay of a log relative to its plan, over the time of the plan.
+
+The delay at a time of the plan is one of many in even steps. A change of the delay costs as much
+as some samples far off the plan, so that it changes only with evidence in the log; the cheapest
+sequence of delays is found by dynamic programming (Viterbi). The delay of each span with a constant
+one is then improved by least squares.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification.recording.smoothing import Smoothed
+from knotwork.waypoints import FloatArray
+
+MOST_PLAN_STEPS = 1000
+"""Largest number of steps of the plan."""
+CHANGE_COST = 10.0
+"""Cost of a change of the delay, in squares of the plan's motion per step."""
+EVIDENCE = 0.25
+"""Delays count if they reduce the squares of a constant delay below this fraction."""
+LEAST_STEPS = 3.0
+"""Delays that differ by fewer steps are equal."""
+
+
+class Delay(NamedTuple):
+    """A span of the plan with a constant delay.
+
+    Attributes:
+        start, end: Span in the plan's time [s].
+        late: Delay relative to the plan's clock [s]; negative if early.
+    """
+
+    start: float
+    end: float
+    late: float
+
+
+def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay, ...]:
+    """Delays of a log over time: spans with a constant delay.
+
+    Args:
+        curve: The smoothed log.
+        plan: The plan, with the log's joints in its order.
+        shift: Time since the log's first sample at time 0 of the plan [s].
+
+    Returns:
+        One span without evidence of several delays.
+    """
+    constant = Delay(plan.start_time, plan.end_time, 0.0)
+    step = max(curve.log.period, plan.duration / MOST_PLAN_STEPS)
+    time = np.arange(plan.start_time, plan.end_time, step)
+    asked = plan.position(time)
+    reach = len(time)
+    ahead = np.arange(-reach, len(time) + reach + 1) * step + plan.start_time + shift
+    log = curve.trajectory.position(np.clip(ahead, 0.0, curve.log.time[-1]))
+    moves = float((plan.velocity(time) ** 2).sum(axis=1).mean()) * step**2
+    cost = CHANGE_COST * (moves + float((curve.noise.position**2).sum()))
+    steps = _cheapest_delays(asked, log, reach, cost)
+    spans = _constant_spans(steps, np.append(time, plan.end_time), step)
+    if len(spans) < 2:
+        return (constant,)
+    spans = [_refine_delay(curve, plan, shift, span) for span in spans]
+    squares = [
+        sum(float((_residuals(curve, plan, shift, span)[1] ** 2).sum()) for span in several)
+        for several in ([constant], spans)
+    ]
+    return tuple(spans) if squares[1] < EVIDENCE * squares[0] else (constant,)
+
+
+def _cheapest_delays(asked: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:
+    """The delay at each of the plan's times, in steps, shape (m,)."""
+    count = 2 * reach + 1
+    total = np.zeros(count)
+    stays = np.empty((len(asked), count), dtype=bool)
+    best = np.empty(len(asked), dtype=np.intp)
+    for j, q in enumerate(asked):
+        best[j] = total.argmin()
+        changed = total[best[j]] + cost
+        stays[j] = total <= changed
+        total = np.minimum(total, changed) + ((log[j : j + count] - q) ** 2).sum(axis=1)
+    delay = np.empty(len(asked))
+    k = int(total.argmin())
+    for j in range(len(asked) - 1, -1, -1):
+        delay[j] = k - reach
+        k = k if stays[j, k] else int(best[j])
+    return delay
+
+
+def _constant_spans(steps: FloatArray, time: FloatArray, step: float) -> list[Delay]:
+    """Spans with a nearly constant delay."""
+    spans: list[Delay] = []
+    cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
+    for i, k in pairwise(cuts):
+        late, end = float(steps[i]) * step, float(time[k])
+        if spans and abs(late - spans[-1].late) < LEAST_STEPS * step:
+            spans[-1] = spans[-1]._replace(end=end)
+        else:
+            spans.append(Delay(float(time[i]), end, late))
+    return spans
+
+
+def _residuals(
+    curve: Smoothed, plan: JointTrajectory, shift: float, span: Delay
+) -> tuple[FloatArray, FloatArray]:
+    """Times of the plan for a span's samples, and their residuals."""
+    at = curve.log.time - shift - span.late
+    inside = (at >= span.start) & (at < span.end)
+    return at[inside], curve.log.position[inside] - plan.position(at[inside])
+
+
+def _refine_delay(curve: Smoothed, plan: JointTrajectory, shift: float, span: Delay) -> Delay:
+    """A span with the delay from least squares of its samples; one Gauss-Newton step."""
+    at, off = _residuals(curve, plan, shift, span)
+    slopes = plan.velocity(at)
+    weight = float((slopes**2).sum())
+    change = float((slopes * off).sum()) / weight if weight else 0.0
+    return span._replace(late=span.late - change)
+
+
+def delay_text(spans: tuple[Delay, ...]) -> str:
+    """Delays in words, such as "0.4 s late from 29.3 s on"; empty without any."""
+    worst = max(spans, key=lambda span: abs(span.late))
+    if worst.late == 0.0:
+        return ""
+    similar = [span.late * worst.late > 0.5 * worst.late**2 for span in spans]
+    middle = spans.index(worst)
+    first = next((i + 1 for i in range(middle, -1, -1) if not similar[i]), 0)
+    last = next((i - 1 for i in range(middle, len(spans)) if not similar[i]), len(spans) - 1)
+    most = "up to " if first < last or len(spans) > 3 else ""
+    to = "on" if last + 1 == len(spans) else f"to {spans[last].end:.4g} s"
+    word = "late" if worst.late > 0.0 else "early"
+    return f"{most}{abs(worst.late):.3g} s {word} from {spans[first].start:.4g} s {to}"

@@ -1,0 +1,295 @@
+"""The check of a log, within its noise.
+
+The smoothed motion is checked like any other, but it is only known up to the noise of the log. A
+requirement whose margin is below `STANDARD_ERRORS` standard errors is undecided. Jumps are judged
+by the residuals of the samples, because the smoothed curve has none. For a noise-free log,
+residuals up to `PLAN_RESIDUAL_RATIO` times those of the smoothed plan are accepted, because the
+plan's jerk may jump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.units import SI, Units
+from knotwork.verification import Finding, Report, check
+from knotwork.verification.recording.alignment import Alignment
+from knotwork.verification.recording.deviations import LogTolerances, deviation_findings
+from knotwork.verification.recording.holes import hole_findings
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.scenario import Scenario
+    from knotwork.scenario.joint_space import JointSpace
+    from knotwork.spline.trajectory import JointTrajectory
+    from knotwork.waypoints import FloatArray
+
+LOG = "Log"
+REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
+"""Subjects whose requirements are replaced by given tolerances."""
+STANDARD_ERRORS = 4.0
+"""Number of standard errors beyond which a margin counts."""
+JUMP_DEVIATIONS = 8.0
+"""Residual in standard deviations beyond which a sample is a jump or wrong."""
+PLAN_RESIDUAL_RATIO = 1.5
+"""Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
+_UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
+_ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
+
+
+def check_log(
+    alignment: Alignment,
+    scenario: Scenario,
+    space: JointSpace,
+    tolerances: LogTolerances | None = None,
+) -> Report:
+    """Check a log against a scenario.
+
+    `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
+    The findings report undecided requirements. Given tolerances replace the scenario's
+    requirements on waypoints, paths, waits and places of events.
+
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
+    >>> check_log(alignment, plan.scenario, plan.space).ok
+    True
+
+    Args:
+        alignment: The smoothed log, by the clock of a plan of this scenario.
+        scenario: The task.
+        space: The scenario's joints and robot.
+        tolerances: Tolerances of the log relative to its plan, or `None`.
+    """
+    report, units = check(alignment.trajectory, scenario, space=space), scenario.units
+    required = scenario.task.continuity >= 0
+    compared = compare_log(alignment, space.robot, units, tolerances, required=required)
+    findings = list(compared.findings)
+    undecided = 0
+    for finding in report.findings:
+        if finding.group == "Continuity" or finding.quantity.endswith("_rounding"):
+            continue
+        if finding.subject == "event" and finding.verdict == "warning":
+            continue  # a log of positions has no signals
+        if tolerances is not None and finding.required and finding.subject in REPLACED_SUBJECTS:
+            continue
+        error = _uncertainty(finding, alignment, space) if finding.required else None
+        if error is not None and abs(finding.margin or 0.0) <= error:
+            undecided += 1
+            size = units.text(error, finding.unit, ".2g")
+            fact = f"{finding.message}; undecided, as the log resolves it to {size}"
+            finding = replace(finding, verdict="undecided", fact=fact, remedy="")
+        findings.append(finding)
+    if undecided:
+        reason = f"{STANDARD_ERRORS:g} standard errors of the"
+        findings.append(
+            _information(
+                "undecided",
+                f"{undecided} requirements are undecided: their margins are below {reason} log",
+                f"undecided: within {reason} limit",
+            )
+        )
+    return replace(report, findings=tuple(findings))
+
+
+def compare_log(
+    alignment: Alignment,
+    robot: Robot | None = None,
+    units: Units = SI,
+    tolerances: LogTolerances | None = None,
+    *,
+    required: bool = True,
+) -> Report:
+    """Report the deviations of a log from its plan, the assumptions about it, and jumps.
+
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
+    >>> str(compare_log(alignment)).splitlines()[0]
+    'PASSED log.csv: 1 of 1 requirements met; ...'
+
+    Args:
+        alignment: The smoothed log, by the plan's clock.
+        robot: Robot, for the deviation of the tool.
+        units: Units of the messages.
+        tolerances: Tolerances of the log relative to the plan, or `None`.
+        required: Without tolerances, a jump of the position fails.
+
+    Raises:
+        InputError: A tolerance has an unknown subject.
+    """
+    jumps = tolerances is None
+    tolerances = tolerances or LogTolerances()
+    _check_tolerances(tolerances, alignment.trajectory, robot)
+    allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples
+    residuals = _residual_findings(alignment, allowed, units, required=required) if jumps else ()
+    return Report(
+        scenario=alignment.curve.log.source,
+        robot=robot.name if robot is not None else None,
+        planner=alignment.trajectory.planner,
+        start_time=alignment.trajectory.start_time,
+        end_time=alignment.trajectory.end_time,
+        findings=(
+            *deviation_findings(alignment, robot, units, tolerances),
+            *_log_findings(alignment, allowed, units),
+            *residuals,
+            *hole_findings(alignment),
+        ),
+        units=units,
+    )
+
+
+def _check_tolerances(
+    tolerances: LogTolerances, motion: JointTrajectory, robot: Robot | None
+) -> None:
+    if tolerances.tool and robot is None:
+        raise InputError(
+            "a tolerance of the tool needs the scenario's robot; accepted without: "
+            "joints=0.1deg, or a joint's name in place of joints"
+        )
+    units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
+    for name in tolerances.joints:
+        if name not in {**units, "rad": "", "m": ""}:
+            raise UnknownNameError("joint", name, list(units))
+
+
+def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> float | None:
+    """Uncertainty of a value due to the log's noise, or `None` if unknown."""
+    if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
+        return None
+    names, robot = space.joint_names, space.robot
+    columns = [alignment.trajectory.joint_names.index(name) for name in names]
+
+    def errors(order: int, time: float | None = finding.at) -> FloatArray:
+        return _joint_uncertainty(alignment, order, time)[columns]
+
+    quantity = finding.quantity.removeprefix("joint_")
+    if finding.subject == "wait" and finding.interval is not None:  # between two of its times
+        return float((errors(0) + errors(0, finding.interval[0])).max())
+    if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
+        return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
+    if quantity in DERIVATIVES and finding.group == "Joints at the waypoints":
+        return float(errors(DERIVATIVES.index(quantity)).max())
+    if robot is None:
+        return None
+    motion = alignment.trajectory.reordered(names, space.joint_units)
+    time = motion.start_time if finding.at is None else finding.at
+    time = min(max(time, motion.start_time), motion.end_time)
+    q = motion.position(time)
+    if finding.quantity == "effort" and finding.name in names:
+        row = _inertia(robot, q)[names.index(finding.name)]
+        return float(np.linalg.norm(row * errors(2)))
+    if finding.unit not in _UNIT_ORDERS:
+        return None
+    jacobian, turning = robot.jacobian(q), finding.unit in _ROTATION_UNITS
+    error = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_UNIT_ORDERS[finding.unit])))
+    if finding.unit == "rad" and finding.subject != "waypoint":
+        # on a path the orientation depends on the position along it
+        v, w = np.split(jacobian @ motion.velocity(time), 2)
+        turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
+        error += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
+    return error
+
+
+def _joint_uncertainty(alignment: Alignment, order: int, time: float | None) -> FloatArray:
+    """Uncertainty of each joint, by noise and by the residual of the smoothed plan."""
+    noise = STANDARD_ERRORS * alignment.errors(order, time)
+    return noise + PLAN_RESIDUAL_RATIO * alignment.plan_residual(order, time)
+
+
+def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
+    """The mass matrix, from the torques of unit accelerations."""
+    still = np.zeros(q.size)
+    static = robot.torque(q, still, still)
+    return np.column_stack([robot.torque(q, still, unit) - static for unit in np.eye(q.size)])
+
+
+def _residual_findings(
+    alignment: Alignment, allowed: FloatArray, units: Units, *, required: bool
+) -> Iterator[Finding]:
+    """Report the residuals of the samples of each joint, relative to their noise.
+
+    Args:
+        alignment: The smoothed log, by the plan's clock.
+        allowed: Residuals due to jumps of the jerk, beyond the noise [rad or m], shape (d,).
+        units: Units of the messages.
+        required: A jump fails.
+    """
+    curve = alignment.curve
+    sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
+    for j, (name, unit) in enumerate(
+        zip(curve.log.joint_names, curve.log.joint_units, strict=True)
+    ):
+        worst = int((sizes[:, j] / limits[:, j]).argmax())
+        value, limit = float(sizes[worst, j]), float(limits[worst, j])
+        time = float(curve.log.time[worst] - alignment.start)
+        shown = units.text(value, unit, ".3g")
+        fact = f"joint {name!r}: a sample is off the smooth curve by {shown} at {time:.4f} s"
+        if value > limit:
+            times = value / float(curve.sigma[worst, j])
+            fact += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
+            if not curve.noise.stated:
+                fact += f"; if such errors are expected, use --noise {float(sizes.max()):.0e}"
+        yield Finding.at_most(
+            "Continuity", "joint", name, "sample_off_the_curve", fact, value, limit,
+            required=required, unit=unit, time=time,
+        )  # fmt: skip
+
+
+def _log_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
+    """The assumptions about the log, and its resolution."""
+    curve, log, noise = alignment.curve, alignment.curve.log, alignment.curve.noise
+    origin = "as given" if noise.stated else "estimated from the samples and their digits"
+    rows = [("noise", 0, f"samples are off by {{}} (standard deviation), {origin}", noise.position)]
+    for order, quantity in enumerate(DERIVATIVES[:3]):
+        text = f"the log resolves {quantity} to {{}} at worst"
+        errors = _joint_uncertainty(alignment, order, None)
+        rows.append((f"{quantity}_known_to", order, text, errors))
+    largest: dict[str, float] = {}
+    for quantity, order, text, values in rows:
+        for name, joint_unit, value in zip(
+            log.joint_names, log.joint_units, values.tolist(), strict=True
+        ):
+            unit = rate_unit(joint_unit, order)
+            fact = f"joint {name!r}: {text.format(units.text(value, unit, '.2g'))}"
+            yield Finding(
+                LOG, "joint", name, quantity, "information", fact, value=value, unit=unit,
+                proof="sampled",
+            )  # fmt: skip
+            if quantity == "noise":
+                largest[unit] = max(value, largest.get(unit, 0.0))
+    sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
+    yield _information(
+        "log",
+        f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
+        f"{curve.trajectory.breaks.size - 1} cubics; noise {sizes} and jitter "
+        f"of time stamps {1e3 * noise.jitter:.2g} ms, {origin}",
+    )
+    if log.notes:
+        yield _information("left_out", f"left out or mended: {'; '.join(log.notes)}")
+    beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
+    missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
+    if missed:
+        start, end = (time - alignment.start for time in missed[0])
+        times = f", {len(missed)} times, first" if len(missed) > 1 else ""
+        fact = (
+            f"the motion changes faster than the log resolves{times}, from {start:.4f} s to "
+            f"{end:.4f} s: it is uncertain there"
+        )
+        yield Finding("Warnings", "motion", "", "too_coarse", "warning", fact, time=float(start))
+
+
+def _information(quantity: str, fact: str, brief: str = "") -> Finding:
+    return Finding(LOG, "motion", "", quantity, "information", fact, brief=brief)

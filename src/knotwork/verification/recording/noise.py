@@ -1,0 +1,145 @@
+"""The noise of a log, estimated from the log itself.
+
+Each sample is compared with the cubic through its four neighbours, two on each side, at recorded
+times. A smooth motion has no residual; the residual comes from the noise of
+the five values and from errors of their times. With independent errors its variance is
+
+    (1 + sum w²) (σ² + v² τ²)
+
+for the weights w of the neighbours, the noise σ of the joint, its velocity v and the jitter τ of
+the time stamps, which all joints share. σ and τ are found by non-negative least squares from the
+median sizes over the samples of each joint, in groups of like speed, so that jumps and wrong
+samples hardly count. σ is at least the rounding error, the last digit divided by √12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors.arguments import finite_number
+from knotwork.verification.recording.log_reading import Recording
+from knotwork.waypoints import FloatArray
+
+SPEED_GROUPS = 8
+WEIGHT_ROUNDS = 10
+MEDIAN_RATIO = 1.4826
+"""Ratio of standard deviation and median magnitude of normal numbers."""
+DIGIT_ERROR = 12.0**-0.5
+LEAST_NOISE = 1e-12
+"""Lower bound of the noise [rad or m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Errors of samples, as standard deviations.
+
+    Attributes:
+        position: Noise of each joint's positions [rad or m], shape (d,).
+        jitter: Jitter of the time stamps [s].
+        stated: Whether the noise was given, not estimated.
+    """
+
+    position: FloatArray
+    jitter: float
+    stated: bool
+
+    def of_samples(self, slopes: FloatArray) -> FloatArray:
+        """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
+        # at starts and stops, a slope between samples is known from its neighbours only
+        fast = largest_near(np.abs(slopes), 2)
+        return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
+
+
+def noise_of(log: Recording, stated: float | None = None) -> Noise:
+    """Estimate the noise of a log, or use a given noise of positions.
+
+    Args:
+        log: The log.
+        stated: Standard deviation of all positions [rad or m], jitter included.
+
+    Raises:
+        InputError: The given noise is not a positive number.
+    """
+    floor = np.maximum(log.resolution * DIGIT_ERROR, LEAST_NOISE)
+    sigma, jitter = _by_speed(*_residuals(log.time, log.position), floor)
+    position = np.maximum(sigma, floor)
+    if stated is not None:
+        size = finite_number(stated, "noise", "rad or m", positive=True)
+        position, jitter = np.full_like(position, size), 0.0
+    return Noise(position, jitter, stated is not None)
+
+
+def largest_near(values: FloatArray, steps: int, axis: int = 0) -> FloatArray:
+    """The largest of each value and its neighbours within some steps along an axis."""
+    from scipy.ndimage import maximum_filter1d
+
+    return np.asarray(maximum_filter1d(values, 2 * steps + 1, axis=axis, mode="nearest"))
+
+
+def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Rough velocities of samples, from the neighbours two before and two behind, shape (n, d)."""
+    n = len(time)
+    low, high = np.maximum(np.arange(n) - 2, 0), np.minimum(np.arange(n) + 2, n - 1)
+    return np.asarray((values[high] - values[low]) / (time[high] - time[low])[:, None])
+
+
+def _residuals(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Residual of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
+    places = [0, 1, 3, 4]
+    n = len(time) - 4
+    at = np.stack([time[k : k + n] for k in places]) - time[2 : 2 + n]
+    weights = np.ones((4, n))
+    for i in range(4):
+        for j in range(4):
+            if i != j:
+                weights[i] *= -at[j] / (at[i] - at[j])
+    guessed = sum(weights[i][:, None] * values[k : k + n] for i, k in enumerate(places))
+    residuals = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
+    # Next to a gap a neighbour is far away, and a cubic is of little use.
+    far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
+    residuals[far] = np.nan
+    return np.asarray(residuals), slopes_of(time, values)[2 : 2 + n]
+
+
+def _by_speed(
+    residuals: FloatArray, slopes: FloatArray, floor: FloatArray
+) -> tuple[FloatArray, float]:
+    """Noise of each joint and their common jitter, from the variances of groups.
+
+    A variance has a relative error, so each group is weighted by one over the square of its
+    expectation, which is updated in each iteration.
+    """
+    from scipy.optimize import nnls
+
+    count = residuals.shape[1]
+    rows: list[FloatArray] = []
+    variances: list[float] = []
+    for j in range(count):
+        # if nothing changes at all, the values are rounded and have no information on their noise
+        moving = np.flatnonzero(np.isfinite(residuals[:, j]) & (residuals[:, j] != 0.0))
+        by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
+        for group in _groups(by_speed):
+            row = np.zeros(count + 1)
+            row[j], row[count] = 1.0, float(np.median(slopes[group, j] ** 2))
+            rows.append(row)
+            size = MEDIAN_RATIO * float(np.median(np.abs(residuals[group, j])))
+            variances.append(max(size, float(floor[j])) ** 2)
+    if not rows:
+        return np.zeros(count), 0.0
+    matrix, solution = np.array(rows), np.zeros(count + 1)
+    expected = measured = np.array(variances)
+    for _ in range(WEIGHT_ROUNDS):
+        weighted = matrix / expected[:, None]
+        scale = np.maximum(weighted.max(axis=0), np.finfo(float).tiny)
+        solution = nnls(weighted / scale, measured / expected)[0] / scale
+        expected = np.maximum(matrix @ solution, measured.min())
+    sigma = np.sqrt(solution)
+    return np.asarray(sigma[:count]), float(sigma[count])
+
+
+def _groups(order: Sequence[int] | np.ndarray) -> list[np.ndarray]:
+    parts = min(SPEED_GROUPS, len(order) // 8)
+    return [part for part in np.array_split(np.asarray(order), parts) if part.size] if parts else []

@@ -1,0 +1,165 @@
+"""The smooth motion behind the samples of a log: cubic splines by weighted least squares.
+
+Knots are added where samples require them. An interval is halved as long as the residuals of its
+samples exceed their noise, in mean square; after that all intervals are halved once more. So
+the error of the curve is small compared with the uncertainty by noise. The reported uncertainty
+is the standard error of the least squares, plus the change of the curve by the last halving,
+which is an upper bound of the change by finer knots.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.verification.recording.fitting import Fit
+from knotwork.verification.recording.log_reading import Recording
+from knotwork.verification.recording.noise import Noise, largest_near, noise_of, slopes_of
+from knotwork.waypoints import FloatArray
+
+NOISE_SLACK = 1.1
+"""Tolerated ratio of true and estimated noise."""
+EXTENSION = 3.0
+"""Number of sample periods by which the curve extends beyond the first and the last sample."""
+FEWEST_IN_INTERVAL = 4
+"""Smallest number of samples in an interval."""
+CERTAIN_MISS = 5.0
+"""Standard deviations of white noise beyond which the curve certainly misses the samples."""
+ERROR_ORDERS = range(4)
+"""Standard errors are known of position, velocity, acceleration and jerk."""
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """A smooth motion (C2) behind a log.
+
+    Attributes:
+        trajectory: The motion; its times are those of the log, since its first sample [s], and
+            three more periods at each end.
+        log: The samples.
+        noise: Their noise.
+        grid: Times at which the standard errors are given [s], shape (g,).
+        errors: Standard errors there of position, velocity, acceleration and jerk [rad or m, per s,
+            per s², per s³], shape (4, g, d), with the change by the last halving of the knots.
+        residuals: Samples minus motion [rad or m], shape (n, d).
+        sigma: Standard deviation of each sample [rad or m], shape (n, d).
+        missed: Time intervals [s] in which the curve can't follow the samples, even with the
+            shortest pieces: the motion changes faster there than the log can resolve.
+    """
+
+    trajectory: JointTrajectory
+    log: Recording
+    noise: Noise
+    grid: FloatArray
+    errors: FloatArray
+    residuals: FloatArray
+    sigma: FloatArray
+    missed: tuple[tuple[float, float], ...]
+
+    def curve_of(self, position: FloatArray) -> PiecewisePolynomial:
+        """The curve with the same knots and weights for samples of another motion.
+
+        Args:
+            position: Its positions at the times of the log [rad or m], shape (n, d).
+        """
+        return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial()
+
+
+def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
+    r"""Estimate the smooth motion behind a log.
+
+    >>> from pathlib import Path
+    >>> time = np.arange(100) / 50
+    >>> random = np.random.default_rng(1).normal(0.0, 1e-4, 100)
+    >>> lines = [f"{t},{q:.6f}" for t, q in zip(time, np.sin(time) + random)]
+    >>> characters = Path("log.csv").write_text("\n".join(["time,lift", *lines]))
+    >>> curve = smoothed(kw.recording.read_log("log.csv", ["lift"], ["m"]))
+    >>> abs(curve.trajectory.velocity(1.0)[0] - np.cos(1.0)) < 0.01
+    np.True_
+
+    Args:
+        log: The log.
+        noise: Standard deviation of its positions [rad or m]; by default it is estimated.
+
+    Raises:
+        InputError: The noise is not a positive number.
+    """
+    known = noise_of(log, noise)
+    sigma = known.of_samples(slopes_of(log.time, log.position))
+    coarse_ends, ends, missed = _knots(log, sigma)
+    coarse = Fit(log.time, coarse_ends, log.position, sigma)
+    fit = Fit(log.time, ends, log.position, sigma)
+    spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
+    grid = _grid(log, fit.breaks)
+    trajectory = JointTrajectory(
+        log.joint_names,
+        fit.polynomial(),
+        joint_units=log.joint_units,
+        planner=f"{log.source} (log)",
+    )
+    residuals = log.position - fit.values(0)
+    noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
+    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
+    errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
+    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, spans)
+
+
+def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
+    """Breaks, their midpoints, and every half period in the extensions."""
+    middles = 0.5 * (breaks[1:] + breaks[:-1])
+    beyond = np.arange(0.0, EXTENSION, 0.5) * log.period
+    ends = (log.time[0] - beyond, log.time[-1] + beyond)
+    return np.unique(np.concatenate((breaks, middles, *ends)))
+
+
+def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, list[int]]:
+    """Ends of intervals that follow the samples within their noise, and of their halves [s].
+
+    The last result has the intervals that still miss the samples but are too short to halve.
+    """
+    n = log.time.size
+    cuts = np.unique(
+        np.linspace(0, n, max(1, min(8, n // (2 * FEWEST_IN_INTERVAL))) + 1).astype(int)
+    )
+    while True:
+        fit = Fit(log.time, _times(log, cuts), log.position, sigma)
+        shares = (log.position - fit.values(0)) / sigma
+        halves = _halve(cuts, _misses(shares, cuts))
+        if halves.size == cuts.size:
+            finer = _halve(cuts, np.ones(cuts.size - 1, dtype=bool))
+            missed = np.flatnonzero(_misses(shares, cuts, CERTAIN_MISS)).tolist()
+            return _times(log, cuts), _times(log, finer), missed
+        cuts = halves
+
+
+def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
+    """Intervals in which the curve misses the samples, from residuals relative to the noise.
+
+    There the mean square is too large, of one joint or of all, or the residuals have the
+    same sign from sample to sample; each by this many standard deviations of white noise.
+    """
+    sizes, joints = np.diff(cuts), shares.shape[1]
+    means = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]
+    alone = (means > NOISE_SLACK * (1.0 + certain * np.sqrt(2.0 / sizes))[:, None]).any(axis=1)
+    together = means.mean(axis=1) > NOISE_SLACK * (1.0 + certain * np.sqrt(2.0 / (sizes * joints)))
+    products = np.zeros(len(shares))
+    products[1:] = (shares[1:] * shares[:-1]).mean(axis=1)
+    signs = np.add.reduceat(products, cuts[:-1]) / sizes > certain / np.sqrt(sizes * joints)
+    return alone | together | signs
+
+
+def _halve(cuts: Any, chosen: Any) -> Any:
+    """Halve intervals with enough samples."""
+    chosen = chosen & (np.diff(cuts) >= 2 * FEWEST_IN_INTERVAL)
+    return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[chosen])))
+
+
+def _times(log: Recording, cuts: Any) -> FloatArray:
+    """Breaks between the samples, and the ends of the curve."""
+    time, inner, more = log.time, cuts[1:-1], EXTENSION * log.period
+    middles = 0.5 * (time[inner - 1] + time[inner])
+    return np.concatenate((time[:1] - more, middles, time[-1:] + more))
