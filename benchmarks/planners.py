@@ -28,7 +28,7 @@ from rich.progress import track
 
 import results
 from knotwork.errors import InputError
-from knotwork.planning.choosing.segments import GREATEST_JERK
+from knotwork.planning.choosing.segments import MAX_JERK
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
 from knotwork.spline.interpolation import BalancedKnots, PlannerOptions, get_planner
 from knotwork.spline.trajectory import JointTrajectory
@@ -124,7 +124,7 @@ def optimal(waypoints: JointWaypoints, options: PlannerOptions) -> JointTrajecto
         waypoints.joint_names,
         waypoints.position,
         waypoints.velocity,
-        TimingLimits(none, none, np.full_like(none, GREATEST_JERK)),
+        TimingLimits(none, none, np.full_like(none, MAX_JERK)),
         duration=np.diff(waypoints.time),
         objective=Objective(time=0.0, jerk=1.0),
     )

@@ -7,7 +7,7 @@ import functools
 import re
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -22,11 +22,15 @@ ENTRANCES = {"__init__", "__main__"}
 DRAWING = ("scipy", "matplotlib", "meshcat", "collada", "trimesh", "casadi")
 
 
+MAP = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+INNER = set(re.findall(r"^\| `(\w+/\w+)/` \|", MAP, re.MULTILINE))
+
+
 def table() -> dict[str, set[str] | None]:
     """What each part may import, in the order of the document; `None` for anything."""
     rows = re.findall(
-        r"^\| `(\w+)(?:\.py|/)` \|.*\| ([^|]+) \|$",
-        (ROOT / "docs" / "design.md").read_text(encoding="utf-8"),
+        r"^\| `(?:\w+/)?(\w+)(?:\.py|/)` \|.*\| ([^|]+) \|$",
+        MAP,
         re.MULTILINE,
     )
     allowed: dict[str, set[str] | None] = {}
@@ -48,8 +52,16 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+def part_named(names: Sequence[str]) -> str:
+    """Part of a dotted name: the inner package where that has a row of its own."""
+    return names[1] if "/".join(names[:2]) in INNER else names[0]
+
+
 def part_of(path: Path) -> str:
-    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+    names = path.relative_to(SOURCE).with_suffix("").parts
+    if names[-1] == "__init__" and names[0] not in TABLE and len(names) == 2:
+        return "__init__"  # of packages that only hold others
+    return part_named(names)
 
 
 def imports(tree: ast.AST) -> Iterator[str]:
@@ -69,7 +81,7 @@ def imports(tree: ast.AST) -> Iterator[str]:
 def own_parts(path: Path) -> set[str]:
     """Parts of Knotwork that a file imports."""
     names = [name.split(".") for name in imports(tree_of(path))]
-    return {name[1] for name in names if name[0] == "knotwork" and len(name) > 1}
+    return {part_named(name[1:]) for name in names if name[0] == "knotwork" and len(name) > 1}
 
 
 def packages(tree: ast.AST) -> set[str]:
@@ -79,8 +91,7 @@ def packages(tree: ast.AST) -> set[str]:
 def test_the_table_lists_every_part_and_no_other() -> None:
     parts = {part_of(path) for path in FILES} - ENTRANCES
     assert parts == set(TABLE)
-    for part, allowed in TABLE.items():
-        assert (SOURCE / part).is_dir() or (SOURCE / f"{part}.py").is_file()
+    for allowed in TABLE.values():
         assert (allowed or set()) <= parts
 
 
@@ -162,7 +173,7 @@ def test_curves_know_no_robot(part: str) -> None:
 
 
 def test_verification_does_not_know_how_motions_are_made() -> None:
-    makers = {"kinematics", "task_to_joint", "interpolation", "pipeline"}
+    makers = {"kinematics", "task_to_joint", "interpolation", "planning"}
     for path in FILES:
         if part_of(path) == "verification":
             assert not own_parts(path) & makers
@@ -216,24 +227,24 @@ IMPORTED_BY_TESTS = {
         "kinematics.geometry",
         "kinematics.sequence",
         "kinematics.solutions",
-        "retiming",
+        "spline.retiming",
         "robot.description",
         "robot.joint_axes",
         "robot.joint_tree",
         "scene",
-        "timing.problem",
+        "planning.timing.problem",
         "verification.bounds",
         "view.curves",
-        "ways.configurations",
+        "planning.ways.configurations",
     ),
     "files of a format: what is written is what is read, for any content": (
-        "documents",
+        "files.documents",
         "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
-    "a path that can't be followed at first": ("choosing.path_choice",),
+    "a path that can't be followed at first": ("planning.choosing.path_choice",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("editing",),
-    "a clock of the test's own": ("choosing.choice", "timing.budget"),
+    "a clock of the test's own": ("planning.choosing.choice", "planning.timing.budget"),
     "the command in this process": ("cli.main",),
     "what is said of progress, without a clock": ("cli.progress_display",),
     "each old name has its test": ("errors.renamed",),
@@ -319,8 +330,8 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     assert "pinocchio" in loaded
     for name in (*DRAWING, "rich", "difflib", "html", "xml.etree", "numpy.ma", "numpy.polynomial"):
         assert name not in loaded
-    unused = ("cli.export", "cli.sweep", "storage.files", "kinematics.diagnosis.reason")
-    unused += ("kinematics.solutions.pose", "choosing")
+    unused = ("cli.export", "cli.sweep", "files.storage.files", "kinematics.diagnosis.reason")
+    unused += ("kinematics.solutions.pose", "planning.choosing")
     assert not loaded & {f"knotwork.{name}" for name in unused}
 
 

@@ -15,7 +15,7 @@ import pytest
 import knotwork as kw
 from knotwork.editing import session as sessions
 from knotwork.editing.draft import Draft
-from knotwork.editing.handles import handles, moved
+from knotwork.editing.handles import handles, move_handle
 from knotwork.editing.session import Session, draft_of, standing_scene
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents.resources import names
@@ -38,7 +38,7 @@ def draft_in(folder: Path, name: str = "ur5_deburring") -> Draft:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_moved(
+def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_move_handle(
     name: str, tmp_path: Path
 ) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
@@ -49,7 +49,7 @@ def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_moved(
     for handle in handles(scenario, robot):
         where = pin.SE3(turn @ handle.pose.rotation, handle.pose.translation + shift)
         draft = draft_in(tmp_path / str(handle.at).replace("/", " "), name)
-        changes = moved(
+        changes = move_handle(
             handle,
             (UNITS[scenario.units.length], UNITS[scenario.units.angle]),
             where.translation,

@@ -6,6 +6,7 @@ import dataclasses
 import importlib
 import json
 import re
+import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,7 +17,7 @@ import pytest
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, KnotError, KnotworkError
-from knotwork.errors.renamed import RENAMED
+from knotwork.errors.renamed import MOVED, RENAMED
 
 TASK: dict[str, Any] = {
     "waypoints": [
@@ -55,18 +56,26 @@ def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
     assert value is getattr(importlib.import_module(home), name)
 
 
+@pytest.mark.parametrize("old", MOVED)
+def test_a_package_can_be_imported_by_its_old_name(old: str, monkeypatch: Any) -> None:
+    monkeypatch.delitem(sys.modules, old, raising=False)
+    with pytest.warns(DeprecationWarning, match=f"^{re.escape(old)} is now {MOVED[old]};"):
+        package = importlib.import_module(old)
+    assert package is importlib.import_module(MOVED[old])
+
+
 def test_an_old_method_works_and_warns_of_the_new_one() -> None:
     robot = kw.load_robot("ur5")
     pose = robot.forward(robot.configuration("home"))
     with pytest.warns(DeprecationWarning, match=r"^knotwork.Robot.solve_all is now .*_ik_all;"):
         old = robot.solve_all(pose, spread=12)
     new = robot.solve_pose_ik_all(pose, spread=12)
-    event = kw.trajectory.Event(1.0, "arc", True, "a")
+    event = kw.spline.trajectory.Event(1.0, "arc", True, "a")
     with pytest.warns(
         DeprecationWarning, match=r"^knotwork.spline.trajectory.Event.said is now .*text;"
     ):
         assert event.said == event.text == "arc on"
-    segment = kw.trajectory.Segment("a to b", 0.0, 1.0, "way")
+    segment = kw.spline.trajectory.Segment("a to b", 0.0, 1.0, "way")
     with pytest.warns(DeprecationWarning, match=r"Segment.said is now .*text;"):
         assert segment.said == segment.text
     assert [branch.q.tolist() for branch in old] == [branch.q.tolist() for branch in new]

@@ -21,4 +21,9 @@ __version__ = "0.1.0"
 _load, __dir__, _offered = lazy_loader.attach_stub(__name__, __file__)
 __getattr__ = with_old_names(__name__, _load)
 # Its packages can be had as attributes too, but are names of their own.
-__all__ = [name for name in _offered if not os.path.isdir(os.path.join(__path__[0], name))]
+_ROOMS = ("", "spline", "planning", "verification")
+__all__ = [
+    name
+    for name in _offered
+    if not any(os.path.isdir(os.path.join(__path__[0], room, name)) for room in _ROOMS)
+]

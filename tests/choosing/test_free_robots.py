@@ -136,14 +136,6 @@ def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
     assert not passes(task(491))
 
 
-def test_limits_that_allow_no_speed_along_a_path() -> None:
-    """These two joints turn against each other, alike up to rounding."""
-    joint = "'(shoulder_pan|wrist_3)_joint'"
-    said = rf"waypoints\[1\]\.speed: no speed keeps the limits .*: {joint} exceeds its limit"
-    with pytest.raises(InputError, match=said):
-        kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
-
-
 def test_a_speed_that_is_chosen_keeps_the_direction_of_a_given_one() -> None:
     beyond = {"position": [400, 200, 350], "rpy": [180, 0, 0]}
     middle = {"position": [400, 0, 300], "rpy": [180, 0, 0]}

@@ -51,12 +51,6 @@ def test_the_scenario_of_the_plan_has_numbers_and_no_free_times() -> None:
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
-def test_a_velocity_that_is_free_is_faster_than_a_stop() -> None:
-    passing = kw.plan(swing(to(1, velocity="free"), to(2))).trajectory.duration
-    stopping = kw.plan(swing(to(1, stop=True), to(2))).trajectory.duration
-    assert passing < 0.9 * stopping
-
-
 def test_the_scenario_beside_a_plan_keeps_its_name(tmp_path: Path) -> None:
     """Its file is called scenario.yaml, whatever the task is called."""
     import yaml

@@ -247,17 +247,3 @@ def test_the_lowest_speeds_are_taken_when_a_budget_ends(monkeypatch: pytest.Monk
     (said,) = made.report.select(quantity="chosen_times")
     assert "the best so far when the budget ended" in str(said)
     assert "lower bound with these speeds along its paths" in str(said)
-
-
-def test_what_is_exceeded_at_given_speeds_is_named_when_the_budget_has_ended(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """By a clock that goes on by a second each time it is looked at."""
-    given, last = line("a", -50, 100), line("c", 250)
-    limits = {"velocity": 60, "acceleration": 100}
-    ends = [given, line("b", 50, 30, turn=-90), last, {"joints": "home"}]
-    task = along(*ends, limits=limits, times="fastest", path={"acceleration": 150})
-    monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
-    with pytest.raises(InputError, match=r"at 100 mm/s along the path .* accepted: ") as caught:
-        kw.plan(task, budget=1)
-    assert "end of the budget" not in str(caught.value)

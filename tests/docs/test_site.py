@@ -22,13 +22,13 @@ ROOT = Path(__file__).parents[2]
 SHOWN_ONLY = {"bash", "matlab", "python", "yaml"}
 PACKAGES = (
     "export",
-    "foreign",
-    "interpolation",
+    "files.foreign",
+    "spline.interpolation",
     "kinematics",
-    "polynomial",
+    "spline.polynomial",
     "robot",
     "scenario",
-    "storage",
+    "files.storage",
     "sweeps",
     "task",
     "tool_paths",

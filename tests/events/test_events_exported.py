@@ -130,7 +130,9 @@ def test_other_tables(plan: kw.Plan, tmp_path: Path, name: str) -> None:
     if name == "npz":
         events = list(np.load(made)["event"])
     elif name == "json":
-        events = [kw.trajectory.Event(**one).text for one in json.loads(made.read_text())["events"]]
+        events = [
+            kw.spline.trajectory.Event(**one).text for one in json.loads(made.read_text())["events"]
+        ]
     else:
         import pyarrow.parquet
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,11 +12,14 @@ from PIL import Image
 import knotwork as kw
 from command_line import Command
 from drawn import (
+    at_rest,
     beside_an_arm,
     coloured_cube,
     mesh_visuals,
+    scene,
     shape_warnings,
     tower,
+    vertices,
 )
 
 STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
@@ -90,6 +94,19 @@ def test_shapes_that_can_not_be_drawn_are_warnings(arm) -> None:
         assert warning.startswith(f"link 'l{i}': ")
         assert warning.endswith("drawn as a line")
         assert len(warning) < 500
+
+
+def test_collision_shapes_and_lines_replace_missing_shapes(arm) -> None:
+    box = '<collision><geometry><box size="1 1 2"/></geometry></collision>'
+    lost = urdf('<mesh filename="lost.stl"/>').replace("</visual>", f"</visual>{box}", 1)
+    robot = arm(lost)
+    assert shape_warnings(robot)[0].endswith("drawn from its collision shape")
+    (base,) = scene(at_rest(robot))["shapes"][0]
+    assert vertices(base)[:, 2].max() == pytest.approx(1.0)
+    bare = arm(re.sub("<visual>.*?</visual>", "", urdf()))
+    assert shape_warnings(bare)[-1].endswith("its links are drawn as lines")
+    meshes = scene(at_rest(bare))["shapes"][0]  # up to the joint
+    assert max(vertices(mesh)[:, 2].max() for mesh in meshes) >= 1.0
 
 
 def test_shapes_that_are_nowhere_are_warnings(arm) -> None:

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from http.client import HTTPConnection
 from pathlib import Path
@@ -14,11 +10,12 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from serving import needs_signals, serve
 
 import knotwork as kw
 from patience import PATIENCE
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
+pytestmark = needs_signals
 
 # Where an arrow of the gizmo has its tip on the page
 TIP = """(axis) => {
@@ -39,20 +36,12 @@ def served(tmp_path_factory: pytest.TempPathFactory, all_tabs: Any) -> Iterator[
     assert source is not None
     text = source.read_text(encoding="utf-8")
     file.write_text(text.replace("[-40, 0, 30]", "[-40, 0, -60]"), encoding="utf-8")
-    command = [sys.executable, "-u", "-m", "knotwork", "edit", str(file), "--no-open"]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
-    ) as process:
-        assert process.stdout is not None
-        address = process.stdout.readline().split(" at ")[1].split()[0]
-        process.stdout.readline()  # the first plan is made
-        yield address, file
+    with serve("edit", file, "--no-open") as serving:
+        assert serving.process.stdout is not None
+        serving.process.stdout.readline()  # the first plan is made
+        yield serving.address, file
         if "edit" in all_tabs.opened:
             all_tabs.opened.pop("edit").close()
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, err
-    assert "stopped" in out
 
 
 def post(address: str, action: str, asked: Any, **headers: str) -> tuple[int, Any]:

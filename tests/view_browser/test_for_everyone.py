@@ -58,8 +58,9 @@ def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options:
     ("name", "size", "scheme"),
     [
         ("scene", DESK, "dark"),
-        ("report", UPRIGHT, "dark"),
-        pytest.param("scene", UPRIGHT, "light", marks=pytest.mark.exhaustive),
+        ("scene", UPRIGHT, "light"),
+        ("scene", ACROSS, "light"),
+        pytest.param("report", UPRIGHT, "dark", marks=pytest.mark.exhaustive),
         pytest.param("report", DESK, "light", marks=pytest.mark.exhaustive),
     ],
 )
@@ -73,21 +74,6 @@ def test_nothing_hinders_people(
         panels_cover_none(tab, size)
     elif size == UPRIGHT:
         plots_are_moved(tab)
-
-
-@pytest.mark.exhaustive
-def test_nothing_hinders_people_at_two_motions(
-    tabs: Any, tmp_path: Path, knotwork: Any, barriers: Any
-) -> None:
-    page = tmp_path / "both.html"
-    task = "planar2_closed_form"
-    assert knotwork("view", task, "--beside", task, "--html", page).code == 0
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 390, "height": 844})
-    tab.goto(page.as_uri())
-    tab.wait_for_selector(READY, state="attached")
-    assert len(tab.frames) == 3
-    assert not barriers(tab)
 
 
 @pytest.mark.exhaustive
@@ -131,11 +117,6 @@ def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path:
         tab.click("#play")
         tab.evaluate(NEXT_FRAME)
         assert tab.get_attribute("#play", "aria-label") == ("play" if wish != "reduce" else "pause")
-
-
-@pytest.mark.parametrize("size", [UPRIGHT, ACROSS])
-def test_no_panel_covers_another(size: tuple[int, int], tabs: Any, tmp_path: Path) -> None:
-    panels_cover_none(opened(tabs, tmp_path, "scene", size), size)
 
 
 def panels_cover_none(tab: Any, size: tuple[int, int]) -> None:

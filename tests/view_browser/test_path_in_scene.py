@@ -140,7 +140,7 @@ def test_the_browser_draws_the_path_and_on_demand_the_deviation(tabs: Any, tmp_p
 
 def test_the_report_lists_paths_and_draws_their_deviation() -> None:
     page = report_page(planned(None))
-    titles = [axis.get_ylabel() for axis in plot_tool(planned(None)).axes]
+    titles = [" ".join(axis.get_ylabel().split()) for axis in plot_tool(planned(None)).axes]
     assert "off tool path [mm]" in titles
     assert "speed error [%]" in titles
     text = re.sub(r"<[^>]+>", " ", page.html)

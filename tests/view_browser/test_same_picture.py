@@ -96,17 +96,15 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, addres
         return opened[time]
 
     scene = Scene(tabs, address)
-    for first in ("Home", "End"):
-        for share in (0.15, 0.5, 0.85):
-            scene.key(first)
-            scene.pixels()
-            scene.click(share)
-            assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
+    for first, share in (("Home", 0.15), ("End", 0.5), ("Home", 0.5), ("End", 0.85)):
+        scene.key(first)
+        scene.pixels()
+        scene.click(share)
+        assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
     before, held, after = opened.values()
     assert min(differ(before, held), differ(held, after)) > 1000
-    for key in ("p", "ArrowLeft", "Home"):
-        scene.key(key)
-        assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, key
+    scene.key("ArrowLeft")
+    assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED
 
 
 @pytest.mark.exhaustive

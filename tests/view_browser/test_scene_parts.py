@@ -96,27 +96,6 @@ URDF = """<robot name="one">
 </robot>"""
 
 
-@pytest.mark.parametrize(
-    ("collision", "said", "height"),
-    [
-        ('<collision><geometry><box size="1 1 2"/></geometry></collision>', "collision", 1.0),
-        ("", "as a line", 0.5),
-    ],
-)
-def test_a_missing_mesh_is_a_warning(
-    tmp_path: Path, collision: str, said: str, height: float
-) -> None:
-    path = tmp_path / "one.urdf"
-    path.write_text(URDF.format(collision=collision), encoding="utf-8")
-    page = at_rest(kw.load_robot(path).with_tool("arm"))
-    warning, *grey = shape_warnings(page)
-    assert "package://lost/base.stl" in warning
-    assert said in warning
-    assert all("drawn grey" in line for line in grey)
-    (base,) = scene(page)["shapes"][0]
-    assert vertices(base)[:, 2].max() == pytest.approx(height, abs=1e-6)
-
-
 def stl(path: Path) -> None:
     """Write a mesh of one triangle."""
     record = np.zeros(1, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])

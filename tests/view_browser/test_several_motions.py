@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
-import signal
-import subprocess
-import sys
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -14,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from serving import needs_signals, serve
 
 import knotwork as kw
 from drawn import scene
 from knotwork.view import view_trajectory
-from patience import PATIENCE
 
 READY = "html[data-ready=true]"
 
@@ -35,7 +31,7 @@ def hurried(folder: Path) -> Path:
 
 @pytest.mark.exhaustive
 def test_two_motions_have_one_clock_and_their_difference(
-    tabs: Any, knotwork: Any, tmp_path: Path
+    tabs: Any, knotwork: Any, tmp_path: Path, barriers: Any
 ) -> None:
     other = hurried(tmp_path)
     page = tmp_path / "both.html"
@@ -101,6 +97,7 @@ def test_two_motions_have_one_clock_and_their_difference(
     labels = "[...document.querySelectorAll('.label.miss')]"
     seen = f"{labels}.filter((one) => one.style.visibility === 'visible').length"
     other_scene.wait_for_function(f"innerWidth < 390 && {seen} === 1")
+    assert not barriers(tab)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +116,7 @@ def test_what_does_not_go_together_is_refused(
     assert words in ran.err
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
+@needs_signals
 def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "rate": [100, 200]}
@@ -127,16 +124,11 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     refused = study["verdict"].index("refused")
     moving = [i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed")]
     shown = moving[0]
-    command = [sys.executable, "-u", "-m", "knotwork", "view", str(tmp_path / "study"), "--no-open"]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
-    ) as process:
-        assert process.stdout is not None
-        address = process.stdout.readline().split(" at ")[1].split()[0]
+    with serve("view", tmp_path / "study", "--no-open") as serving:
         try:
             tab = tabs.new()
             tab.context.set_offline(False)
-            tab.goto(address)
+            tab.goto(serving.address)
             tab.wait_for_selector("#row:text('row 0:')")  # nothing is blank before a click
             for box in tab.locator(".tools select").all():  # what is chosen is read whole
                 assert box.evaluate("one => one.scrollWidth <= one.clientWidth + 1")
@@ -168,12 +160,10 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
                 assert "being planned" not in tab.inner_text("#row")
             for query in ("row=99", "row=-1", "row=../etc", ""):
                 with pytest.raises(urllib.error.HTTPError):
-                    urllib.request.urlopen(f"{address}motion?{query}")
+                    urllib.request.urlopen(f"{serving.address}motion?{query}")
         finally:
             tab.context.close()
-            process.send_signal(signal.SIGINT)
-            _, err = process.communicate(timeout=PATIENCE)
-    assert not err
+    assert not serving.err
     tabs.complaints.clear()  # of the frame that was left
 
 

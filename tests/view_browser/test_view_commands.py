@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
-import subprocess
-import sys
 import urllib.error
 import urllib.request
 from pathlib import Path
 from typing import Any
 
 import pytest
+from serving import needs_signals, serve
 
 from patience import PATIENCE
 
@@ -84,28 +82,16 @@ def test_a_port_in_use_is_said(run: Any) -> None:
     assert f"port {port} is in use" in ran.err
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
-def test_it_serves_until_interrupted(tmp_path: Path) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-u", "-m", "knotwork", "view", "planar2_closed_form"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-        env=ENVIRONMENT,
-    ) as process:
-        assert process.stdout is not None
-        address = process.stdout.readline().split(" at ")[1].split()[0]
-        with urllib.request.urlopen(address, timeout=PATIENCE) as answer:
+@needs_signals
+def test_it_serves_until_interrupted() -> None:
+    with serve("view", "planar2_closed_form", environment=ENVIRONMENT) as serving:
+        with urllib.request.urlopen(serving.address, timeout=PATIENCE) as answer:
             assert b"planar2_closed_form" in answer.read()
         with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-            urllib.request.urlopen(f"{address}etc/passwd", timeout=PATIENCE)
+            urllib.request.urlopen(f"{serving.address}etc/passwd", timeout=PATIENCE)
         refused.value.close()
-        process.send_signal(signal.SIGINT)
-        out, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0
-    assert out.strip() == "stopped"
-    assert said.strip() == "no browser could be opened here; open the address in one"
+    assert serving.out.strip() == "stopped"
+    assert serving.err.strip() == "no browser could be opened here; open the address in one"
 
 
 @pytest.mark.exhaustive

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
+from serving import needs_signals, serve
 
 import knotwork as kw
-from patience import PATIENCE
 
 STATE = "[knotwork.time(), ...viewer.camera.position.toArray()]"
 # What is on the graphics card, and which objects are the arm's
@@ -56,7 +52,7 @@ def save(file: Path, text: str) -> None:
     written.replace(file)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
+@needs_signals
 def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
     tabs: Any, tmp_path: Path
 ) -> None:
@@ -65,21 +61,12 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
     assert source is not None
     good = source.read_text(encoding="utf-8")
     task.write_text("waypoints: 5\n", encoding="utf-8")
-    command = [sys.executable, "-u", "-c", FAULTY, "view", "task.yaml", "--watch", "--no-open"]
-    with subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-        env=dict(os.environ),
-    ) as process:
-        assert process.stdout is not None
+    arguments = ("view", "task.yaml", "--watch", "--no-open")
+    with serve(*arguments, program=("-c", FAULTY), folder=tmp_path) as serving:
         try:
-            address = process.stdout.readline().split(" at ")[1].split()[0]
             tab = tabs.new()
             tab.context.set_offline(False)
-            tab.goto(f"{address}#paused")
+            tab.goto(f"{serving.address}#paused")
             tab.wait_for_selector(
                 "#live.wrong:text('waypoints'):text('mended in the file')"
             )  # at first
@@ -124,12 +111,11 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             save(tmp_path / "sign.stl", "no mesh")
             tab.wait_for_selector("#live.wrong:text('sign.stl')")
         finally:
-            process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=PATIENCE)
+            serving.stop()
         tab.wait_for_selector("#live:text('stopped')")
         tabs.complaints.clear()  # of the connection that has ended
         tab.context.close()
-    assert process.returncode == 0
+    out, err = serving.out, serving.err
     assert out.count(" passed: ") == 5
     assert err.count(" error: ") == 4  # one of them of our own
     assert err.count("ZeroDivisionError: boom") == 1

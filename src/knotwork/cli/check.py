@@ -26,7 +26,7 @@ from knotwork.cli.parameters import (
     DecidingOption,
     GivenPath,
     PlanOptions,
-    bundled,
+    bundle_options,
     full_option,
     html_option,
     json_option,
@@ -43,16 +43,13 @@ from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
 
-RECORDING = "for a recording of a robot, which has noise, use --log"
-# Plans have fewer points; recordings at 100 Hz and more have more.
-MANY_POINTS = 200
+LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
-
-Alone = tuple[str | None, str | None, str | None]
+SceneOptions = tuple[str | None, str | None, str | None]
 """Robot, scene and limits for the check of a trajectory without a scenario."""
 
 
-def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | None:
+def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> SceneOptions | None:
     if robot is None and scene is None:
         if limits is not None:
             raise click.UsageError("--limits goes with --robot or --scene, not with a scenario")
@@ -61,7 +58,7 @@ def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | 
 
 
 _option = functools.partial(click.option, cls=DecidingOption)
-alone_options = bundled("alone", _alone, (
+scene_options = bundle_options("alone", _scene_options, (
     _option("--limits", metavar="YAML|FILE",
             help="Without a scenario: limits in place of the robot's, such as "
             "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
@@ -76,7 +73,7 @@ alone_options = bundled("alone", _alone, (
 @click.command(epilog=EXIT_CODES)
 @click.argument("trajectory", cls=DecidingArgument, type=GivenPath(path_type=Path))
 @scenario_option("to check it against")
-@alone_options
+@scene_options
 @log_options
 @package_path_option
 @full_option
@@ -89,7 +86,7 @@ def check(
     as_json: bool,
     log: LogOptions | None,
     other: dict[str, Any] | None,
-    alone: Alone | None,
+    alone: SceneOptions | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
@@ -118,7 +115,7 @@ def check(
         raise click.UsageError("--robot and --scene take neither a scenario nor a log")
     if reference is None and alone is None:
         reference = planned_scenario(log) if log is not None else stated_path(trajectory)
-    report, scenario, pieces = _judged(trajectory, reference, log, alone)
+    report, scenario = _checked_report(trajectory, reference, log, alone)
     if as_json:
         echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     elif full:
@@ -130,8 +127,8 @@ def check(
         echo(f"the motion: {report.planner}")
         if alone is None:
             print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
-    if log is None and not report.ok and _is_csv(trajectory) and pieces >= MANY_POINTS:
-        echo(f"hint: {RECORDING}", err=True)
+    if log is None and not report.ok and _is_csv(trajectory):
+        echo(f"hint: {LOG_HINT}", err=True)
     return PASSED if report.ok else FAILED
 
 
@@ -139,32 +136,30 @@ def _is_csv(path: Path | str) -> bool:
     return Path(path).suffix.lower() == ".csv"
 
 
-def _judged(
-    trajectory: Path, reference: str | None, log: LogOptions | None, alone: Alone | None
-) -> tuple[Report, Scenario | None, int]:
-    """The report, its scenario, and the number of pieces of the motion."""
+def _checked_report(
+    trajectory: Path, reference: str | None, log: LogOptions | None, alone: SceneOptions | None
+) -> tuple[Report, Scenario | None]:
     if alone is not None:
         try:
-            motion, scenario, _, report = planning.check_alone(trajectory, *alone)
+            _, scenario, _, report = planning.check_alone(trajectory, *alone)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error
             raise
-        return report, scenario, len(motion.polynomial.x) - 1
+        return report, scenario
     if reference is not None:
         try:
             checked = read_checked(trajectory, reference, log)
         except DocumentError as error:
             if log is None and _is_csv(trajectory) and _is_csv(str(error.file)):
-                raise InputError(f"{error}\n{RECORDING}") from error
+                raise InputError(f"{error}\n{LOG_HINT}") from error
             raise
-        return checked.report, checked.scenario, len(checked.trajectory.polynomial.x) - 1
+        return checked.report, checked.scenario
     if log is None:
         raise click.MissingParameter(
             param_hint="'--scenario' / '-s', or '--robot'", param_type="option"
         )
-    alignment = log_beside_plan(trajectory, log)[0]
-    return compare_log(alignment, tolerances=log.tolerances), None, 0
+    return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
 
 
 _EPILOG = """

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.logs import stated_path
-from knotwork.cli.parameters import FAILED, PASSED, Seconds, bundled
+from knotwork.cli.parameters import FAILED, PASSED, Seconds, bundle_options
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo_data, echo_line
 from knotwork.errors import InputError
@@ -30,7 +30,7 @@ _OPTIONS = (
 )
 
 
-def _other(
+def _other_robot(
     other: str | None, motion: str | None, frame: str | None, delay: float | None
 ) -> dict[str, Any] | None:
     if other is None:
@@ -53,9 +53,9 @@ def _other(
     }
 
 
-with_options = bundled(
+with_options = bundle_options(
     "other",
-    _other,
+    _other_robot,
     [
         click.option(flag, key, metavar=metavar, type=kind, help=text)
         for flag, key, metavar, kind, text in _OPTIONS
@@ -94,10 +94,10 @@ def check_together(
     if other["in"] is None:
         _check_one_cell(source, first.scenario, first.space, other["scenario"])
         other = {**other, "in": "base"}
-    found = clearance_between(first.trajectory, first.scenario, other, space=first.space)
-    word, colour = ("clear:", "green") if found.ok else ("TOO NEAR:", "red")
+    nearest = clearance_between(first.trajectory, first.scenario, other, space=first.space)
+    word, colour = ("clear:", "green") if nearest.ok else ("TOO NEAR:", "red")
     if as_json:
-        echo_data(json.dumps(found.to_dict(), indent=1, allow_nan=False) + "\n")
+        echo_data(json.dumps(nearest.to_dict(), indent=1, allow_nan=False) + "\n")
     else:
-        echo_line(f"{word} {found.message}", word, fg=colour, bold=True)
-    return PASSED if found.ok else FAILED
+        echo_line(f"{word} {nearest.message}", word, fg=colour, bold=True)
+    return PASSED if nearest.ok else FAILED

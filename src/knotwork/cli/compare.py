@@ -19,7 +19,7 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
 from knotwork.planning.comparison import Comparison, Refusal, Score, best
 from knotwork.planning.comparison import compare as compare_planners
@@ -67,7 +67,7 @@ def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json
     planners that pass, and those within 1 % of it. Free times are chosen once, for all planners.
     --json and --out give more figures.
     """
-    with shown_progress(scenario, as_json):
+    with show_planning(scenario, as_json):
         comparison = compare_planners(scenario, planners)
     written = comparison.save(out) if out is not None else []
     if as_json:
@@ -158,7 +158,7 @@ def _labels(planners: Sequence[str]) -> list[str]:
 
 def _joint_unit(comparison: Comparison) -> tuple[float, str]:
     """Unit for figures of joints, and the size of an SI unit in it."""
-    kinds = {unit for one in comparison.trajectories.values() for unit in one.joint_units}
+    kinds = {unit for motion in comparison.trajectories.values() for unit in motion.joint_units}
     if len(kinds) != 1:
         return 1.0, "rad or m"
     return comparison.units.shown(1.0, kinds.pop())

@@ -44,7 +44,7 @@ Exit codes:
 
 def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) -> dict[str, float]:
     """Read `JOINT=NUMBER`, each joint once."""
-    found: dict[str, float] = {}
+    factors: dict[str, float] = {}
     for pair in pairs:
         joint, _, number = pair.rpartition("=")
         try:
@@ -53,10 +53,10 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
             joint, factor = "", 0.0
         if not joint:
             raise click.BadParameter(f"{pair!r} is not accepted; give JOINT=NUMBER")
-        if joint in found:
+        if joint in factors:
             raise InputError(f"{parameter.opts[0]} is given twice for joint {joint!r}")
-        found[joint] = factor
-    return found
+        factors[joint] = factor
+    return factors
 
 
 @click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EPILOG.strip().split("\n\n")))
@@ -154,12 +154,12 @@ def export(
     interpolated by a receiver, fail it in more than their acceleration.
     """
     form = get_format(name)
-    given = {
+    chosen = {
         key: value
         for key, value in options.items()
         if value is not None and value is not False and value != {}
     }
-    checked_options(file_format(form.name), given)
+    checked_options(file_format(form.name), chosen)
     if out is None and form.binary:
         raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
     if out is not None:
@@ -168,7 +168,7 @@ def export(
     if without_events:
         trajectory = replace(trajectory, events=())
     if form.tabular and labels:
-        given["labels"] = True
+        chosen["labels"] = True
     aside = bool(trajectory.events or labels) and not form.events
     if aside and out is None:
         raise InputError(
@@ -177,10 +177,10 @@ def export(
         )
     if not passes(asked, allow_failed):
         return FAILED
-    made = _made(form, trajectory, asked, given, allow_failed)
-    if made is None:
+    result = _content(form, trajectory, asked, chosen, allow_failed)
+    if result is None:
         return FAILED
-    content, note = made
+    content, note = result
     if out is None:
         echo_data(content)
     else:
@@ -195,35 +195,37 @@ def export(
     return PASSED
 
 
-def _made(
+def _content(
     form: Format,
     trajectory: JointTrajectory,
     asked: Plan | CheckedFile | None,
-    given: dict[str, Any],
+    chosen: dict[str, Any],
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` if its points fail the check."""
-    made: Any = trajectory
-    note, given = "", dict(given)
+    source: Any = trajectory
+    note, chosen = "", dict(chosen)
     if form.straight:
-        fit = given.pop("fit", None)
-        made = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
-        note = made.describe()
-    elif form.takes_points(given):
-        fit = given.pop("fit", None)
-        taken = given.get("accelerations", False) if "accelerations" in form.options else None
-        made = points = exporting.motion_points(trajectory, accelerations=taken, fit=fit)
+        fit = chosen.pop("fit", None)
+        source = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
+        note = source.describe()
+    elif form.takes_points(chosen):
+        fit = chosen.pop("fit", None)
+        accelerations = None
+        if "accelerations" in form.options:
+            accelerations = chosen.get("accelerations", False)
+        source = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
         note = points.describe()
         if form.name == "urscript":
             note += f"; {describe_steps(trajectory)}"
         if not points_pass(asked, points, form, allowed):
             return None
     elif form.tabular and asked is not None:
-        given.setdefault("rate", asked.scenario.task.rate)
+        chosen.setdefault("rate", asked.scenario.task.rate)
     robot = asked.space.robot if asked is not None else None
     if form.tabular:
-        table = exporting.motion_table(made, robot=robot, **given)
+        table = exporting.motion_table(source, robot=robot, **chosen)
         return exporting.content(table, form.name), table.note
     if "robot" in form.options:
-        given["robot"] = robot
-    return exporting.content(made, form.name, **given), note
+        chosen["robot"] = robot
+    return exporting.content(source, form.name, **chosen), note

@@ -65,7 +65,7 @@ def points_pass(
     report = check(points.trajectory, asked.scenario, space=asked.space)
     if report.ok:
         return True
-    failures = [one for one in report.failures if one not in asked.report.failures]
+    failures = [finding for finding in report.failures if finding not in asked.report.failures]
     cubic = all(failure.quantity in UNMET_BY_CUBIC_FITS for failure in failures)
     if points.with_acceleration or not cubic:
         verdict = ("not exported (--allow-failed exports them)", "exported all the same")[allowed]

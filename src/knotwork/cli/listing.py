@@ -39,7 +39,9 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
     """
     if pairs:
         return _collisions(name, as_json)
-    shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
+    shown = (
+        [load_robot(name)] if name is not None else [load_robot(known) for known in robot_names()]
+    )
     rows = [robot_to_dict(robot) for robot in shown]
     if as_json:
         echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
@@ -106,7 +108,7 @@ def schema() -> int:
     return PASSED
 
 
-SHOWN = Units("mm", "deg")
+SHOWN_UNITS = Units("mm", "deg")
 
 
 def print_robot(robot: Robot) -> None:
@@ -126,7 +128,7 @@ def print_robot(robot: Robot) -> None:
             _number(float(limit[i]), "" if kind == "effort" else unit)
             for kind, limit in limits.items()
         ]
-        table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *cells)
+        table.add_row(cell(name), SHOWN_UNITS.shown(0.0, unit)[1], *cells)
     print_table(table)
     configurations = {
         name: ", ".join(map(_number, map(float, positions), robot.joint_units))
@@ -144,7 +146,7 @@ def _number(value: float, unit: str) -> str:
     """A value in the displayed units, or a dash without a limit."""
     if not np.isfinite(value):
         return "none"
-    return readable(SHOWN.shown(value, unit)[0] + 0.0)
+    return readable(SHOWN_UNITS.shown(value, unit)[0] + 0.0)
 
 
 def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> None:
@@ -160,10 +162,12 @@ def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> No
     out.print("Links that are fixed to each other are not listed.")
 
 
-def _print_rows(title: str, columns: list[str], left: int, rows: Sequence[Sequence[Any]]) -> None:
-    table = plain_table(title, columns, left)
+def _print_rows(
+    title: str, columns: list[str], text_columns: int, rows: Sequence[Sequence[Any]]
+) -> None:
+    table = plain_table(title, columns, text_columns)
     for row in rows:
-        table.add_row(*(cell(str(one)) for one in row))
+        table.add_row(*(cell(str(value)) for value in row))
     print_table(table)
 
 
@@ -174,7 +178,7 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
         "name": robot.name,
         "links": {body.name: len(body.solids) for body in model.bodies},
         "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
-        "ignored": [one._asdict() for one in model.ignored],
+        "ignored": [pair._asdict() for pair in model.ignored],
         "missing": list(model.missing),
         "without_shapes": list(model.bare),
     }

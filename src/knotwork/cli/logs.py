@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import click
 
 from knotwork import planning
-from knotwork.cli.parameters import DecidingOption, GivenPath, bundled
+from knotwork.cli.parameters import DecidingOption, GivenPath, bundle_options
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -66,14 +66,14 @@ class Tolerance(click.ParamType[Any]):
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument as its subject, the SI unit and the size in it."""
-        what, _, number = str(value).rpartition("=")
-        found = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) ?([a-z]+)", number)
+        subject, _, number = str(value).rpartition("=")
+        match = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) ?([a-z]+)", number)
         try:
-            unit, factor = self.UNITS[found[2]] if found else ("", 0.0)
-            size = factor * float(found[1]) if found else 0.0
+            unit, factor = self.UNITS[match[2]] if match else ("", 0.0)
+            size = factor * float(match[1]) if match else 0.0
         except (KeyError, ValueError):
             size = 0.0
-        if not 0.0 < size < math.inf or (what and unit == "s"):
+        if not 0.0 < size < math.inf or (subject and unit == "s"):
             self.fail(
                 f"{value!r} is not accepted; give a positive number with mm, m, deg, rad or mrad, "
                 "for the tool, or for joints after joints= or the name of one; or with s or ms, "
@@ -81,20 +81,20 @@ class Tolerance(click.ParamType[Any]):
                 param,
                 ctx,
             )
-        return what, unit, size
+        return subject, unit, size
 
 
-def _tolerances(given: Sequence[tuple[str, str, float]]) -> LogTolerances | None:
+def _tolerances(sizes: Sequence[tuple[str, str, float]]) -> LogTolerances | None:
     """Tolerances of tool, joints and time from the options."""
     tool, joints, late = dict[str, float](), dict[str, float](), None
-    for what, unit, size in given:
+    for subject, unit, size in sizes:
         if unit == "s":
             late = size
-        elif what in ("", "tool"):
+        elif subject in ("", "tool"):
             tool[unit] = size
         else:
-            joints[unit if what == "joints" else what] = size
-    return LogTolerances(tool, joints, late) if given else None
+            joints[unit if subject == "joints" else subject] = size
+    return LogTolerances(tool, joints, late) if sizes else None
 
 
 def _log(
@@ -107,20 +107,20 @@ def _log(
 ) -> LogOptions | None:
     if is_log or against is not None:
         return LogOptions(against, noise, log_unit or "rad", topic, _tolerances(tolerance))
-    given: dict[str, Any] = {
+    options: dict[str, Any] = {
         "--noise": noise,
         "--log-unit": log_unit,
         "--topic": topic,
         "--tolerance": tolerance or None,
     }
-    named = [name for name, value in given.items() if value is not None]
+    named = [name for name, value in options.items() if value is not None]
     if named:
         raise InputError(f"{', '.join(named)} is for logs: add --log")
     return None
 
 
 _option = functools.partial(click.option, cls=DecidingOption)
-log_options = bundled("log", _log, (
+log_options = bundle_options("log", _log, (
     _option("--topic", metavar="NAME", help="For a log: topic to read, "
             "for example /joint_states, if several have all joints."),
     _option("--log-unit", type=click.Choice(["rad", "deg"]),

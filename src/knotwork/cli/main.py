@@ -116,10 +116,10 @@ def _has_output() -> bool:
     """
     for number, stream in ((1, sys.stdout), (2, sys.stderr)):
         if stream is None:
-            taken = os.open(os.devnull, os.O_WRONLY)
-            if taken != number:
-                os.dup2(taken, number)
-                os.close(taken)
+            descriptor = os.open(os.devnull, os.O_WRONLY)
+            if descriptor != number:
+                os.dup2(descriptor, number)
+                os.close(descriptor)
     return sys.stdout is not None
 
 

@@ -56,9 +56,9 @@ class Seconds(click.ParamType[Any]):
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument, in seconds."""
-        found = re.fullmatch(r"\s*(\S*?)\s*(ms|s|min|m|h)?\s*", str(value))
+        match = re.fullmatch(r"\s*(\S*?)\s*(ms|s|min|m|h)?\s*", str(value))
         try:
-            seconds = self.UNITS[found[2]] * float(found[1]) if found else -1.0
+            seconds = self.UNITS[match[2]] * float(match[1]) if match else -1.0
         except ValueError:
             seconds = -1.0
         if not (0.0 < seconds < math.inf or (self.zero and seconds == 0.0)):
@@ -109,7 +109,7 @@ class DecidingArgument(_Deciding, click.Argument):
 _TYPED = "knotwork.typed"
 
 
-def typed() -> str:
+def typed_arguments() -> str:
     """Arguments and options of the command line that select its motion."""
     arguments: list[str] = []
     options: list[str] = []
@@ -120,7 +120,7 @@ def typed() -> str:
         elif parameter.is_flag:
             options.append(parameter.opts[0])
         else:
-            options += [word for one in values for word in (min(parameter.opts, key=len), one)]
+            options += [word for text in values for word in (min(parameter.opts, key=len), text)]
     return shlex.join([*arguments, *options])
 
 
@@ -197,19 +197,19 @@ class PlanOptions:
     budget: float | None = None
 
 
-def bundled(name: str, make: Callable[..., Any], options: Sequence[Command]) -> Command:
+def bundle_options(name: str, make: Callable[..., Any], options: Sequence[Command]) -> Command:
     """Make a decorator that adds options; the command gets the result of `make` as `name`."""
 
     def add(command: Command) -> Command:
 
         @functools.wraps(command)
-        def called(*arguments: Any, **given: Any) -> Any:
-            own = {key: given.pop(key) for key in inspect.signature(make).parameters}
-            return command(*arguments, **given, **{name: make(**own)})
+        def run(*arguments: Any, **options_given: Any) -> Any:
+            inputs = {key: options_given.pop(key) for key in inspect.signature(make).parameters}
+            return command(*arguments, **options_given, **{name: make(**inputs)})
 
         for option in options:
-            called = option(called)
-        return called  # type: ignore[return-value]
+            run = option(run)
+        return run  # type: ignore[return-value]
 
     return add  # type: ignore[return-value]
 
@@ -220,8 +220,8 @@ def motion_options(use: str) -> Callable[[Command], Command]:
     The command gets the planning options as `options`.
     """
     source = click.argument("source", metavar="SCENARIO|TRAJECTORY")
-    given = (scenario_option(use), budget_option, planner_option, source)
-    return bundled("options", PlanOptions, given)
+    options = (scenario_option(use), budget_option, planner_option, source)
+    return bundle_options("options", PlanOptions, options)
 
 
 def html_option(*, required: bool = False) -> Callable[[Command], Command]:

@@ -22,7 +22,7 @@ from knotwork.cli.parameters import (
     package_path_option,
     planner_option,
 )
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.short_report import print_next, print_short_plan
 from knotwork.cli.terminal import echo, echo_line
 from knotwork.errors import InputError, KnotworkError
@@ -77,9 +77,9 @@ def plan(
             raise InputError(f"{name} takes one scenario, not {len(scenarios)}")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
     for i, reference in enumerate(scenarios):
-        which = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
+        position = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
         try:
-            with shown_progress(f"{reference}{which}", as_json) as progress:
+            with show_planning(f"{reference}{position}", as_json) as progress:
                 planned = planning.plan(
                     reference, planner=planner, budget=budget, progress=progress
                 )

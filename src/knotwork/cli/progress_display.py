@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from knotwork.cli.terminal import echo
 from knotwork.errors.plain_text import one_line
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 SHOWN_AFTER = 0.5
 """Nothing is shown on a terminal before this time [s]."""
-PERIOD = 0.1
+BAR_PERIOD = 0.1
 """Interval between updates of a bar [s]."""
-PLAN_INTERVAL, SWEEP_INTERVAL, SHARE = 5.0, 30.0, 0.1
+PLAN_INTERVAL, SWEEP_INTERVAL, LOG_SHARE = 5.0, 30.0, 0.1
 """Interval between lines without a terminal: a time [s], or a share of the elapsed time."""
 
 State: TypeAlias = tuple[float | None, str]
@@ -31,64 +31,64 @@ State: TypeAlias = tuple[float | None, str]
 
 
 @contextmanager
-def shown_progress(name: str, quiet: bool = False) -> Iterator[Callable[[Progress], None] | None]:
-    """Show the progress of planning, with or without reports from it.
+def show_planning(name: str, quiet: bool = False) -> Iterator[Callable[[Progress], None] | None]:
+    """Show the progress of planning a scenario, with or without reports from it."""
+    begin = time.monotonic()
 
-    Args:
-        name: Name of the scenario.
-        quiet: Show nothing.
-    """
-    begun, updates = time.monotonic(), list["Progress"]()
+    def describe(update: Progress | None) -> State:
+        share, text = (None, "planning") if update is None else plan_state(update)
+        return share, f"{name}: {time.monotonic() - begin:.0f} s, {text}"
 
-    def state() -> State:
-        share, known = plan_state(updates[-1]) if updates else (None, "planning")
-        return share, f"{name}: {time.monotonic() - begun:.0f} s, {known}"
-
-    with _shown(state, quiet, PLAN_INTERVAL):
-        yield None if quiet else lambda at: updates.__setitem__(slice(None), [at])
+    with _show(describe, quiet, PLAN_INTERVAL) as report:
+        yield report
 
 
-def plan_state(at: Progress) -> State:
+@contextmanager
+def show_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
+    """Show rows, rate, time left and how many pass."""
+    with _show(_sweep_state, quiet, SWEEP_INTERVAL) as report:
+        yield report
+
+
+def plan_state(update: Progress) -> State:
     """Progress of choosing times, or of the search for a collision-free motion."""
-    share = at.done if 0.0 < at.done < 1.0 else None  # unknown within a part
+    share = update.done if 0.0 < update.done < 1.0 else None  # unknown within a part
     words = [] if share is None else [f"{100 * share:.0f} % done"]
-    if at.trying:
-        exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s"
-        words += [exists, at.trying]
+    if update.trying:
+        time_found = update.duration
+        motion = "no motion yet" if time_found is None else f"a motion of {time_found:.2f} s"
+        words += [motion, update.trying]
     else:
-        words += ["choosing times", f"step {at.iterations}"]
+        words += ["choosing times", f"step {update.iterations}"]
     return share, ", ".join(words)
 
 
-@contextmanager
-def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
-    """Show rows, rate, time left and how many pass."""
-    updates = list["SweepProgress"]()
-
-    def state() -> State:
-        if not updates:
-            return None, "planning"
-        return updates[-1].done / max(updates[-1].total, 1), progress_line(updates[-1])
-
-    with _shown(state, quiet, SWEEP_INTERVAL):
-        yield None if quiet else lambda at: updates.__setitem__(slice(None), [at])
+def _sweep_state(update: SweepProgress | None) -> State:
+    if update is None:
+        return None, "planning"
+    remaining = "" if update.left is None else f", {timedelta(seconds=round(update.left))} left"
+    passed = 100.0 * update.passed / update.done if update.done else 0.0
+    return update.done / max(update.total, 1), (
+        f"{update.done} of {update.total} rows, {update.rate:.3g} a second{remaining}, "
+        f"{update.passed} pass ({passed:.0f} %)"
+    )
 
 
 @contextmanager
-def _shown(state: Callable[[], State], quiet: bool, interval: float) -> Iterator[None]:
-    """Show a state during the block, which need not report it."""
+def _show(
+    describe: Callable[[Any], State], quiet: bool, interval: float
+) -> Iterator[Callable[[Any], None] | None]:
+    """Show the state of a task during the block, which may report updates."""
     if quiet or sys.stderr is None:
-        yield
+        yield None
         return
-    ended = threading.Event()
-    console = _terminal()
-    if console is None:
-        show = threading.Thread(target=_log, args=(state, ended, interval), daemon=True)
-    else:
-        show = threading.Thread(target=_draw, args=(state, ended, console), daemon=True)
+    updates: list[Any] = [None]
+    ended, console = threading.Event(), _terminal()
+    arguments: tuple[Any, ...] = (lambda: describe(updates[0]), ended, console or interval)
+    show = threading.Thread(target=_draw if console else _log, args=arguments, daemon=True)
     show.start()
     try:
-        yield
+        yield lambda update: updates.__setitem__(0, update)
     finally:
         ended.set()
         show.join()
@@ -101,31 +101,25 @@ def _draw(state: Callable[[], State], ended: threading.Event, console: Console) 
 
     if SHOWN_AFTER and ended.wait(SHOWN_AFTER):
         return
-    column = Column(no_wrap=True, overflow="ellipsis")
-    line = TextColumn("{task.description}", markup=False, table_column=column)
-    share_of = BarColumn(bar_width=12, table_column=Column(min_width=12))
-    bar = Progress(share_of, line, console=console, transient=True)
-    bar.add_task("", total=None)
-    (task,) = bar.tasks
-
-    def tell() -> None:
-        share, text = state()
-        task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
-        task.description = one_line(text)
-
-    tell()
-    with bar:
-        while not ended.wait(PERIOD):
-            tell()
-        tell()
-        bar.refresh()
+    cut = Column(no_wrap=True, overflow="ellipsis")
+    line = TextColumn("{task.description}", markup=False, table_column=cut)
+    bar = BarColumn(bar_width=12, table_column=Column(min_width=12))
+    with Progress(bar, line, console=console, transient=True) as progress:
+        progress.add_task("", total=None)
+        task, going = progress.tasks[0], True
+        while going:
+            share, text = state()
+            task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
+            task.description = one_line(text)
+            progress.refresh()
+            going = not ended.wait(BAR_PERIOD)
 
 
 def _log(state: Callable[[], State], ended: threading.Event, interval: float) -> None:
-    begun, rest = time.monotonic(), interval
-    while not ended.wait(rest):
+    begin, pause = time.monotonic(), interval
+    while not ended.wait(pause):
         echo(state()[1], err=True)
-        rest = max(interval, SHARE * (time.monotonic() - begun))
+        pause = max(interval, LOG_SHARE * (time.monotonic() - begin))
 
 
 def _terminal() -> Console | None:
@@ -136,13 +130,3 @@ def _terminal() -> Console | None:
 
     console = Console(stderr=True)
     return None if console.is_dumb_terminal else console
-
-
-def progress_line(at: SweepProgress) -> str:
-    """Progress of a sweep as a line."""
-    left = "" if at.left is None else f", {timedelta(seconds=round(at.left))} left"
-    share = 100.0 * at.passed / at.done if at.done else 0.0
-    return (
-        f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
-        f"{at.passed} pass ({share:.0f} %)"
-    )

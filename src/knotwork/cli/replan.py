@@ -22,7 +22,7 @@ from knotwork.cli.parameters import (
     package_path_option,
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Document
@@ -73,20 +73,20 @@ def replan(
     asked = Task.load(task)
     motion, current = _motion(source, asked)
     try:
-        begun = planning.scenario_from(motion, at, asked, current)
-        with shown_progress(task, as_json) as progress:
-            made = planning.plan(begun, budget=budget, progress=progress)
+        scenario = planning.scenario_from(motion, at, asked, current)
+        with show_planning(task, as_json) as progress:
+            plan = planning.plan(scenario, budget=budget, progress=progress)
     except DocumentError as error:
         if error.file is not None:
             raise
         raise DocumentError(task, error.problems) from error
-    written = made.save(out) if out is not None else []
-    code = PASSED if made.report.ok else FAILED
+    written = plan.save(out) if out is not None else []
+    code = PASSED if plan.report.ok else FAILED
     if as_json:
-        plans = [plan_to_dict(task, made, written)]
+        plans = [plan_to_dict(task, plan, written)]
         echo(json.dumps({"ok": code == PASSED, "plans": plans}, indent=1, allow_nan=False))
     else:
-        print_plan(made, written, full, alone=False)
+        print_plan(plan, written, full, alone=False)
     return code
 
 

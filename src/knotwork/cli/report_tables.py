@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.padding import Padding
 from rich.table import Table
 
-from knotwork.cli.short_report import without
+from knotwork.cli.short_report import describe_left_out
 from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
 from knotwork.cli.terminal import cell
 from knotwork.scenario import Scenario
@@ -21,52 +21,65 @@ if TYPE_CHECKING:
     from knotwork.planning.task_to_joint import Choice, TaskSolution
 
 INDENT = " " * len("FAIL ")
+MARKS = {
+    "met": "[green]ok[/]",
+    "failed": "[bold red]FAIL[/]",
+    "undecided": "undecided",
+    "warning": "[yellow]warning[/]",
+    "information": "-",
+}
+"""Mark of a finding in a table, by its verdict."""
 
 
 def print_plan(plan: Plan) -> None:
     """Print a plan in full: tables of waypoints, limits and all other findings."""
     trajectory, scenario = plan.trajectory, plan.scenario
-    made = f"{trajectory.planner} ({without(plan)})" if plan.left_out else trajectory.planner
+    origin = trajectory.planner
+    if plan.left_out:
+        origin += f" ({describe_left_out(plan)})"
     if isinstance(scenario.knots, str):
-        made += f", knots {scenario.knots}"
+        origin += f", knots {scenario.knots}"
     counts = f"{len(scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks"
-    made += f": {counts}, {trajectory.duration:g} s"
-    print_report(plan.report, scenario, made, plan.solution)
+    origin += f": {counts}, {trajectory.duration:g} s"
+    print_report(plan.report, scenario, origin, plan.solution)
 
 
 def print_report(
-    report: Report, scenario: Scenario | None, made: str = "", solution: TaskSolution | None = None
+    report: Report,
+    scenario: Scenario | None,
+    origin: str = "",
+    solution: TaskSolution | None = None,
 ) -> None:
     """Print a whole report as tables of waypoints and limits, and the verdict.
 
     Args:
         report: Report of the check.
         scenario: Scenario of the check, if any.
-        made: Planner and options; by default the trajectory's planner.
+        origin: Planner and options; by default the trajectory's planner.
         solution: Choice of the solutions, if known.
     """
     out = console()
-    units = report.units
-    description = scenario.task.description.strip() if scenario is not None else ""
-    gap = "  " if description else ""
-    print_wrapped(" ".join(description.split()), f"{report.scenario}{gap}", INDENT, "bold")
+    description = "" if scenario is None else " ".join(scenario.task.description.split())
+    head = f"{report.scenario}  " if description else report.scenario
+    print_wrapped(description, head, INDENT, "bold")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
-    print_wrapped(f"{robot}; {made or report.planner}", "", INDENT)
-    for group, findings in report.groups.items():
-        numbers = [one for one in findings if not (_in_words(one) or one.detail)]
-        if numbers:
-            print_table(_list_table(group, numbers, units))
+    print_wrapped(f"{robot}; {origin or report.planner}", "", INDENT)
+    for group, members in report.groups.items():
+        measured = [f for f in members if not (_is_sentence(f) or f.detail)]
+        if measured:
+            print_table(_findings_table(group, measured, report.units))
             out.print()
     if solution is not None and solution.choices:
-        print_table(choice_table(solution.choices))
+        print_table(_choice_table(solution.choices))
         out.print()
-    for found in report.findings:
-        if _in_words(found) and found.verdict == "information":
-            print_wrapped(str(found), "   ", "    ")
-    for found in report.warnings:
-        print_wrapped(str(found), "warning ", INDENT, "yellow")
-    for found in report.failures:
-        print_wrapped(str(found), "FAIL ", INDENT, "bold red")
+    information = [f for f in report.findings if _is_sentence(f) and f.verdict == "information"]
+    for head, style, findings in (
+        ("   ", "", tuple(information)),
+        ("warning ", "yellow", report.warnings),
+        ("FAIL ", "bold red", report.failures),
+    ):
+        for finding in findings:
+            print_wrapped(str(finding), head, INDENT if style else "    ", style)
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
@@ -74,89 +87,62 @@ def print_report(
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
 
 
-def _in_words(found: Finding) -> bool:
+def _is_sentence(finding: Finding) -> bool:
     """Whether to print a sentence: no number, or detail without a limit."""
-    return found.value is None or (found.verdict == "information" and bool(found.brief))
+    return finding.value is None or (finding.verdict == "information" and bool(finding.brief))
 
 
-def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
+def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
     """One row for each finding, by quantity; of those without a limit only the largest."""
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
     table.columns[0].no_wrap = False
-    for quantity in dict.fromkeys(found.title for found in findings):
-        items = [found for found in findings if found.title == quantity]
-        names = _unit_names(items, units)
-        table.add_row(cell(f"{quantity} [{names}]" if names else quantity), style="dim")
-        free = [found for found in items if found.limit is None]
-        shown = [(found, "") for found in items if found.limit is not None]
-        if free:
-            largest = max(free, key=lambda found: abs(found.value or 0.0))
-            shown.append((largest, "most: " if len(free) > 1 else ""))
-        for found, of_all in shown:
+
+    def number(value: float | None, form: str = ".4g") -> str:
+        return "" if value is None else readable(units.shown(value, finding.unit)[0], form)
+
+    for quantity in dict.fromkeys(finding.title for finding in findings):
+        items = [finding for finding in findings if finding.title == quantity]
+        names = dict.fromkeys(units.shown(0.0, finding.unit)[1] for finding in items)
+        shown_units = " or ".join(filter(None, names))
+        heading = f"{quantity} [{shown_units}]" if shown_units else quantity
+        table.add_row(cell(heading), style="dim")
+        unlimited = [finding for finding in items if finding.limit is None]
+        limited = [finding for finding in items if finding.limit is not None]
+        largest = sorted(unlimited, key=lambda finding: -abs(finding.value or 0.0))[:1]
+        for finding in (*limited, *largest):
+            name = cell(finding.name or finding.subject)
+            prefix = "most: " if len(unlimited) > 1 and finding in largest else ""
+            value = number(finding.value)
+            bounded = finding.proof == "bounded"
             table.add_row(
-                Padding(f"{of_all}{cell(found.name or found.subject)}", (0, 0, 0, 2)),
-                _cell(found, ".4g", units),
-                _number(found.limit, found, ".4g", units) or "none",
-                _number(found.margin, found, ".4g", units),
-                found.when,
-                _mark(found),
-                _proof(found, units),
+                Padding(prefix + name, (0, 0, 0, 2)),
+                value if finding.ok else f"[bold red]{value}[/]",
+                number(finding.limit) or "none",
+                number(finding.margin),
+                finding.when,
+                MARKS[finding.verdict],
+                number(finding.excess, ".1g") if bounded else finding.proof,
             )
     return table
 
 
-def _unit_names(findings: Sequence[Finding], units: Units) -> str:
-    """Units of the values shown."""
-    names = (units.shown(0.0, found.unit)[1] for found in findings)
-    return " or ".join(dict.fromkeys(name for name in names if name))
-
-
-def _mark(found: Finding) -> str:
-    marks = {
-        "met": "[green]ok[/]",
-        "failed": "[bold red]FAIL[/]",
-        "undecided": "undecided",
-        "warning": "[yellow]warning[/]",
-        "information": "-",
-    }
-    return marks[found.verdict]
-
-
-def _proof(found: Finding, units: Units) -> str:
-    """Largest distance of the true value beyond the given one, or `exact` or `sampled`."""
-    return found.proof if found.proof != "bounded" else _number(found.excess, found, ".1g", units)
-
-
-def _cell(found: Finding, form: str, units: Units) -> str:
-    text = _number(found.value, found, form, units)
-    return text if found.ok else f"[bold red]{text}[/]"
-
-
-def _number(value: float | None, found: Finding, form: str, units: Units) -> str:
-    """A value in the displayed unit of a finding."""
-    return "" if value is None else readable(units.shown(value, found.unit)[0], form)
-
-
-def choice_table(choices: Sequence[Choice]) -> Table:
+def _choice_table(choices: Sequence[Choice]) -> Table:
     """Chosen solutions of poses, with reasons; equal waypoints share a row."""
     columns = ["waypoints", "branch", "turns", "of", "why"]
     table = plain_table("Solutions chosen", columns, len(columns))
     for column in table.columns:
         column.no_wrap, column.overflow = False, "fold"
-    for taken, group in itertools.groupby(choices, key=_taken):
-        first, *others = (one.waypoint for one in group)
-        span = f"{first} to {others[-1]}" if others else first
-        table.add_row(*map(cell, (span, *taken)))
+    for cells, group in itertools.groupby(choices, key=_choice_cells):
+        names = [choice.waypoint for choice in group]
+        span = f"{names[0]} to {names[-1]}" if len(names) > 1 else names[0]
+        table.add_row(*map(cell, (span, *cells)))
     return table
 
 
-def _taken(choice: Choice) -> tuple[str, ...]:
+def _choice_cells(choice: Choice) -> tuple[str, ...]:
     kind = "branch" if choice.branches == 1 else "branches"
     count = f"{choice.branches} {kind}, {choice.solutions} with turns"
     if choice.sampled:
         count = f"{choice.branches} samples of its self-motion"
-    return choice.branch or "-", _turns(choice.turns), count, choice.reason
-
-
-def _turns(turns: Sequence[tuple[str, int]]) -> str:
-    return ", ".join(f"{joint} {turn:+d}" for joint, turn in turns) or "-"
+    turns = ", ".join(f"{joint} {turn:+d}" for joint, turn in choice.turns)
+    return choice.branch or "-", turns or "-", count, choice.reason

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING, Any
 
-from knotwork.cli.parameters import typed
+from knotwork.cli.parameters import typed_arguments
 from knotwork.cli.terminal import echo, echo_line
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ def print_short_plan(plan: Plan) -> None:
     """Print the verdict on a plan and the tightest cases."""
     print_short(plan.report)
     if plan.left_out:
-        echo(f"planned {without(plan)}")
+        echo(f"planned {describe_left_out(plan)}")
 
 
-def without(plan: Plan) -> str:
+def describe_left_out(plan: Plan) -> str:
     """Name the options of the scenario that its replaced planner ignores."""
-    left = ", ".join(plan.left_out)
-    return f"without the scenario's {left}, which {plan.trajectory.planner} does not take"
+    options = ", ".join(plan.left_out)
+    return f"without the scenario's {options}, which {plan.trajectory.planner} does not take"
 
 
 def print_short(report: Report) -> None:
@@ -52,10 +52,10 @@ def print_next(*, with_robot: bool, with_scenario: bool = True) -> None:
         with_robot: Whether there is an arm to show.
         with_scenario: Whether the motion has a task, which a page needs.
     """
-    given = typed()
-    first = f"next: knotwork {'view' if with_robot and with_scenario else 'plot'} {given}"
+    arguments = typed_arguments()
+    first = f"next: knotwork {'view' if with_robot and with_scenario else 'plot'} {arguments}"
     page = " | report {} --html FILE" if with_scenario else ""
-    pages = (page.format(given), page.format("…"), "")
+    pages = (page.format(arguments), page.format("…"), "")
     forms = [f"{first}{page} | --full" for page in pages]
     width = _width()
     echo(next((form for form in forms if len(form) <= width), first))

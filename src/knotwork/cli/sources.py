@@ -16,7 +16,7 @@ from knotwork.cli.logs import (
     smoothed_log,
 )
 from knotwork.cli.parameters import PlanOptions
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -87,12 +87,12 @@ def read_motions(
     """
     options = options if options is not None else PlanOptions()
     if not _is_trajectory(source, reference):
-        given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
+        unfit: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
         if source in resources.names("scenarios") or Path(source).exists():  # else missing
-            refuse(given, f"{source} is a scenario itself")
-        return list(_planned(source, options, compare or []))
-    given = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
-    refuse(given, f"{source} is a trajectory, which is planned already")
+            refuse(unfit, f"{source} is a scenario itself")
+        return list(_plan_all(source, options, compare or []))
+    unfit = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
+    refuse(unfit, f"{source} is a trajectory, which is planned already")
     if reference is None and robot is None:
         reference = planned_scenario(log)
     if reference is not None:
@@ -164,23 +164,23 @@ def refuse(options: dict[str, Any], reason: str) -> None:
     Raises:
         InputError: An option is given.
     """
-    given = [name for name, value in options.items() if value is not None]
-    if given:
-        raise InputError(f"{reason}: leave out {', '.join(given)}")
+    names = [name for name, value in options.items() if value is not None]
+    if names:
+        raise InputError(f"{reason}: leave out {', '.join(names)}")
 
 
-def _planned(source: str, options: PlanOptions, others: list[str]) -> list[Plan]:
+def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Plan]:
     """Plan a scenario with its own planner and with others, each planner once."""
-    for name in others:
+    for name in planners:
         get_planner(name)
-    with shown_progress(source) as progress:
+    with show_planning(source) as progress:
         first = planning.plan(source, progress=progress, **asdict(options))
     plans = [first]
-    for name in dict.fromkeys(others):
+    for name in dict.fromkeys(planners):
         if name == plans[0].scenario.planner:
             continue
         try:
-            with shown_progress(f"{source}, {name}") as progress:
+            with show_planning(f"{source}, {name}") as progress:
                 plans.append(planning.plan(source, planner=name, progress=progress))
         except InputError as error:
             raise InputError(f"planner {name!r} can't be compared here: {error}") from error
@@ -197,7 +197,7 @@ def print_failures(motions: Iterable[Motion]) -> None:
     for motion in checked(motions):
         report = motion.report
         if not report.ok:
-            which = f"{report.scenario}, {motion.trajectory.planner}"
-            echo(f"note: {which}: the check FAILS", err=True)
+            motion_name = f"{report.scenario}, {motion.trajectory.planner}"
+            echo(f"note: {motion_name}: the check FAILS", err=True)
             for failure in failure_lines(report.failures, MOST_FAILURES):
                 echo(f"  {failure}", err=True)

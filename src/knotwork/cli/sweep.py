@@ -18,7 +18,7 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
-from knotwork.cli.progress_display import shown_sweep
+from knotwork.cli.progress_display import show_sweep
 from knotwork.cli.study_tables import print_best, print_study, study_to_dict
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -136,13 +136,13 @@ def sweep(
         _refuse_planning(source, planning | {"out": out})
         study = sweeps.Study.open(source)
     else:
-        given = {name: value for name, value in planning.items() if value is not None}
-        if "stop_after" in given:
-            given["stop_after"], _ = given["stop_after"]
-        vary = _varied(given.pop("vary"))
+        options = {name: value for name, value in planning.items() if value is not None}
+        if "stop_after" in options:
+            options["stop_after"], _ = options["stop_after"]
+        vary = _values_by_path(options.pop("vary"))
         try:
-            with shown_sweep(as_json) as progress:
-                study = sweeps.sweep(source, vary, out=out, progress=progress, **given)
+            with show_sweep(as_json) as progress:
+                study = sweeps.sweep(source, vary, out=out, progress=progress, **options)
         except KeyboardInterrupt:
             if out is not None:
                 echo(f"finished rows are kept in {out}; continue with --resume", err=True)
@@ -150,48 +150,48 @@ def sweep(
     if not as_json:  # the planned rows are shown even if the rest fails
         print_study(study)
     figure, written = best or "duration", []
-    found = study.best(figure) if study.passed else None
+    best_row = study.best(figure) if study.passed else None
     if target is not None:
         written.append(save_figure(study.plot(figures), target))
     if freeze is not None:
-        if found is None:
+        if best_row is None:
             raise InputError(f"{freeze} was not written: no row passes")
-        written.append(study.freeze(found["row"], freeze))
+        written.append(study.freeze(best_row["row"], freeze))
     if as_json:
-        echo(json.dumps(study_to_dict(study, figure, found), indent=1, allow_nan=False))
+        echo(json.dumps(study_to_dict(study, figure, best_row), indent=1, allow_nan=False))
     else:
-        print_best(study, figure, found)
+        print_best(study, figure, best_row)
         for path in written:
             echo(f"wrote {path}")
     return PASSED if study.passed else FAILED
 
 
-def _varied(given: tuple[str, ...]) -> dict[str, str]:
+def _values_by_path(pairs: tuple[str, ...]) -> dict[str, str]:
     """Values by path."""
-    found: dict[str, str] = {}
-    for one in given:
-        path, mark, values = one.partition("=")
+    values_of: dict[str, str] = {}
+    for pair in pairs:
+        path, mark, values = pair.partition("=")
         if not mark:
             raise InputError(
-                f"--vary {one}: has no values; accepted: PATH=VALUES, for example "
+                f"--vary {pair}: has no values; accepted: PATH=VALUES, for example "
                 "frames.block.position[0]=-200:200:41"
             )
-        if path.strip() in found:
+        if path.strip() in values_of:
             raise InputError(f"--vary {path.strip()}: is given twice; leave out one")
-        found[path.strip()] = values
-    return found
+        values_of[path.strip()] = values
+    return values_of
 
 
-def _picture_path(given: str | None, folder: Path | None) -> Path | None:
-    if given is None:
+def _picture_path(name: str | None, folder: Path | None) -> Path | None:
+    if name is None:
         return None
-    if not given and folder is None:
+    if not name and folder is None:
         raise InputError("--plot: there is no folder for the picture; name a file, or give --out")
-    return checked_picture_path(given or (folder or Path()) / PICTURE)
+    return checked_picture_path(name or (folder or Path()) / PICTURE)
 
 
-def _refuse_planning(source: str, given: dict[str, Any]) -> None:
-    for name, value in given.items():
+def _refuse_planning(source: str, options: dict[str, Any]) -> None:
+    for name, value in options.items():
         if value is not None and value is not False and value != ():
             option = "zip" if name == "together" else name.replace("_", "-")
             raise InputError(

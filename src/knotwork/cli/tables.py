@@ -39,7 +39,7 @@ def print_table(table: Table) -> None:
     out.print(table)
 
 
-def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
+def plain_table(title: str, columns: Sequence[str], text_columns: int = 1) -> Table:
     """Make a table with text in the first columns and numbers in the others."""
     table = Table(
         title=cell(title),
@@ -51,7 +51,7 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     )
     for i, column in enumerate(columns):
         table.add_column(
-            cell(column, lines=True), justify="left" if i < left else "right", no_wrap=True
+            cell(column, lines=True), justify="left" if i < text_columns else "right", no_wrap=True
         )
     return table
 
@@ -67,13 +67,13 @@ def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
         print_wrapped(" ".join(text.split()), f"  {key}".ljust(indent), " " * indent)
 
 
-def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
+def print_wrapped(text: str, first: str, following: str, style: str = "") -> None:
     """Print a text wrapped at the terminal's width, with prefixes of the first and other lines.
 
     Args:
         text: The text.
-        first: Prefix of the first line; if longer than `others`, it shortens that line.
-        others: Prefix of the other lines.
+        first: Prefix of the first line; if longer than `following`, it shortens that line.
+        following: Prefix of the other lines.
         style: Style of `first`.
     """
     out = console(wrap=True)
@@ -81,11 +81,11 @@ def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
         text,
         min(out.width, WIDEST),
         initial_indent=" " * len(first),
-        subsequent_indent=others,
+        subsequent_indent=following,
         break_long_words=False,
         break_on_hyphens=False,
     )
     for i, line in enumerate(lines or [first]):
-        head = first if i == 0 else others
+        head = first if i == 0 else following
         shown = f"[{style}]{cell(head)}[/]" if style and i == 0 else cell(head)
         out.print(shown + cell(line[len(head) :]), soft_wrap=True)

@@ -36,14 +36,14 @@ def echo(text: str, *, err: bool = False) -> None:
     text = plain(text)
     try:
         if err and sys.stderr is not None and sys.stderr.isatty():
-            text = "\n".join(map(_wrapped, text.split("\n")))
+            text = "\n".join(map(_wrap, text.split("\n")))
         click.echo(text, err=err)
     except OSError:
         if not err:
             raise
 
 
-def _wrapped(line: str) -> str:
+def _wrap(line: str) -> str:
     width = shutil.get_terminal_size().columns
     if len(line) <= width:
         return line

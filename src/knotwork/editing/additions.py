@@ -8,9 +8,15 @@ from typing import Any, cast
 import numpy as np
 import pinocchio as pin
 
-from knotwork.editing.handles import ANGLE_STEP, FORMS, LENGTH_STEP, numbers, orientation
+from knotwork.editing.handles import (
+    ANGLE_STEP,
+    FORMS,
+    LENGTH_STEP,
+    file_values,
+    orientation_value,
+)
 from knotwork.errors import InputError
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task import PathWaypoint, Task
@@ -57,7 +63,7 @@ def waypoint_here(
     if joints or robot.dof < _POSE:
         steps = {"rad": (angle, ANGLE_STEP), "m": (length, LENGTH_STEP)}
         added["joints"] = {
-            name: numbers([value], *steps[unit])[0]
+            name: file_values([value], *steps[unit])[0]
             for name, unit, value in zip(robot.joint_names, robot.joint_units, q, strict=True)
         }
     else:
@@ -74,8 +80,8 @@ def waypoint_here(
         form = "rpy" if form == "euler" else form
         added |= {"frame": own} if own is not None else {}
         step = ON_LINE if line else LENGTH_STEP
-        added["pose"] = {"position": numbers(pose.translation, length, step)}
-        added["pose"] |= {} if line else {form: orientation(pose.rotation, form, angle)}
+        added["pose"] = {"position": file_values(pose.translation, length, step)}
+        added["pose"] |= {} if line else {form: orientation_value(pose.rotation, form, angle)}
     where = scenario.places.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
     at = (*where[:-1], int(where[-1]) + 1)
     return [*changes, {"at": at, "value": added, "insert": True}]
@@ -110,14 +116,14 @@ def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any
     changes: list[Change] = []
     if isinstance(following, PathWaypoint):
         if following.along != "line":
-            name = following.name or nameless(after + 1)
+            name = following.name or default_waypoint_name(after + 1)
             raise InputError(
                 f"no waypoint can be added on the path to {name!r}, which is not a line; "
                 "choose a time before or after it"
             )
         given = following.to_dict()
         added = {key: given[key] for key in ("along", "speed") if key in given}
-        added["blend"] = numbers([BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
+        added["blend"] = file_values([BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
     if isinstance(following.after, float):
         first = round(share * following.after, 3)
         added["after"] = first
@@ -160,7 +166,7 @@ def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
     names = ("box", *(f"box {k}" for k in range(2, len(taken) + 3)))
     name = next(one for one in names if one not in taken)
     value = {
-        "box": numbers(np.full(3, size), length, 1e-3),
-        "position": numbers(point, length, 1e-3),
+        "box": file_values(np.full(3, size), length, 1e-3),
+        "position": file_values(point, length, 1e-3),
     }
     return [{"at": ("scene", "objects", name), "value": value}]

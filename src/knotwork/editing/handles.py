@@ -139,7 +139,7 @@ def _form(given: Placement) -> tuple[str, str]:
     return form, given.euler.order if given.euler is not None else ""
 
 
-def moved(
+def move_handle(
     handle: Handle,
     units: tuple[float, float],
     position: ArrayLike | None = None,
@@ -157,19 +157,21 @@ def moved(
     if position is not None:
         local = handle.around[0].actInv(np.asarray(position, dtype=float))
         at = handle.at if handle.kind == "via" else (*handle.at, "position")
-        value = [  # unchanged values are not rounded
-            _whole(old) if abs(new * units[0] - old * units[0]) < LENGTH_STEP else new
-            for new, old in zip(numbers(local, units[0], LENGTH_STEP), handle.position, strict=True)
+        unit, old = units[0], np.array(handle.position)
+        kept = np.abs(local - old * unit) < LENGTH_STEP  # unchanged values are not rounded
+        new = file_values(local, unit, LENGTH_STEP)
+        value = [
+            _whole(a) if same else b for a, b, same in zip(old.tolist(), new, kept, strict=True)
         ]
         changes.append({"at": at, "value": value})
     if quaternion is not None and handle.form:
         turn = handle.around[1].T @ pin.Quaternion(np.asarray(quaternion, dtype=float)).matrix()
-        turned = orientation(turn, handle.form, units[1], handle.order)
+        turned = orientation_value(turn, handle.form, units[1], handle.order)
         changes.append({"at": (*handle.at, handle.form), "value": turned})
     return changes
 
 
-def orientation(turn: FloatArray, form: str, angle: float = 1.0, order: str = "") -> Any:
+def orientation_value(turn: FloatArray, form: str, angle: float = 1.0, order: str = "") -> Any:
     """A rotation matrix in one of the forms of a file, rounded, with angles in units of `angle`."""
     if form == "rotation_matrix":
         return np.round(turn, 6).tolist()
@@ -180,14 +182,14 @@ def orientation(turn: FloatArray, form: str, angle: float = 1.0, order: str = ""
         from scipy.spatial.transform import Rotation
 
         angles = Rotation.from_matrix(turn).as_euler(order)
-        return {"order": order, "angles": numbers(angles, angle, ANGLE_STEP)}
+        return {"order": order, "angles": file_values(angles, angle, ANGLE_STEP)}
     vector = pin.rpy.matrixToRpy(turn) if form == "rpy" else pin.log3(turn)
     if form == "rpy":  # half a turn is 180, not -180
         vector = np.where(vector < ANGLE_STEP - np.pi, -vector, vector)
-    return numbers(vector, angle, ANGLE_STEP)
+    return file_values(vector, angle, ANGLE_STEP)
 
 
-def numbers(values: ArrayLike, unit: float, step: float) -> list[float]:
+def file_values(values: ArrayLike, unit: float, step: float) -> list[float]:
     """Values for a file in another unit, rounded to about a step in SI."""
     digits = int(np.ceil(-np.log10(step / unit) - 1e-9))
     return [_whole(round(value, digits)) for value in (np.asarray(values) / unit).tolist()]

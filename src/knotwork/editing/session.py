@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pinocchio as pin
 
 from knotwork.editing.additions import box_at, waypoint_here
 from knotwork.editing.draft import Draft, as_javascript, build, units
-from knotwork.editing.handles import Handle, handles, moved
+from knotwork.editing.handles import Handle, handles, move_handle
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files.documents import validate
 from knotwork.files.documents.items import part_of
@@ -30,8 +31,56 @@ from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray, read_only
 
-Asked = Mapping[str, Any]
+Request = Mapping[str, Any]
 Answer = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class DraftReading:
+    """A draft that can be read, at one revision.
+
+    Attributes:
+        revision: The draft's revision.
+        scenario: The task.
+        robot: Its robot, or `None`.
+        handles: Its handles; of repeated waypoints only those of the first repetition.
+        build: The structure of its text, as from `build`.
+        axes: The parts of the file that determine the axes of handles, within one structure.
+        units: Units of the file's values, as from `units`.
+        names: Names of waypoints in the scene, by location in the file.
+    """
+
+    revision: int
+    scenario: Scenario
+    robot: Robot | None
+    handles: list[Handle]
+    build: str
+    axes: dict[str, Any]
+    units: dict[str, str]
+    names: dict[str, str]
+
+    @classmethod
+    def of(cls, draft: Draft) -> DraftReading:
+        """Read a draft.
+
+        Raises:
+            KnotworkError: It can't be read.
+        """
+        revision, document = draft.revision, draft.document()
+        scenario = resolved(validate(Task, document), document.places)
+        robot = joint_space(scenario).robot
+        by_place = {one.at: one for one in reversed(handles(scenario, robot) if robot else [])}
+        in_file = [one for one in by_place.values() if part_of(document.data, one.at)]
+        return cls(
+            revision,
+            scenario,
+            robot,
+            in_file[::-1],
+            build(document.data),
+            _axes(document.data),
+            units(document.data, robot),
+            _names(scenario),
+        )
 
 
 class Session:
@@ -46,25 +95,24 @@ class Session:
     def __init__(self, draft: Draft, port: int = 0, budget: float | None = None) -> None:
         self.draft, self._budget = draft, budget
         self.plan: Plan | None = None
-        self._planned = self._handled = -1
+        self._planned = -1
         self._verdict: Answer = {}
-        self._scenario: Scenario | None = None
-        self._robot: Robot | None = None
-        self._handles: list[Handle] = []
-        self._build, self._axes = "", dict[str, Any]()
-        self._units: dict[str, str] = {}
-        self._names: dict[str, str] = {}
+        self._reading: DraftReading | None = None
         self._lock = threading.Lock()
-        actions: dict[str, Callable[[Asked], Answer]] = {
+        actions: dict[str, Callable[[Request], Answer | None]] = {
             "jog": self._jog,
-            "edit": self._changing(self._edit),
-            "move": self._changing(self._move),
-            "add": self._changing(self._add),
-            "undo": self._changing(lambda _: draft.undo()),
-            "redo": self._changing(lambda _: draft.redo()),
-            "save": self._changing(lambda _: draft.save()),
+            "edit": self._edit,
+            "move": self._move,
+            "add": self._add,
+            "undo": lambda _: draft.undo(),
+            "redo": lambda _: draft.redo(),
+            "save": lambda _: draft.save(),
         }
-        self.server = EditServer(draft.file.name, actions, self._state, port)
+        answering = {name: partial(self._answer, action) for name, action in actions.items()}
+        self.server = EditServer(draft.file.name, answering, self._state, port)
+
+    def _answer(self, action: Callable[[Request], Answer | None], request: Request) -> Answer:
+        return {**(action(request) or {}), "revision": self.draft.revision}
 
     def renew(self) -> tuple[dict[str, Any], Plan] | None:
         """Plan the present draft; the scene and the plan, or `None` if it was edited meanwhile.
@@ -74,117 +122,104 @@ class Session:
         """
         revision = self.draft.revision
         try:
-            made, scene = self._made(revision)
+            planned, scene = self._plan_draft(revision)
         except KnotworkError:
             if self.draft.revision != revision:
                 return None
             raise
         if self.draft.revision != revision:
             return None
-        self.plan, self._planned = made, revision
-        return {**scene, "revision": revision}, made
+        self.plan, self._planned = planned, revision
+        return {**scene, "revision": revision}, planned
 
-    def _made(self, revision: int) -> tuple[Plan, dict[str, Any]]:
-        scenario = self._read()
-        robot = self._robot
-        if robot is not None:
+    def _plan_draft(self, revision: int) -> tuple[Plan, dict[str, Any]]:
+        reading = self._read()
+        if reading.robot is not None:
             self.server.start()
             if self.server.scene is None:
-                self.server.show({**standing_scene(scenario, robot), "revision": -1})
+                scene = standing_scene(reading.scenario, reading.robot)
+                self.server.show({**scene, "revision": -1})
                 self.server.start()
-        made = plan(scenario, budget=self._budget)
-        self._verdict = {"revision": revision, "ok": made.report.ok}
+        planned = plan(reading.scenario, budget=self._budget)
+        self._verdict = {"revision": revision, "ok": planned.report.ok}
         self.server.notify()  # before drawing the scene
-        return made, scene_of(made, before=self.server.scene)
+        return planned, scene_of(planned, before=self.server.scene)
 
-    def _read(self) -> Scenario:
-        """Read the present draft and its handles.
+    def _read(self) -> DraftReading:
+        """Read the present draft, once for each revision.
 
         Raises:
             KnotworkError: The draft can't be read.
         """
         with self._lock:
-            revision = self.draft.revision
-            if self._scenario is None or self._handled != revision:
-                document = self.draft.document()
-                scenario = resolved(validate(Task, document), document.places)
-                robot = joint_space(scenario).robot
-                found = handles(scenario, robot) if robot is not None else []
-                # only the first repetition has handles
-                first = {one.at: one for one in reversed(found)}
-                there = [one for one in first.values() if part_of(document.data, one.at)]
-                self._scenario, self._robot, self._handles = scenario, robot, there[::-1]
-                self._handled, self._axes = revision, _axes(document.data)
-                self._names = _names(scenario)
-                now = build(document.data)
-                if self._build != now:
-                    self._build = now
-                    self._units = units(document.data, robot)
-            return self._scenario
+            if self._reading is None or self._reading.revision != self.draft.revision:
+                self._reading = DraftReading.of(self.draft)
+            return self._reading
 
-    def _changing(self, change: Callable[[Asked], Answer | None]) -> Callable[[Asked], Answer]:
-        """An action that changes the draft, and answers with the new revision."""
-
-        def done(asked: Asked) -> Answer:
-            answer = change(asked) or {}
-            return {**answer, "revision": self.draft.revision}
-
-        return done
+    def _last_reading(self) -> DraftReading | None:
+        """The present draft, or the last one that could be read."""
+        with contextlib.suppress(KnotworkError):
+            self._read()
+        return self._reading
 
     def _state(self) -> Answer:
         """State of the page besides the scene, with handles of the present text only."""
-        with contextlib.suppress(KnotworkError):
-            self._read()
-        draft = self.draft.state()
-        known = self._handles if draft["build"] == self._build else []
-        shown = [{**one.to_dict(), "build": self._build} for one in known]
-        more = {"handled": self._handled, "handles": shown, "verdict": self._verdict}
-        more["names"] = self._names if draft["build"] == self._build else {}
-        return {"draft": {**draft, **more, "units": self._units}}
+        reading, draft = self._last_reading(), self.draft.state()
+        more: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
+        if reading is not None:
+            more |= {"handled": reading.revision, "units": reading.units}
+            if draft["build"] == reading.build:
+                shown = [{**one.to_dict(), "build": reading.build} for one in reading.handles]
+                more |= {"handles": shown, "names": reading.names}
+        return {"draft": {**draft, **more, "verdict": self._verdict}}
 
-    def _edit(self, asked: Asked) -> None:
+    def _edit(self, request: Request) -> None:
         """Change the text; if the page names a structure, only while the text has it."""
-        if "build" in asked:
-            self._same_build(asked)
-        self.draft.apply(_changes(asked), str(asked.get("gesture", "")))
+        if "build" in request:
+            self._same_build(request)
+        changes = request.get("changes")
+        if not isinstance(changes, list) or not all(isinstance(one, dict) for one in changes):
+            raise InputError("an edit needs changes: a list of mappings with at and value")
+        self.draft.apply(changes, str(request.get("gesture", "")))
 
-    def _same_build(self, asked: Asked) -> Any:
+    def _same_build(self, request: Request) -> Any:
         """The data of the draft, if it still has the structure that the page shows."""
         data = self.draft.document().data
-        if asked.get("build") != build(data):
+        if request.get("build") != build(data):
             raise InputError("nothing was changed: the task has changed since; try again")
         return data
 
-    def _move(self, asked: Asked) -> Answer:
+    def _move(self, request: Request) -> Answer:
         """Move a handle; while the text can't be read, one of the last valid text."""
-        data = self._same_build(asked)
-        with contextlib.suppress(KnotworkError):
-            self._read()
-        what = tuple(asked.get("at", ())), asked.get("name")
-        handle = next((one for one in self._handles if (one.at, one.name) == what), None)
-        if handle is None or self._scenario is None:
-            raise InputError(f"there is no handle at {asked.get('at')!r}")
-        if _axes(data) != self._axes:
+        data, reading = self._same_build(request), self._last_reading()
+        place = tuple(request.get("at", ())), request.get("name")
+        known = [] if reading is None else reading.handles
+        handle = next((one for one in known if (one.at, one.name) == place), None)
+        if handle is None or reading is None:
+            raise InputError(f"there is no handle at {request.get('at')!r}")
+        if _axes(data) != reading.axes:
             raise InputError(
                 "nothing can be moved: the task can't be read, and its frames have changed"
             )
         sizes = {"position": 3, "quaternion": 4}
-        given = {
-            key: read_only(asked[key], (size,), key) for key, size in sizes.items() if key in asked
+        values = {
+            key: read_only(request[key], (size,), key)
+            for key, size in sizes.items()
+            if key in request
         }
-        if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
+        if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle must have norm 1")
-        changes = moved(handle, si_factors(self._scenario.task.units), **given)
-        self.draft.apply(changes, str(asked.get("gesture", "")))
+        changes = move_handle(handle, si_factors(reading.scenario.task.units), **values)
+        self.draft.apply(changes, str(request.get("gesture", "")))
         return {"build": build(self.draft.document().data)}
 
-    def _jog(self, asked: Asked) -> Answer:
+    def _jog(self, request: Request) -> Answer:
         """Joint positions and the pose of the tool, one of them computed from the other."""
-        robot, q = self._arm(asked)
+        robot, q = self._arm(request)
         base = robot.base_placement
-        if "position" in asked:
-            turn = pin.Quaternion(read_only(asked["quaternion"], (4,), "quaternion")).matrix()
-            pose = pin.SE3(turn, np.array(read_only(asked["position"], (3,), "position")))
+        if "position" in request:
+            turn = pin.Quaternion(read_only(request["quaternion"], (4,), "quaternion")).matrix()
+            pose = pin.SE3(turn, np.array(read_only(request["position"], (3,), "position")))
             q = solve_pose_ik(robot, base.actInv(pose), q).q
         pose = base * robot.forward(q)
         turned = pin.Quaternion(pose.rotation).coeffs()
@@ -194,37 +229,38 @@ class Session:
             "quaternion": turned.tolist(),
         }
 
-    def _add(self, asked: Asked) -> Answer:
+    def _add(self, request: Request) -> Answer:
         """Add a waypoint at the arm's state, jogged or at a time of the motion; or a box."""
-        scenario = self._scenario
-        if self.plan is None or scenario is None or self._planned != self.draft.revision:
+        reading = self._reading
+        if self.plan is None or reading is None or self._planned != self.draft.revision:
             raise InputError("nothing can be added before the task is planned")
-        robot, q = self._arm(asked)
-        planned, task, count = self.plan.scenario, scenario.task, len(scenario.task.waypoints)
-        if asked.get("what") == "box":
+        robot, q = self._arm(request)
+        scenario, planned = reading.scenario, self.plan.scenario
+        task, count = scenario.task, len(scenario.task.waypoints)
+        if request.get("what") == "box":
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
         else:
-            after, share = _between(planned, float(asked.get("time", 0.0)))
-            if "after" in asked:
-                part, share = tuple(asked["after"]), 0.5
+            after, share = _between(planned, float(request.get("time", 0.0)))
+            if "after" in request:
+                place, share = tuple(request["after"]), 0.5
                 places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
-                inside = [i for i, one in enumerate(places) if one[: len(part)] == part]
+                inside = [i for i, one in enumerate(places) if one[: len(place)] == place]
                 after = max(inside, default=after)
-            joints = asked.get("what") == "joints"
+            joints = request.get("what") == "joints"
             changes = waypoint_here(scenario, robot, q, after, share=share, joints=joints)
         self.draft.apply(changes)
         return {"at": changes[-1]["at"]}
 
-    def _arm(self, asked: Asked) -> tuple[Robot, FloatArray]:
+    def _arm(self, request: Request) -> tuple[Robot, FloatArray]:
         """The robot, and its joint positions: as given, or at a time of the motion."""
         if self.plan is None or self.plan.space.robot is None:
             raise InputError("the task has not been planned yet")
         robot, motion = self.plan.space.robot, self.plan.trajectory
-        if "q" in asked:
-            return robot, read_only(asked["q"], (robot.dof,), "q")
+        if "q" in request:
+            return robot, read_only(request["q"], (robot.dof,), "q")
         curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
-        return robot, np.asarray(curve(np.clip(float(asked["time"]), curve.x[0], curve.x[-1])))
+        return robot, np.asarray(curve(np.clip(float(request["time"]), curve.x[0], curve.x[-1])))
 
 
 def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
@@ -262,13 +298,6 @@ def _between(scenario: Scenario, time: float) -> tuple[int, float]:
         return scenario.index[i], 1.0
     share = (time - times[i]) / (times[i + 1] - times[i])
     return scenario.index[i], float(np.clip(share, 0.2, 0.8))
-
-
-def _changes(asked: Asked) -> list[Mapping[str, Any]]:
-    given = asked.get("changes")
-    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
-        raise InputError("an edit needs changes: a list of mappings with at and value")
-    return given
 
 
 def draft_of(source: Path, copy: Path | None = None) -> Draft:

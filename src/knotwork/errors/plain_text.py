@@ -25,15 +25,15 @@ def one_line(text: str) -> str:
     return plain(text.replace("\n", r"\n").replace("\t", r"\t"))
 
 
-def nameless(place: int) -> str:
+def default_waypoint_name(place: int) -> str:
     """Name of a waypoint without a name, from its index, counted from 0."""
     return f"waypoint {place + 1}"
 
 
-def called(name: str) -> str:
+def waypoint_text(name: str) -> str:
     """A waypoint in a sentence, with its name in quotes unless it is only a number.
 
-    >>> called("pick"), called("waypoint 3")
+    >>> waypoint_text("pick"), waypoint_text("waypoint 3")
     ("waypoint 'pick'", 'waypoint 3')
     """
     return name if re.fullmatch(r"waypoint \d+", name) else f"waypoint {name!r}"

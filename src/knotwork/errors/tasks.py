@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from knotwork.errors.base import InputError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 
 
 class TaskError(InputError):
@@ -20,7 +20,7 @@ class TaskError(InputError):
     def __init__(self, waypoint: str, message: str, *, where: str = "", **data: Any) -> None:
         self.waypoint, self.where = waypoint, where
         prefix = f"{where}: " if where else ""
-        named = f"{called(waypoint)}: " if waypoint else ""
+        named = f"{waypoint_text(waypoint)}: " if waypoint else ""
         super().__init__(f"{prefix}{named}{message}", **data)
 
 

@@ -266,13 +266,13 @@ def save(
         InputError: The file exists or can't be written, or the format can't represent the motion.
     """
     checked_target(path, force=force)
-    held = get_format(name).events or not trajectory.events
-    made = content(trajectory, name, **options)
-    return write(path, made, force=force, beside=None if held else side_file(trajectory))
+    is_held = get_format(name).events or not trajectory.events
+    text = content(trajectory, name, **options)
+    return write(path, text, force=force, beside=None if is_held else side_file(trajectory))
 
 
 def write(
-    path: Path | str, made: str | bytes, *, force: bool = False, beside: str | None = None
+    path: Path | str, text: str | bytes, *, force: bool = False, beside: str | None = None
 ) -> Path:
     """Write content to a file, whole or not at all.
 
@@ -281,7 +281,7 @@ def write(
 
     Args:
         path: Path of the file; its folder is created if it does not exist.
-        made: Content of the file.
+        text: Content of the file.
         force: Replace the file if it exists.
         beside: Content of the second file, if any.
 
@@ -290,9 +290,9 @@ def write(
     """
     target = checked_target(path, force=force)
     if beside is None:
-        return write_file(target, made)
-    other = side_path(target)
+        return write_file(target, text)
+    side = side_path(target)
     # the same motion in another format has the same one
-    known = other.is_file() and other.read_bytes() == beside.encode()
-    other = checked_target(other, force=force or known)
-    return write_files(target.parent, {target.name: made, other.name: beside})[0]
+    known = side.is_file() and side.read_bytes() == beside.encode()
+    side = checked_target(side, force=force or known)
+    return write_files(target.parent, {target.name: text, side.name: beside})[0]

@@ -174,8 +174,10 @@ def _use(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
     yield _line(motion, "velocity", v, np.where(v < 0.0, down, up), 2)
     yield _line(motion, "acceleration", a, arm.acceleration, 1)
     yield _line(motion, "jerk", j, arm.jerk, 0)
-    free = robot.with_gravity(np.zeros(3))
-    torque = np.array([free.torque(*state) for state in zip(still[2:], v[1:], a, strict=True)])
+    unweighted = robot.with_gravity(np.zeros(3))
+    torque = np.array(
+        [unweighted.torque(*state) for state in zip(still[2:], v[1:], a, strict=True)]
+    )
     yield _line(motion, "torque rate", np.diff(torque, axis=0) / CYCLE, TORQUE_RATE, 0)
 
 

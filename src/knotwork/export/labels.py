@@ -27,8 +27,8 @@ def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[s
         trajectory: The motion.
         time: Times of the rows [s], shape (s,); the last one is the end of the motion.
     """
-    starts = np.array([one.start for one in trajectory.segments])
-    names = ["", *(one.name for one in trajectory.segments)]
+    starts = np.array([segment.start for segment in trajectory.segments])
+    names = ["", *(segment.name for segment in trajectory.segments)]
     switched: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
         row = int(np.searchsorted(time, event.time - SAME_TIME))
@@ -42,14 +42,14 @@ def side_file(trajectory: JointTrajectory) -> str:
     start = trajectory.start_time
     events = [
         {
-            "time_from_start": one.time - start,
-            **{key: value for key, value in one.to_dict().items() if key != "time"},
+            "time_from_start": item.time - start,
+            **{key: value for key, value in item.to_dict().items() if key != "time"},
         }
-        for one in trajectory.events
+        for item in trajectory.events
     ]
     segments = [
-        {**one.to_dict(), "start": one.start - start, "end": one.end - start}
-        for one in trajectory.segments
+        {**item.to_dict(), "start": item.start - start, "end": item.end - start}
+        for item in trajectory.segments
     ]
     return to_json({"format": FORMAT, "version": 1, "events": events, "segments": segments})
 

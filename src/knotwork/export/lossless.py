@@ -17,8 +17,8 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import differentiate
 from knotwork.spline.polynomial.extrema import candidates
-from knotwork.spline.polynomial.refined import refined
-from knotwork.spline.polynomial.two_point import raised, two_point_coefficients
+from knotwork.spline.polynomial.refined import split_at
+from knotwork.spline.polynomial.two_point import raise_degree, two_point_coefficients
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -120,7 +120,7 @@ def motion_points(
     order = 3 if accelerations else 2
     tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
     times = np.array(motion.breaks)
-    joined = _joined(motion, times, order)
+    joined = _receiver_pieces(motion, times, order)
     exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
     if not exact:
         _refuse_jumps(motion, order, tolerance)
@@ -142,7 +142,7 @@ def motion_points(
     return Points(curve, bool(accelerations), exact, off, slow, slower, jump, inserted)
 
 
-def _joined(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
+def _receiver_pieces(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
     """Pieces that a receiver makes of points, as coefficients of shape (2·order, pieces, d)."""
     derivatives = tuple(trajectory(times, nu) for nu in range(order))
     return two_point_coefficients(times, derivatives)
@@ -159,9 +159,9 @@ def largest_difference(
         joined: Polynomials of the pieces, highest power first, shape (k + 1, pieces, d).
         order: Order of the derivative: 0 for the position.
     """
-    own = refined(trajectory.polynomial, times).c
-    degree = max(len(own), len(joined)) - 1
-    difference = raised(own, degree) - raised(joined, degree)
+    pieces = split_at(trajectory.polynomial, times).c
+    degree = max(len(pieces), len(joined)) - 1
+    difference = raise_degree(pieces, degree) - raise_degree(joined, degree)
     for _ in range(order):
         difference = differentiate(difference)
     return np.asarray(np.abs(candidates(times, difference)[0]).max(axis=0))
@@ -211,16 +211,16 @@ def _lossy(
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
     jumps = ", and accept that the acceleration jumps" if order == 2 else ""
-    ways = [f"give a tolerance to fit within, in rad or m (--fit){jumps}"]
+    remedies = [f"give a tolerance to fit within, in rad or m (--fit){jumps}"]
     if may_accelerate and degree <= 5 and trajectory.continuity.order >= 2:
-        ways.insert(0, "send accelerations too (--accelerations), which makes it exact")
-    ways.append("choose a planner of cubics")
+        remedies.insert(0, "send accelerations too (--accelerations), which makes it exact")
+    remedies.append("choose a planner of cubics")
     planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
     return ExportError(
         f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
         f"{CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
-        f"{times[piece + 1]:.6g} s): {'; or '.join(ways)}",
+        f"{times[piece + 1]:.6g} s): {'; or '.join(remedies)}",
         joint=name,
         error=float(off[piece, joint]),
         time=float(times[piece]),
@@ -256,4 +256,4 @@ def _refine(
         index = np.arange(start.size) - np.repeat(np.cumsum(parts) - parts, parts)
         step = np.repeat(np.diff(times) / parts, parts)
         times = np.append(start + index * step, times[-1])
-        joined = _joined(trajectory, times, order)
+        joined = _receiver_pieces(trajectory, times, order)

@@ -8,7 +8,7 @@ from typing import Any
 from knotwork.errors import InputError
 
 
-def needed(module: str, purpose: str, how: str) -> Any:
+def import_package(module: str, purpose: str, how: str) -> Any:
     """Import a module that Knotwork does not depend on.
 
     Args:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.export.packages import needed
+from knotwork.export.packages import import_package
 from knotwork.export.samples import npz_bytes
 from knotwork.spline.trajectory import JointTrajectory
 
@@ -111,8 +111,8 @@ def to_drake(trajectory: JointTrajectory) -> Any:
         InputError: Drake can't be imported.
     """
     how = "install it with pip install drake"
-    curves = needed("pydrake.trajectories", "a Drake trajectory", how)
-    polynomials = needed("pydrake.polynomial", "a Drake trajectory", how)
+    curves = import_package("pydrake.trajectories", "a Drake trajectory", how)
+    polynomials = import_package("pydrake.polynomial", "a Drake trajectory", how)
     c = trajectory.polynomial.c[::-1]  # Drake has the lowest power first
     pieces = []
     for piece in range(c.shape[1]):

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import ExportError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.export.straight import (
     AXES,
     OTHERS,
@@ -148,8 +148,8 @@ def to_rapid(
     lines += [f"  CONST jointtarget kw_q{{{points.time.size}}} := ["]
     for i in range(points.time.size):
         more = [f"{value:.6f}" for value in outer[i]] + ["9E9"] * (AXES - outer.shape[1])
-        own = ",".join(f"{value:.6f}" for value in arm[i])
-        lines += [f"    [[{own}],[{','.join(more)}]]{',' * (i + 1 < points.time.size)}"]
+        angles = ",".join(f"{value:.6f}" for value in arm[i])
+        lines += [f"    [[{angles}],[{','.join(more)}]]{',' * (i + 1 < points.time.size)}"]
     steps = list(_steps(points))
     lines += ["  ];"]
     flying = {
@@ -176,8 +176,10 @@ def to_rapid(
         triggers = [flying[id(event)] for event in step.switched if id(event) in flying]
         if len(triggers) > MOST_TRIGGERS:
             raise ExportError(f"ABB switches {MOST_TRIGGERS} signals at a time at most")
-        others = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
-        name, middle = ("TriggAbsJ", f"{triggers[0]}{others}, ") if triggers else ("MoveAbsJ", "")
+        further_triggers = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
+        name, middle = (
+            ("TriggAbsJ", f"{triggers[0]}{further_triggers}, ") if triggers else ("MoveAbsJ", "")
+        )
         zone = "fine" if step.last else "z0"
         move = rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {middle}{zone}"
         lines += [f"    {move}, tool0;"]
@@ -217,13 +219,13 @@ def to_ls(
             end = "FINE" if step.last else "CNT100"
             on_the_way = f" TB .00sec,{switched.pop(0)}" if switched and not step.last else ""
             moves += [f"J P[{step.to + 1}] {round(step.time / TICK)}msec {end}{on_the_way}"]
-        moves += [f"  {one}" for one in switched]
+        moves += [f"  {line}" for line in switched]
     lines = ["/PROG  KNOTWORK", "/ATTR", 'COMMENT = "KNOTWORK";', "DEFAULT_GROUP = 1,*,*,*,*;"]
     lines += ["/MN", *(f"{i:4}:{move} ;" for i, move in enumerate(moves, 1)), "/POS"]
     for i in range(points.time.size):
         values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
-        own = enumerate(zip(outer[i], further.values(), strict=True), 1)
-        values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in own]
+        external = enumerate(zip(outer[i], further.values(), strict=True), 1)
+        values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in external]
         lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
     return _text([*lines, "/END"])
 
@@ -247,7 +249,7 @@ def _steps(points: Positions) -> Iterator[Step]:
     """The steps between the points, with the events at their ends."""
     motion, time = points.trajectory, points.time
     switched: list[list[Event]] = [[] for _ in time]
-    for event, i in _indexed(points):
+    for event, i in _events_by_point(points):
         switched[i].append(event)
     notes: list[list[str]] = [[] for _ in time]
     for segment in motion.segments:
@@ -262,8 +264,8 @@ def _steps(points: Positions) -> Iterator[Step]:
         waited = step if stands[i] and stands[i + 1] and on else 0.0
         if not waited:
             first, last = i == 1 or stands[i - 1], i + 1 == len(time) or stands[i + 1]
-            own = tuple(notes[i]), tuple(switched[i])
-            yield Step(i, step, stands[i], first, last, *own)
+            texts = tuple(notes[i]), tuple(switched[i])
+            yield Step(i, step, stands[i], first, last, *texts)
         else:
             notes[i + 1] = notes[i]
 
@@ -277,7 +279,7 @@ def _stands(points: Positions) -> Iterator[bool]:
         yield end - start > 1.5 * TICK and bool(np.abs(motion.velocity(within)).max() <= STANDING)
 
 
-def _indexed(points: Positions) -> Iterator[tuple[Event, int]]:
+def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:
     """Events with the indices of their points."""
     for event in points.trajectory.events:
         time = event.time - points.trajectory.start_time
@@ -285,7 +287,7 @@ def _indexed(points: Positions) -> Iterator[tuple[Event, int]]:
 
 
 def _at_start(points: Positions) -> list[Event]:
-    return [event for event, i in _indexed(points) if i == 0]
+    return [event for event, i in _events_by_point(points) if i == 0]
 
 
 def _signal(event: Event) -> str:
@@ -296,7 +298,7 @@ def _signal(event: Event) -> str:
     """
     name = f"do{event.output}" if event.name.startswith("output ") else event.name
     if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
-        raise _refused(event, "ABB", "a signal named by letters, digits and _")
+        raise _unsupported_event(event, "ABB", "a signal named by letters, digits and _")
     return name
 
 
@@ -312,14 +314,14 @@ def _number(event: Event, maker: str) -> int:
     """
     if not event.output or not isinstance(event.value, bool):
         known = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
-        raise _refused(event, maker, known)
+        raise _unsupported_event(event, maker, known)
     return event.output
 
 
-def _refused(event: Event, maker: str, known: str) -> ExportError:
+def _unsupported_event(event: Event, maker: str, known: str) -> ExportError:
     return ExportError(
-        f"{event.text} at {event.time:.3f} s, {called(event.waypoint)}: a program for {maker} "
-        f"can't switch it; accepted: on and off, with {known}; or --without-events",
+        f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
+        f"{maker} can't switch it; accepted: on and off, with {known}; or --without-events",
         time=event.time,
     )
 

@@ -38,7 +38,7 @@ def to_pvt(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        degrees: This and the others are described at `knotwork.spline.trajectory.exportable.DriveOptions`.
+        degrees: As in `knotwork.spline.trajectory.exportable.DriveOptions`, like all below.
         scale: Drive units per rad (deg, m) by joint name.
         offset: Position of the drive at joint position 0, by joint name.
         incremental: Give times since the previous row.
@@ -92,16 +92,16 @@ def increments(time: FloatArray) -> FloatArray:
 
 
 def _by_joint(
-    trajectory: JointTrajectory, given: Mapping[str, float] | None, missing: float, what: str
+    trajectory: JointTrajectory, mapping: Mapping[str, float] | None, missing: float, option: str
 ) -> list[float]:
     """A number for each joint."""
-    if given is not None and not isinstance(given, Mapping):
-        raise InputError(f"{what} is {given!r}; it must be a mapping of joint names to numbers")
+    if mapping is not None and not isinstance(mapping, Mapping):
+        raise InputError(f"{option} is {mapping!r}; it must be a mapping of joint names to numbers")
     values: dict[str, float] = {}
-    for name, value in (given or {}).items():
+    for name, value in (mapping or {}).items():
         if name not in trajectory.joint_names:
-            raise UnknownNameError("joint", name, trajectory.joint_names, where=what)
-        values[name] = finite_number(value, f"{what} of joint {name!r}")
-        if what == "scale" and values[name] == 0.0:
+            raise UnknownNameError("joint", name, trajectory.joint_names, where=option)
+        values[name] = finite_number(value, f"{option} of joint {name!r}")
+        if option == "scale" and values[name] == 0.0:
             raise InputError(f"scale of joint {name!r} is {value!r}; it must be other than 0")
     return [values.get(name, missing) for name in trajectory.joint_names]

@@ -26,7 +26,7 @@ import yaml
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
-from knotwork.export.packages import needed
+from knotwork.export.packages import import_package
 from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
@@ -194,8 +194,8 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
     """
     points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"
-    messages = needed("trajectory_msgs.msg", "a ROS 2 message object", how)
-    duration = needed("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
+    messages = import_package("trajectory_msgs.msg", "a ROS 2 message object", how)
+    duration = import_package("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
     data = _message(points)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
@@ -203,5 +203,5 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
         message.points.append(messages.JointTrajectoryPoint(**row, time_from_start=time))
     if not goal:
         return message
-    action = needed("control_msgs.action", "a FollowJointTrajectory goal", how)
+    action = import_package("control_msgs.action", "a FollowJointTrajectory goal", how)
     return action.FollowJointTrajectory.Goal(trajectory=message)

@@ -14,7 +14,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.export.lossless import Points
-from knotwork.export.packages import needed
+from knotwork.export.packages import import_package
 from knotwork.export.table import MotionTable, motion_table
 from knotwork.files.storage import to_csv as columns_to_csv
 from knotwork.files.storage import to_json as json_text
@@ -80,7 +80,7 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Ta
     for key, values in table.tool.items():
         data[key] = values.tolist()
     for key in ("events", "segments") if table.labels else ():
-        data[key] = [one.to_dict() for one in getattr(table.trajectory, key)]
+        data[key] = [item.to_dict() for item in getattr(table.trajectory, key)]
     return json_text(data)
 
 
@@ -128,8 +128,8 @@ def to_parquet(
     """
     table = _table(motion, **options)
     how = "install it with pip install 'knotwork[parquet]'"
-    arrow = needed("pyarrow", "Parquet", how)
-    parquet = needed("pyarrow.parquet", "Parquet", how)
+    arrow = import_package("pyarrow", "Parquet", how)
+    parquet = import_package("pyarrow.parquet", "Parquet", how)
     columns = arrow.table({**table.columns(), **table.labels})
     about = {"planner": table.planner, "note": table.note}
     columns = columns.replace_schema_metadata(about)

@@ -145,13 +145,13 @@ def straight_points(
     refuse_moving(motion)
     last = math.ceil(motion.duration / (cycle or TICK) * (1.0 - 1e-12))
     if cycle is not None:
-        return _joined(motion, np.arange(last + 1.0) * cycle)
+        return _sample_positions(motion, np.arange(last + 1.0) * cycle)
     moments = [event.time - motion.start_time for event in motion.events]
     aim = tolerance
     while True:
         near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TICK)
         ticks = np.append(np.unique(near[near < last]), last)
-        points = _joined(motion, ticks * TICK, written)
+        points = _sample_positions(motion, ticks * TICK, written)
         if points.error <= tolerance:
             return points
         if ticks.size > last:
@@ -162,14 +162,14 @@ def straight_points(
         aim *= min(0.8, 0.9 * tolerance / points.error)
 
 
-def _joined(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
+def _sample_positions(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
     """Positions at times since the start, and the error of lines between them."""
     if time.size > MOST_POINTS:
         raise InputError(f"the motion takes {time.size} points; at most {MOST_POINTS} are accepted")
-    own = np.minimum(motion.start_time + time, motion.end_time)
-    position = motion.position(own)
+    clock = np.minimum(motion.start_time + time, motion.end_time)
+    position = motion.position(clock)
     # the lines in pieces between the breaks of the motion
-    fine = np.union1d(motion.breaks, own)
+    fine = np.union1d(motion.breaks, clock)
     since = fine - motion.start_time
     lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
     off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import ExportError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
 from knotwork.export.straight import bound_text, refuse_moving
@@ -169,7 +169,7 @@ def to_urscript(
     position, velocity = (trajectory(time, nu)[:, order] for nu in range(2))
     velocity[[0, -1]] = 0.0
     durations = increments(np.asarray(time - time[0]))
-    between = _between(trajectory, time)
+    between = _lines_before_pieces(trajectory, time)
     pieces = [*_tool(robot), *between[0]]
     for i in range(1, len(durations)):
         ends = f"{_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])}"
@@ -208,14 +208,14 @@ def describe_steps(motion: JointTrajectory) -> str:
 def _with_events(trajectory: JointTrajectory) -> FloatArray:
     """Times of the knots, and of events and loads between: a cubic is the same in two parts [s]."""
     time: FloatArray = trajectory.knots.time
-    events = [one.time for one in trajectory.events]
-    for moment in (*events, *(one.time for one in trajectory.loads)):
+    events = [item.time for item in trajectory.events]
+    for moment in (*events, *(item.time for item in trajectory.loads)):
         if np.abs(time - moment).min() > SHORTEST:
             time = np.sort(np.append(time, moment))
     return time
 
 
-def _between(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
+def _lines_before_pieces(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
     """Lines before the piece from each time on: settings, and the name of a new segment."""
     lines: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
@@ -261,7 +261,7 @@ def _switch(event: Event) -> str:
         known = f"output {n}" if n is not None else f"signal {event.name!r}"
         numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
         raise ExportError(
-            f"{event.text} at {event.time:.3f} s, {called(event.waypoint)}: a controller of "
+            f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a controller of "
             f"Universal Robots has no {known}; accepted: on and off, with the number of a digital "
             f"output, {numbers}, given by outputs: {{{event.name}: number}}; or --without-events",
             time=event.time,
@@ -288,7 +288,9 @@ def _numbers(values: FloatArray) -> str:
 def _joint_order(trajectory: JointTrajectory) -> list[int]:
     """Index of each of `JOINTS` among the joints of a motion."""
     names = list(trajectory.joint_names)
-    prefix = names[0].removesuffix(next((one for one in JOINTS if names[0].endswith(one)), ""))
+    prefix = names[0].removesuffix(
+        next((joint for joint in JOINTS if names[0].endswith(joint)), "")
+    )
     wanted = [prefix + name for name in JOINTS]
     if sorted(names) != sorted(wanted):
         raise ExportError(

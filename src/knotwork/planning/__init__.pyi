@@ -1,3 +1,5 @@
+from . import comparison as comparison
+from . import timing as timing
 from .check_trajectory import check_alone as check_alone
 from .following import follow_path as follow_path
 from .motion_clearance import clearance_between as clearance_between

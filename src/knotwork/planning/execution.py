@@ -22,7 +22,7 @@ from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.retiming import first_rest, inverse_time, joint_stop, stop_on_path
 from knotwork.spline.trajectory import Segment
-from knotwork.spline.trajectory.motion_events import on_at
+from knotwork.spline.trajectory.motion_events import signals_on_at
 from knotwork.task import Task
 from knotwork.task.places import moved_paths
 from knotwork.task.si_units import si_factors
@@ -232,7 +232,9 @@ class ExecutedMotion(PlannedMotion):
         outputs, events = self.scenario.task.outputs, self.trajectory.events
         begin = start + SAME_TIME if clock is None else start - SAME_TIME
         actions: dict[str, list[dict[str, Any]]] = {name: [] for name in placed}
-        actions[next(iter(placed))] += [action_of(event, outputs) for event in on_at(events, begin)]
+        actions[next(iter(placed))] += [
+            action_of(event, outputs) for event in signals_on_at(events, begin)
+        ]
         if clock is None:
             return actions
         end = float(clock(clock.x[-1])) + SAME_TIME

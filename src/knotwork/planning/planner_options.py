@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, KnotError, OptionError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.spline.interpolation import (
@@ -156,7 +156,7 @@ class Interpolation:
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError) and error.waypoint is not None:
-                error.locate(f"at {called(waypoints.names[error.waypoint])}")
+                error.locate(f"at {waypoint_text(waypoints.names[error.waypoint])}")
             if isinstance(error, KnotError | OptionError):
                 field = _FIELDS.get(getattr(error, "option", "knots"), field)
             if field[0] in self.replaced:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from knotwork.view.page import Page
 
 
-@dataclass(frozen=True, eq=False)
 class Plan(ExecutedMotion):
     """A planned motion with its verdict, which can be shown, saved and changed.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.remaining_scene import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.event_reader import action_of
@@ -16,7 +16,7 @@ from knotwork.scenario.joint_space import moved_robot
 from knotwork.scenario.repetitions import expanded
 from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.spline.trajectory.motion_events import on_at
+from knotwork.spline.trajectory.motion_events import signals_on_at
 from knotwork.task import Action, EndAcceleration, PlainTask, Task
 from knotwork.task.si_units import si_factors
 
@@ -58,7 +58,7 @@ def _task_from(
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
     q, v, a = (motion(at, nu) for nu in range(3))
     goals = [
-        waypoint if waypoint.name else waypoint.replace(name=nameless(i))
+        waypoint if waypoint.name else waypoint.replace(name=default_waypoint_name(i))
         for i, waypoint in enumerate(task.waypoints)
     ]
     replaced = goals.pop(0) if task.start is None and len(goals) > 1 else None
@@ -77,7 +77,7 @@ def _task_from(
     switched |= {task.outputs.get(key, key) for action in immediate for key in action.signals}
     kept_on = [
         Action(**action_of(event, task.outputs))
-        for event in on_at(motion.events, at)
+        for event in signals_on_at(motion.events, at)
         if task.outputs.get(event.name, event.signal) not in switched
     ]
     state: dict[str, Any] = {

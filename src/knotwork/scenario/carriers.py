@@ -38,12 +38,12 @@ class Carriers:
     def __init__(
         self, file: PlainTask, places: Places, frames: Frames, frame: Callable[[int, Any], str]
     ) -> None:
-        self.file, self.places, self.frames, self._frame = file, places, frames, frame
-
-    @cached_property
-    def any(self) -> bool:
-        """Whether any frame moves."""
-        return any(frame.moves is not None for frame in self.file.frames.values())
+        self.file, self.places, self.frames = file, places, frames
+        self.names = {
+            i: frame(i, waypoint)
+            for i, waypoint in enumerate(file.waypoints)
+            if not isinstance(waypoint, JointWaypoint)
+        }
 
     @cached_property
     def link(self) -> str:
@@ -52,13 +52,9 @@ class Carriers:
         Raises:
             DocumentError: Several links carry poses.
         """
-        posed = [
-            (i, self._frame(i, waypoint))
-            for i, waypoint in enumerate(self.file.waypoints)
-            if not isinstance(waypoint, JointWaypoint)
-        ]
-        if not posed:
+        if not self.names:
             return self.frames.moving[self.file.frame or "base"].link
+        posed = [*self.names.items()]
         first, *further = [item for item in posed if self.frames.moving[item[1]].link] or posed
         carrying_link = self.frames.moving[first[1]].link
         for i, name in further:
@@ -74,16 +70,12 @@ class Carriers:
 
     def is_fixed(self, i: int) -> bool:
         """Whether the pose of a waypoint is fixed in the base while joints move other poses."""
-        if i < 0 or not self.link or isinstance(self.file.waypoints[i], JointWaypoint):
-            return False
-        return not self.frames.moving[self._frame(i, self.file.waypoints[i])].link
+        return bool(i in self.names and self.link and not self.frames.moving[self.names[i]].link)
 
     def frame_of(self, i: int) -> MovingFrame | None:
         """The moving frame of a waypoint's pose; `None` for a fixed pose or joint values."""
-        if not self.any or i < 0 or isinstance(self.file.waypoints[i], JointWaypoint):
-            return None
-        frame = self.frames.moving[self._frame(i, self.file.waypoints[i])]
-        return replace(frame, link="") if frame.moves else None
+        frame = self.frames.moving[self.names[i]] if i in self.names else None
+        return replace(frame, link="") if frame is not None and frame.moves else None
 
     def frame_of_path(self, first: int, last: int) -> MovingFrame | None:
         """The moving frame of a path.
@@ -138,7 +130,7 @@ class Carriers:
         if frame is None:
             return ""
         x, y, z = frame.placement_at(time).translation / length
-        name = self._frame(i, self.file.waypoints[i])
+        name = self.names[i]
         return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
 
     def neighbours_in_frame(
@@ -151,8 +143,6 @@ class Carriers:
             poses: Poses of all waypoints, with all frames at rest.
             times: Times of all waypoints [s].
         """
-        if not self.any:
-            return poses
         carrier, seen = self.frame_of(i), {}
         for k in range(i - 2, i + 3):
             if k not in poses:
@@ -181,11 +171,11 @@ class Carriers:
         """
         place: Location = ("waypoints", i)
         carrier, asked = self.frame_of(i), waypoint.orientation_in
-        link = self.frames.moving[self._frame(i, waypoint)].link
+        link = self.frames.moving[self.names[i]].link
         if self.is_fixed(i) and carrier is not None:
             raise self.places.error(
                 place,
-                f"is in frame {self._frame(i, waypoint)!r}, which moves, and other poses are "
+                f"is in frame {self.names[i]!r}, which moves, and other poses are "
                 f"{_link_text(self.link)}",
                 "a fixed frame, or a task without the other poses",
             )
@@ -204,8 +194,6 @@ class Carriers:
                     f"frame {name!r} is {_link_text(known.link)}, and the pose {_link_text(link)}",
                     "a frame that is fixed relative to the pose",
                 )
-        if not self.any:
-            return
         if asked is not None:
             axes_frame = self.frames.moving[self.frames.find(asked, (*place, "orientation_in"))]
             turning = any(
@@ -219,7 +207,7 @@ class Carriers:
                 )
         if carrier is None:
             return
-        name = self._frame(i, waypoint)
+        name = self.names[i]
         if isinstance(getattr(waypoint, "speed", None), str | AtMost):
             raise self.places.error(
                 (*place, "speed"),
@@ -237,7 +225,7 @@ class Carriers:
         Raises:
             DocumentError: The total duration is given as well.
         """
-        if unknowns is None or not self.any:
+        if unknowns is None:
             return unknowns
         late = [
             i
@@ -249,8 +237,7 @@ class Carriers:
             i = index[late[0]]
             raise self.places.error(
                 ("duration",),
-                f"is given, and the time in moving frame {self._frame(i, self.file.waypoints[i])!r}"
-                " is chosen",
+                f"is given, and the time in moving frame {self.names[i]!r} is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
         return replace(unknowns, meets=meets)

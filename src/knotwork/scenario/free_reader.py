@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
@@ -173,7 +173,7 @@ def check_places(file: PlainTask, places: Places) -> None:
             raise places.error(("waypoints", i, key), message, accepted)
         chosen = greatest_speed(getattr(waypoint, "speed", None)) is not None
         if least_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
-            untimed = nameless(i) if waypoint.name is None else repr(waypoint.name)
+            untimed = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
 
 
 def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str, str]]:

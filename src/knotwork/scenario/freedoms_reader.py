@@ -122,17 +122,10 @@ def _read(
             f"is {pose.tilt / unit:.6g} {file.units.angle}",
             f"an angle below a quarter of a turn, {0.5 * math.pi / unit:.6g}",
         )
-    ranges = [] if pose.position is None else [pose.position.x, pose.position.y, pose.position.z]
-    for axis, bounds in zip("xyz", ranges, strict=False):
-        if bounds is not None and not bounds[0] <= 0.0 <= bounds[1]:
-            length = si_factors(file.units)[0]
-            raise places.error(
-                (*location, "position", axis),
-                f"is [{bounds[0] / length:g}, {bounds[1] / length:g}] {file.units.length}",
-                "offsets from the pose: a lower bound up to 0, and an upper bound from 0",
-            )
-    box = tuple((0.0, 0.0) if bounds is None else (bounds[0], bounds[1]) for bounds in ranges)
-    box = box or PoseFreedom.box
+    box = PoseFreedom.box
+    if pose.position is not None:
+        ranges = (pose.position.x, pose.position.y, pose.position.z)
+        box = tuple((0.0, 0.0) if bounds is None else (bounds[0], bounds[1]) for bounds in ranges)
     torch, tilt = None, pose.tilt or 0.0
     if pose.work_angle is not None or pose.travel_angle is not None:
         torch = _torch_ranges(pose, own_torch, places, location, file)

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.files.documents import Location, Places
 from knotwork.robot.payload import Payload, payload_fault
 from knotwork.scenario.scenario import Scenario
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.spline.trajectory import Load
 from knotwork.task import HeldObject, Tool
 from knotwork.waypoints import FloatArray
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from knotwork.spline.trajectory import JointTrajectory
 
 
-def read_payload(part: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
+def read_payload(carried: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
     """The mass of a tool or of a held object, in SI as the file is; `None` without one.
 
     Raises:
         DocumentError: The mass and inertia are not physical.
     """
-    if part.mass is None:
+    if carried.mass is None:
         return None
-    i, inertia = part.inertia, None
+    i, inertia = carried.inertia, None
     if i is not None:
         inertia = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
-    fault = payload_fault(part.mass, inertia)
+    fault = payload_fault(carried.mass, inertia)
     if fault is not None:
         field, fault_text, accepted = fault
         raise places.error((*place, field), fault_text, accepted)
-    default_centre = part.position if isinstance(part, HeldObject) else (0.0, 0.0, 0.0)
-    return Payload(part.mass, np.array(part.centre_of_mass or default_centre), inertia)
+    default_centre = carried.position if isinstance(carried, HeldObject) else (0.0, 0.0, 0.0)
+    return Payload(carried.mass, np.array(carried.centre_of_mass or default_centre), inertia)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Carrying:
             return
         times = [motion.start_time, *self.start[inside].tolist(), motion.end_time]
         for start, end in pairwise(times):
-            cut = part(motion.polynomial, start, end)
+            cut = cut_curve(motion.polynomial, start, end)
             yield self.at(start), replace(motion, polynomial=cut, waypoint_times=None)
 
     def loads(self, start: float) -> tuple[Load, ...]:
@@ -83,21 +83,16 @@ class Carrying:
 
 def _load(time: float, robot: Robot) -> Load:
     """The whole load of an arm as one body."""
-    turn = robot.tool_offset.rotation
-    bodies = [
-        (payload.mass, robot.tool_offset * payload.centre_of_mass, turn @ payload.inertia @ turn.T)
-        for payload in robot.held
-    ]
-    if (tool_payload := robot.payload) is not None:
-        bodies.append((tool_payload.mass, tool_payload.centre_of_mass, tool_payload.inertia))
-    mass = sum(body_mass for body_mass, *_ in bodies)
-    moment = sum((body_mass * centre for body_mass, centre, _ in bodies), np.zeros(3))
-    centre = moment / mass if mass else moment
-    total = np.zeros((3, 3))
-    if any(inertia.any() for *_, inertia in bodies):  # else point masses, as given
-        for point_mass, at, inertia in bodies:
-            d = at - centre
-            total += inertia + point_mass * (d @ d * np.eye(3) - np.outer(d, d))
+    import pinocchio as pin
+
+    payloads = [*robot.held, *([] if robot.payload is None else [robot.payload])]
+    bodies = [pin.Inertia(load.mass, load.centre_of_mass, load.inertia) for load in payloads]
+    placed = [robot.tool_offset.act(body) for body in bodies[: len(robot.held)]]
+    whole = sum([*placed, *bodies[len(placed) :]], pin.Inertia.Zero())
+    # point masses are reported as one
+    has_inertia = any(np.any(load.inertia) for load in payloads)
+    total = np.array(whole.inertia) if has_inertia else np.zeros((3, 3))
+    mass, centre = float(whole.mass), np.array(whole.lever)
     x, y, z = centre.tolist()
     moments = (*np.diag(total).tolist(), total[0, 1].item(), total[0, 2].item(), total[1, 2].item())
     return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from knotwork.errors import shown
 from knotwork.files import documents
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Places
 from knotwork.scenario.event_reader import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.payloads import read_payload
@@ -24,7 +23,7 @@ from knotwork.scenario.scenario import (
 )
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, JointWaypoint, Limits, PlainTask, PoseWaypoint, Task
+from knotwork.task import Balanced, Limits, PlainTask, PoseWaypoint, Task
 from knotwork.task.places import read_document
 from knotwork.task.si_units import in_si, si_factors
 from knotwork.units import Units
@@ -97,7 +96,6 @@ class _Resolver:
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
             self.reader.frames.find(file.frame or "base", ("frame",))
-        self._check_chosen()
         waypoints, paths = self.reader.waypoints()
         unknowns = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
@@ -139,8 +137,19 @@ class _Resolver:
                 )
 
     def _check_joints_alone(self) -> None:
-        """Refuse poses without a robot."""
-        for i, waypoint in enumerate(self.file.waypoints):
+        """Refuse what needs a robot in a file without one."""
+        robot, file = "needs a robot, and the file names none", self.file
+        for place, joints in [
+            (("start",), file.start),
+            *(
+                (("waypoints", i, "joints"), getattr(waypoint, "joints", None))
+                for i, waypoint in enumerate(file.waypoints)
+            ),
+        ]:
+            if isinstance(joints, str):
+                fault = f"configuration {shown(joints)} {robot}"
+                raise self.places.error(place, fault, "joint values, by joint name")
+        for i, waypoint in enumerate(file.waypoints):
             if isinstance(waypoint, PoseWaypoint):
                 raise self.places.error(
                     ("waypoints", i, "pose"),
@@ -148,35 +157,14 @@ class _Resolver:
                     "robot: the name of one (`knotwork robots` lists them) or a path",
                 )
             if waypoint.way is not None:
-                raise self.places.error(
-                    ("waypoints", i, "way"), "needs a robot, and the file names none"
-                )
-        named: list[tuple[Location, Any]] = [(("start",), self.file.start)]
-        named += [
-            (("waypoints", i, "joints"), waypoint.joints)
-            for i, waypoint in enumerate(self.file.waypoints)
-            if isinstance(waypoint, JointWaypoint)
-        ]
-        for place, joints in named:
-            if isinstance(joints, str):
-                raise self.places.error(
-                    place,
-                    f"configuration {shown(joints)} needs a robot, and the file names none",
-                    "joint values, by joint name",
-                )
-        places: list[Location] = [
-            (key,)
-            for key in ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways")
-            if getattr(self.file, key) not in (None, 0.0, "free", "travel")
-        ]
-        places += [(key,) for key in ("scene", "collisions") if key in self.file.model_fields_set]
-        places += [
-            ("limits", key)
-            for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value")
-            if getattr(self.file.limits, key) is not None
-        ]
-        for place in places:
-            raise self.places.error(place, "needs a robot, and the file names none")
+                raise self.places.error(("waypoints", i, "way"), robot)
+        needing = ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways")
+        for key in (*needing, "scene", "collisions"):
+            if key in file.model_fields_set and getattr(file, key) not in ("free", "travel"):
+                raise self.places.error((key,), robot)
+        for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value"):
+            if getattr(file.limits, key) is not None:
+                raise self.places.error(("limits", key), robot)
 
     def _tool(self) -> ToolPlacement:
         tool = self.file.tool
@@ -213,23 +201,6 @@ class _Resolver:
         if knots == "optimal":
             return "paper"  # where nothing is chosen, that is along paths
         return knots if isinstance(knots, str) else np.array(knots)
-
-    def _check_chosen(self) -> None:
-        for i, run in enumerate(self.file.chosen or ()):
-            for k, (before, time) in enumerate(pairwise(run.times), start=1):
-                if time <= before:
-                    raise self.places.error(
-                        ("chosen", i, "times", k),
-                        f"{time:g} s is not later than {before:g} s",
-                        f"a time greater than {before:g} s",
-                    )
-            for joint, values in run.accelerations.items():
-                if len(values) != len(run.times):
-                    raise self.places.error(
-                        ("chosen", i, "accelerations", joint),
-                        f"has {len(values)} values for {len(run.times)} times",
-                        "one for each time",
-                    )
 
     def _tolerances(self) -> ToleranceSet:
         tolerances = self.file.tolerances

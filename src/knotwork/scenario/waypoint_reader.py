@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
-from knotwork.scenario.freedoms_reader import freedom_of, read_freedoms
+from knotwork.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task import (
     JointWaypoint,
@@ -24,7 +24,7 @@ from knotwork.task import (
     Velocity,
 )
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -59,6 +59,9 @@ class WaypointReader:
         self.file, self.places, self.length, self.angle = file, places, length, angle
         self.expected = expected
         self.indices: tuple[int, ...] = ()
+        self.poses: dict[int, pin.SE3] = {}
+        self.times: list[float] = []
+        self.freedoms: Freedoms = []
         self._normals: set[int] = set()
 
     def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
@@ -79,12 +82,14 @@ class WaypointReader:
                 "two or more, or one with start: the start of the motion",
             )
         check_places(self.file, self.places)
-        poses = self._poses()
-        times, paths = self._times(poses)
-        freedoms = read_freedoms(self.file, self.places, self._normals)
-        paths = [replace(path, freedom=freedom_of(path, freedoms, self.places)) for path in paths]
+        self._read_poses()
+        paths = self._read_times()
+        self.freedoms = read_freedoms(self.file, self.places, self._normals)
+        paths = [
+            replace(path, freedom=freedom_of(path, self.freedoms, self.places)) for path in paths
+        ]
         motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
-        held: list[ScenarioPath] = []
+        waits: list[ScenarioPath] = []
         last: dict[int, int] = {}
         indices: list[int] = []
         waypoints: list[ScenarioWaypoint] = []
@@ -92,81 +97,67 @@ class WaypointReader:
             where = self.places.where(("start",))
             waypoints.append(JointTarget(START, 0.0, self.file.start, {}, ("start",), where))
             indices.append(-1)
-        for i, waypoint in enumerate(steps):
-            arrival = self._waypoint(i, names[i], poses, times, motions.get(i), freedoms[i])
-            waypoints.append(arrival)
+        for i, step in enumerate(steps):
+            waypoint = self._waypoint(i, names[i], motions.get(i))
+            waypoints.append(waypoint)
             indices.append(i)
-            if waypoint.wait is not None:
-                end = times[i] + waypoint.wait
-                over = replace(arrival, name=WAITED.format(names[i]), time=end)
+            if step.wait is not None:
+                end = self.times[i] + step.wait
+                departure = replace(waypoint, name=WAITED.format(names[i]), time=end)
                 carrier = self.carriers.frame_of(i)
-                if carrier is not None and isinstance(arrival, CartesianWaypoint):
+                if carrier is not None and isinstance(waypoint, CartesianWaypoint):
                     from knotwork.scenario.path_reader import wait_on
 
-                    self.carriers.check_smooth(i, carrier, (arrival.time, end))
-                    held.append(wait_on(carrier, poses[i], len(waypoints) - 1, arrival, end))
-                    motion = held[-1].motion
-                    over = replace(over, pose=motion.pose(end), twist=motion.twist(end))
-                waypoints.append(over)
+                    self.carriers.check_smooth(i, carrier, (waypoint.time, end))
+                    wait = wait_on(carrier, self.poses[i], len(waypoints) - 1, waypoint, end)
+                    waits.append(wait)
+                    pose, twist = wait.motion.pose(end), wait.motion.twist(end)
+                    departure = replace(departure, pose=pose, twist=twist)
+                waypoints.append(departure)
                 indices.append(i)
             last[i] = len(waypoints) - 1
         self.indices = tuple(indices)
-        held += [replace(path, first=last[path.first]) for path in paths]
-        return tuple(waypoints), tuple(sorted(held, key=lambda one: one.first))
+        waits += [replace(path, first=last[path.first]) for path in paths]
+        return tuple(waypoints), tuple(sorted(waits, key=lambda path: path.first))
 
-    def _waypoint(
-        self,
-        i: int,
-        name: str,
-        poses: Mapping[int, pin.SE3],
-        times: Sequence[float],
-        motion: TimedPath | None,
-        freedom: PoseFreedom | None,
-    ) -> ScenarioWaypoint:
-        """A waypoint as it is when the tool arrives."""
-        waypoint, where = self.file.waypoints[i], self.places.where(("waypoints", i))
-        if isinstance(waypoint, JointWaypoint):
-            if waypoint.velocity is None:
+    def _waypoint(self, i: int, name: str, motion: TimedPath | None) -> ScenarioWaypoint:
+        """A waypoint as it is when the tool arrives, perhaps along a path."""
+        step, where = self.file.waypoints[i], self.places.where(("waypoints", i))
+        time, freedom = self.times[i], self.freedoms[i]
+        if isinstance(step, JointWaypoint):
+            if step.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
-            velocity = waypoint.velocity if isinstance(waypoint.velocity, dict) else {}
+            velocity = step.velocity if isinstance(step.velocity, dict) else {}
             location = ("waypoints", i, "joints")
-            return JointTarget(name, times[i], waypoint.joints, velocity, location, where)
-        pose, twist = self._state(i, waypoint, poses, times, motion)
-        where += self.carriers.position_note(i, times[i], self.length)
-        rides = waypoint.wait is not None and self.carriers.frame_of(i) is not None
+            return JointTarget(name, time, step.joints, velocity, location, where)
+        pose, twist = self._state(i, step, motion)
+        where += self.carriers.position_note(i, time, self.length)
+        rides = step.wait is not None and self.carriers.frame_of(i) is not None
         if freedom is not None and freedom.moves and (rides or twist.vector.any()):
             raise self.places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        stands = bool(self.file.frames) and self.carriers.is_fixed(i)
-        return CartesianWaypoint(name, times[i], pose, twist, where, freedom, stands)
+        is_fixed = bool(self.file.frames) and self.carriers.is_fixed(i)
+        return CartesianWaypoint(name, time, pose, twist, where, freedom, is_fixed)
 
     def _state(
-        self,
-        i: int,
-        waypoint: PoseWaypoint | PathWaypoint,
-        poses: Mapping[int, pin.SE3],
-        times: Sequence[float],
-        motion: TimedPath | None,
+        self, i: int, step: PoseWaypoint | PathWaypoint, motion: TimedPath | None
     ) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base; a frame that moves carries both."""
         import pinocchio as pin
 
-        frame = self.carriers.frame_of(i)
+        frame, pose, time = self.carriers.frame_of(i), self.poses[i], self.times[i]
         if motion is not None and not self._stops(i):
-            twist = motion.twist(times[i])
+            twist = motion.twist(time)
             if motion.carrier is not None:
-                return motion.pose(times[i]), twist
+                return motion.pose(time), twist
         else:
-            twist = pin.Motion.Zero()
-            if isinstance(waypoint, PoseWaypoint):
-                near = self.carriers.neighbours_in_frame(i, poses, times)
-                twist = self._twist(i, waypoint, near, times[i])
+            twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
             if frame is not None:
-                twist = frame.carried_twist(poses[i], twist, times[i])
-        return (poses[i] if frame is None else frame.pose_at(poses[i], times[i])), twist
+                twist = frame.carried_twist(pose, twist, time)
+        return (pose if frame is None else frame.pose_at(pose, time)), twist
 
     @cached_property
     def carriers(self) -> Carriers:
@@ -177,7 +168,7 @@ class WaypointReader:
 
     def _names(self) -> list[str]:
         steps = self.file.waypoints
-        names = [waypoint.name or nameless(i) for i, waypoint in enumerate(steps)]
+        names = [waypoint.name or default_waypoint_name(i) for i, waypoint in enumerate(steps)]
         used_names = {START} if self.file.start is not None else set()
         used_names |= {
             WAITED.format(names[i]) for i, waypoint in enumerate(steps) if waypoint.wait is not None
@@ -192,19 +183,18 @@ class WaypointReader:
             used_names.add(name)
         return names
 
-    def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[ScenarioPath]]:
-        """Times of the waypoints, and the paths between them, whose poses are added."""
-        times: list[float] = []
+    def _read_times(self) -> list[ScenarioPath]:
+        """Read times, and the paths between waypoints, which correct the poses on them."""
         paths: list[ScenarioPath] = []
-        reader = self._path_reader(poses)
+        reader = self._path_reader()
         before: float | None = 0.0 if self.file.start is not None else None
         for i, waypoint in enumerate(self.file.waypoints):
             location: Location = ("waypoints", i)
             if reader is not None and isinstance(waypoint, PathWaypoint):
                 if i == 0 or reader.begins(i - 1):
                     paths.append(reader.read(i - 1, before or 0.0))
-                times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
-                before = times[-1] + (waypoint.wait or 0.0)
+                self.times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
+                before = self.times[-1] + (waypoint.wait or 0.0)
                 continue
             if waypoint.time is not None:
                 time = waypoint.time
@@ -229,11 +219,11 @@ class WaypointReader:
                     f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
                     f"a time greater than {before:g} s",
                 )
-            times.append(time)
+            self.times.append(time)
             before = time + (waypoint.wait or 0.0)
-        return times, paths
+        return paths
 
-    def _path_reader(self, poses: dict[int, pin.SE3]) -> PathReader | None:
+    def _path_reader(self) -> PathReader | None:
         frames = {
             i: self.frames[self.frame(i, waypoint)]
             for i, waypoint in enumerate(self.file.waypoints)
@@ -245,12 +235,11 @@ class WaypointReader:
         from knotwork.scenario.path_reader import PathReader
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        arguments = self.file, self.places, self.length, frames, axes, poses
+        arguments = self.file, self.places, self.length, frames, axes, self.poses
         return PathReader(PathCurves(*arguments, normals=self._normals), self._stops, self.carriers)
 
-    def _poses(self) -> dict[int, pin.SE3]:
-        """Poses in the base frame of the waypoints that have one."""
-        poses = {}
+    def _read_poses(self) -> None:
+        """Read the poses in the base frame of the waypoints that have one."""
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint | PathWaypoint):
                 self.carriers.check(i, waypoint)
@@ -258,9 +247,8 @@ class WaypointReader:
                     self._check_turned(i, waypoint)
                 placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
                 frame = self.frame(i, waypoint)
-                poses[i] = self.frames[frame] * placed
-                poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
-        return poses
+                self.poses[i] = self.frames[frame] * placed
+                self.poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
 
     def _check_turned(self, i: int, waypoint: PoseWaypoint) -> None:
         """Refuse a pose without orientation unless a path begins there that has one."""
@@ -309,16 +297,20 @@ class WaypointReader:
         at_start = i == 0 and self.file.start is None
         return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.file.waypoints) - 1
 
-    def _twist(
-        self, i: int, waypoint: PoseWaypoint, poses: Mapping[int, pin.SE3], time: float
-    ) -> pin.Motion:
+    def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:
+        """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
+        poses = self.carriers.neighbours_in_frame(i, self.poses, self.times)
         velocity, speed = waypoint.velocity, given_speed(waypoint.speed, 1.0)
         if isinstance(velocity, Velocity):
             axes = velocity.axes or self.frame(i, waypoint)
             self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-            turn = poses[i].rotation if axes == "tool" else self.carriers.frame_axes(i, axes, time)
+            turn = (
+                poses[i].rotation
+                if axes == "tool"
+                else self.carriers.frame_axes(i, axes, self.times[i])
+            )
             linear, angular = np.array(velocity.linear), np.array(velocity.angular)
             return pin.Motion(turn @ linear, turn @ angular)
         if velocity is None and speed is not None:

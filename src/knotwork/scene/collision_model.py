@@ -15,7 +15,7 @@ from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.endless import EndlessCurve, side_by_side
+from knotwork.spline.polynomial.endless import EndlessCurve, stack_curves
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.waypoints import FloatArray
 
@@ -110,7 +110,7 @@ class CollisionModel:
         if not self.known:
             return curve
         span = curve.x[[0, -1]].tolist()
-        return side_by_side(curve, *(known.between(*span) for known in self.known))
+        return stack_curves(curve, *(known.between(*span) for known in self.known))
 
     def joint_placements(self, q: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of all joints, as for `place_joints`.

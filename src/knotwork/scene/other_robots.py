@@ -70,7 +70,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
     if scenario.task.robot is None:
         raise InputError(f"{source}: names no robot")
     if motion is None:
-        plan = _load_callable("pipeline", "plan")(scenario)
+        plan = _load_callable("planning", "plan")(scenario)
         if not plan.report.ok:
             raise InputError(
                 f"{source}: its motion fails its own check: {plan.report.failures[0].message}; "
@@ -79,7 +79,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:
         space = _load_callable("scenario.joint_space", "joint_space")(scenario)
-        read = _load_callable("foreign.trajectory_files", "read_trajectory")
+        read = _load_callable("files.foreign.trajectory_files", "read_trajectory")
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from knotwork.errors import InputError
-from knotwork.export.packages import needed
+from knotwork.export.packages import import_package
 from knotwork.files.documents import Document, Edits
 from knotwork.sweeps.child import (
     Child,
@@ -87,7 +87,7 @@ def distributed() -> Any:
         InputError: The package can't be imported.
     """
     advice = "pip install 'knotwork[sweep]'"
-    return needed("distributed", "a sweep with a scheduler", advice)
+    return import_package("distributed", "a sweep with a scheduler", advice)
 
 
 def _on_scheduler(tasks: Iterable[RowTask], address: str) -> Iterator[tuple[int, Outcome]]:

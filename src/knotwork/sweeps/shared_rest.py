@@ -18,7 +18,7 @@ from itertools import groupby
 from knotwork.files.documents import Location
 from knotwork.planning import Plan
 from knotwork.scenario import ScenarioWaypoint
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.sweeps.figures import FIGURES, RowFigure
 from knotwork.verification.bounds.clearance import PARTS
 from knotwork.verification.checked_motion import Motion
@@ -95,7 +95,7 @@ def _cut_plan(plan: Plan, start: float, end: float) -> Plan:
     if end - start < INSTANT:
         start = min(start, motion.end_time - INSTANT)
         start, end = max(start, motion.start_time), min(start + INSTANT, motion.end_time)
-    curve = part(motion.polynomial, start, end)
+    curve = cut_curve(motion.polynomial, start, end)
     cut = replace(motion, polynomial=curve, waypoint_times=None)
     arguments = Motion(cut, plan.space), plan.scenario, plan.space
     checks = (joint_limits, effort_limits, singularity, collisions)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
@@ -43,12 +44,21 @@ Speed = Annotated[
 ]
 
 
+def _with_zero(bounds: tuple[float, ...]) -> tuple[float, ...]:
+    if not bounds[0] <= 0.0 <= bounds[1]:
+        raise ValueError("must be offsets from the pose: a lower bound up to 0, an upper from 0")
+    return bounds
+
+
+Offsets = Annotated[Interval, AfterValidator(_with_zero)]
+
+
 class FreePosition(TaskPart):
     """A box for the tool in the axes of the pose; axes left out keep the position of the pose."""
 
-    x: Interval | None = optional("Lower and upper bound [length]")
-    y: Interval | None = optional("Lower and upper bound [length]")
-    z: Interval | None = optional("Lower and upper bound [length]")
+    x: Offsets | None = optional("Lower and upper bound [length]")
+    y: Offsets | None = optional("Lower and upper bound [length]")
+    z: Offsets | None = optional("Lower and upper bound [length]")
 
 
 class FreePose(TaskPart):
@@ -152,3 +162,16 @@ class ChosenMotion(TaskPart):
         "Extra clearance beyond the margins, for way: clear [length]; left out where none "
         "was requested"
     )
+
+    @model_validator(mode="after")
+    def _check_knots(self) -> ChosenMotion:
+        late = [time for before, time in pairwise(self.times) if time <= before]
+        if late:
+            raise ValueError(f"times must increase; {late[0]:g} s is not later than the one before")
+        for joint, values in self.accelerations.items():
+            if len(values) != len(self.times):
+                raise ValueError(
+                    f"accelerations of {joint} are {len(values)} for {len(self.times)} times; give "
+                    "one for each time"
+                )
+        return self

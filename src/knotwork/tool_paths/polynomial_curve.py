@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.errors import PathError
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import differentiate, horner, to_bernstein
-from knotwork.spline.polynomial.refined import refined
+from knotwork.spline.polynomial.refined import split_at
 from knotwork.tool_paths.curve import Curve, checked_order, sorted_ends
 from knotwork.waypoints import FloatArray
 
@@ -203,7 +203,7 @@ def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
         if not long.any():
             return spans, np.searchsorted(curve.x, pieces[:-1])
         starts = curve.x[:-1][long]
-        curve = refined(curve, starts + 0.5 * sizes[long])
+        curve = split_at(curve, starts + 0.5 * sizes[long])
     i = int(starts[0])
     raise PathError(
         f"the curve stops or turns back sharply between points {i} and {i + 1}; "

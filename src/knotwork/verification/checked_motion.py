@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
@@ -49,7 +49,7 @@ def between(scenario: Scenario, time: float) -> str:
     before = None
     for waypoint in scenario.waypoints:
         if abs(waypoint.time - time) <= AT_WAYPOINT:
-            return f"at {called(waypoint.name)}"
+            return f"at {waypoint_text(waypoint.name)}"
         if waypoint.time > time:
             if before is None:
                 break

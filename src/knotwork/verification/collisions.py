@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.trajectory import JointTrajectory
@@ -151,7 +151,7 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
             return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
     spans = pair.contacts or (pair.interval,)
     inside = [
-        called(waypoint.name)
+        waypoint_text(waypoint.name)
         for waypoint in scenario.waypoints
         if any(a - AT_WAYPOINT <= waypoint.time <= b + AT_WAYPOINT for a, b in spans)
     ]

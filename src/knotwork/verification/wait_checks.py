@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.waypoint_checks import worst_joint
@@ -25,7 +25,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
         end = min(scenario.waypoints[i + 1].time, motion.end_time)
         if end <= start:
             continue
-        shifted = part(motion.curve, start, end)
+        shifted = cut_curve(motion.curve, start, end)
         c = np.array(shifted.c)
         c[-1] -= motion.curve(start)
         extrema = PiecewisePolynomial(c, shifted.x).extrema()
@@ -37,7 +37,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             subject="wait",
             name=waypoint.name,
             quantity="movement",
-            fact=f"{called(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
+            fact=f"{waypoint_text(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
             f"{end:.3f} s, and {space.joint_names[worst]} moves by "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",

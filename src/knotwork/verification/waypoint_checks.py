@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
@@ -35,7 +35,7 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
     lasts = f"the trajectory lasts from {start:.9g} s to {end:.9g} s"
     first, last = scenario.waypoints[0], scenario.waypoints[-1]
     faults = [
-        f"{called(waypoint.name)} is at {waypoint.time:.9g} s, but {lasts}"
+        f"{waypoint_text(waypoint.name)} is at {waypoint.time:.9g} s, but {lasts}"
         for waypoint in scenario.waypoints
         if not start - slack <= waypoint.time <= end + slack
     ]
@@ -209,7 +209,7 @@ def _error_finding(
     units: Units,
 ) -> Finding:
     fact = (
-        f"{called(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
+        f"{waypoint_text(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
         f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
     )
     return Finding.at_most(

@@ -14,10 +14,10 @@ from knotwork.waypoints import FloatArray
 
 MOST_STOPS = 200
 # Copies of the arm closer to each other than this, relative to the scene's size, hide each other.
-DISTANCE = 0.12
+LEAST_DISTANCE = 0.12
 MOST_COPIES = 4
 # Number of samples of the arm along the motion.
-PASSED = 40
+PASSED_SAMPLES = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,15 +40,15 @@ class Stops:
         Args:
             size: Extent of the scene [m].
         """
-        kept = [0]
+        chosen = [0]
         apart = np.full(len(self.outlines), np.inf)
-        while len(kept) < MOST_COPIES:
-            moved = np.linalg.norm(self.outlines - self.outlines[kept[-1]], axis=2).max(axis=1)
+        while len(chosen) < MOST_COPIES:
+            moved = np.linalg.norm(self.outlines - self.outlines[chosen[-1]], axis=2).max(axis=1)
             apart = np.minimum(apart, moved)
-            if apart.max() <= DISTANCE * size:
+            if apart.max() <= LEAST_DISTANCE * size:
                 break
-            kept.append(int(apart.argmax()))
-        return kept
+            chosen.append(int(apart.argmax()))
+        return chosen
 
 
 def find_stops(shown: ShownMotion) -> Stops:
@@ -58,7 +58,7 @@ def find_stops(shown: ShownMotion) -> Stops:
     times = times[(times >= start) & (times <= end)]
     times = times[:: len(times) // MOST_STOPS + 1] if len(times) else curve.x[[0, -1]]
     position = np.asarray(curve(times))
-    boxes = [None if one is None else box_corners(one.vertices) for one in shown.shapes.shapes]
+    boxes = [mesh if mesh is None else box_corners(mesh.vertices) for mesh in shown.shapes.shapes]
     joints = joint_tree(robot.model)
 
     def outlines(q: FloatArray) -> FloatArray:
@@ -70,4 +70,6 @@ def find_stops(shown: ShownMotion) -> Stops:
         ]
         return base_joints(robot).to_world(q, np.concatenate(placed, axis=1))
 
-    return Stops(position, outlines(position), outlines(curve(np.linspace(start, end, PASSED))))
+    return Stops(
+        position, outlines(position), outlines(curve(np.linspace(start, end, PASSED_SAMPLES)))
+    )

@@ -10,23 +10,23 @@ import numpy as np
 from knotwork.view.mesh import box_corners
 from knotwork.waypoints import FloatArray
 
-# Elevation, and of scenes lower than FLAT, relative to their width.
-ELEVATION, STEEP, FLAT = np.radians(24.0), np.radians(52.0), 0.3
+# Elevation, and of scenes lower than FLAT_SCENE, relative to their width.
+ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
 # Azimuth relative to the direction of the task, so that the arm does not hide it.
-ASIDE = np.radians(10.0)
+ASIDE_ANGLE = np.radians(10.0)
 # Azimuth from other robots, if possible, so that they do not hide it either; robots nearer to the
 # task than this fraction of the whole have no direction.
-CLEAR, NEAR = np.radians(75.0), 0.15
+CLEAR_ANGLE, NEAR_ROBOT = np.radians(75.0), 0.15
 # Margin around a view of the task alone, as a fraction of its size.
-AROUND = 0.35
+VIEW_MARGIN = 0.35
 # Part of a picture that its points may fill.
-FILLED = 0.94
+FILLED_PART = 0.94
 
 
 def views(
     points: FloatArray,
     task: FloatArray,
-    others: FloatArray,
+    other_robots: FloatArray,
     towards: Sequence[float] | None = None,
 ) -> dict[str, Any]:
     """Choose the views of the whole, and of the task alone.
@@ -34,7 +34,7 @@ def views(
     Args:
         points: Points of the arm and the task, all in view [m], z up, shape (n, 3).
         task: Points of the tool's path and the waypoints [m], shape (m, 3), m >= 0.
-        others: Points of other robots [m], shape (k, 3), k >= 0.
+        other_robots: Points of other robots [m], shape (k, 3), k >= 0.
         towards: Unit vector from the scene towards the camera, if known.
 
     Returns:
@@ -44,22 +44,22 @@ def views(
     size = np.ptp(points, axis=0)
     if towards is None:
         x, y, _ = (task if len(task) else points).mean(axis=0)
-        around = (np.arctan2(y, x) if np.hypot(x, y) > 1e-3 else 0.0) + ASIDE
-        apart = others[:, :2] - [x, y]
-        around += _turn(apart[np.hypot(*apart.T) > NEAR * size.max()], around)
-        up = STEEP if size[2] < FLAT * size[:2].max() else ELEVATION
+        around = (np.arctan2(y, x) if np.hypot(x, y) > 1e-3 else 0.0) + ASIDE_ANGLE
+        apart = other_robots[:, :2] - [x, y]
+        around += _turn_away(apart[np.hypot(*apart.T) > NEAR_ROBOT * size.max()], around)
+        up = STEEP if size[2] < FLAT_SCENE * size[:2].max() else ELEVATION
         level = np.cos(up)
         towards = [float(level * np.cos(around)), float(level * np.sin(around)), float(np.sin(up))]
     view = {"from": towards, "points": points.tolist()}
     extent = float(np.ptp(task, axis=0).max()) if len(task) else 0.0
     if extent < 1e-3 * size.max():
         return {"view": view, "work": None}
-    margin = AROUND * extent
+    margin = VIEW_MARGIN * extent
     corners = box_corners(np.array([task.min(axis=0) - margin, task.max(axis=0) + margin]))
     return {"view": view, "work": {**view, "points": corners.tolist()}}
 
 
-def framed(
+def frame_points(
     points: FloatArray, towards: Sequence[float], size: tuple[float, float]
 ) -> tuple[float, FloatArray]:
     """Distance of a camera that looks at the origin, and shift of its picture, for points in view.
@@ -72,21 +72,21 @@ def framed(
     Returns:
         The distance [m]; and the middle of the picture, to the right and up, relative to its size.
     """
-    back = np.asarray(towards, float)
-    right = np.cross([0.0, 0.0, 1.0], back)
+    backwards = np.asarray(towards, float)
+    right = np.cross([0.0, 0.0, 1.0], backwards)
     right /= max(float(np.linalg.norm(right)), 1e-9)
-    axes = np.column_stack([right, np.cross(back, right)])
-    across, depth = points @ axes, points @ back
+    axes = np.column_stack([right, np.cross(backwards, right)])
+    across, depth = points @ axes, points @ backwards
     distance = float(depth.max()) + 1e-3
     while True:
         seen = across / (distance - depth)[:, np.newaxis]
         low, high = seen.min(axis=0), seen.max(axis=0)
-        if np.all(high - low <= FILLED * np.array(size)):
+        if np.all(high - low <= FILLED_PART * np.array(size)):
             return distance, (low + high) / 2.0 / size
         distance += 0.01 * (distance - float(depth.min()))
 
 
-def _turn(apart: FloatArray, around: float) -> float:
+def _turn_away(apart: FloatArray, around: float) -> float:
     """Smallest turn of a direction that keeps it away from others (k, 2)."""
     if not len(apart):
         return 0.0
@@ -94,4 +94,4 @@ def _turn(apart: FloatArray, around: float) -> float:
     turns = turns[np.argsort(np.abs(turns), kind="stable")]
     off = around + turns[:, None] - np.arctan2(apart[:, 1], apart[:, 0])
     clear = np.arccos(np.clip(np.cos(off), -1.0, 1.0)).min(axis=1)
-    return float(turns[np.argmax(np.minimum(clear, CLEAR))])
+    return float(turns[np.argmax(np.minimum(clear, CLEAR_ANGLE))])

@@ -16,9 +16,9 @@ from knotwork.verification import Finding, Motion
 from knotwork.verification.collisions import motion_model
 from knotwork.waypoints import FloatArray
 
-SAMPLES = 200
+CLEARANCE_SAMPLES = 200
 # Every eighth sample tests whether a pair moves; by less than this [m] it is at rest.
-FEW, STILL = 8, 1e-6
+STEP_OF_TEST, AT_REST = 8, 1e-6
 
 
 class ClearanceCurve(NamedTuple):
@@ -60,16 +60,18 @@ def clearance_curve(
         return None
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)
-    time = np.unique([*np.linspace(*span, SAMPLES - len(also)), *also])
+    time = np.unique([*np.linspace(*span, CLEARANCE_SAMPLES - len(also)), *also])
     q = motion.curve(time)
     if not (np.ptp(q, axis=0).any() or model.known):
         return None
     around = tuple(pair for pair in model.pairs if pair.around)
-    found = _nearest(model, around, q, time)
-    while still := {k for k in set(found.pairs) - {-1} if _stands_still(model, around[k], q, time)}:
+    nearest = _nearest(model, around, q, time)
+    while still := {
+        k for k in set(nearest.pairs) - {-1} if _stands_still(model, around[k], q, time)
+    }:
         around = tuple(pair for k, pair in enumerate(around) if k not in still)
-        found = _nearest(model, around, q, time)
-    pairs, distance = found
+        nearest = _nearest(model, around, q, time)
+    pairs, distance = nearest
     if np.isnan(distance).all():
         return None
     kinds = sorted({k for k in pairs if k >= 0})
@@ -84,32 +86,34 @@ def clearance_curve(
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:
     """The finding on the pair with the surroundings that is nearest to its margin."""
-    pairs = [one for one in findings if one.quantity == "clearance" and one.around]
-    return min(pairs, key=lambda one: (one.value or 0.0) - (one.limit or 0.0), default=None)
+    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.around]
+    return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)
 
 
-class _Nearest(NamedTuple):
+class _NearestPairs(NamedTuple):
     pairs: list[int]
     distance: FloatArray
 
 
 def _nearest(
     model: CollisionModel, pairs: tuple[Pair, ...], q: FloatArray, time: FloatArray
-) -> _Nearest:
+) -> _NearestPairs:
     """The pair with the least margin at each time, or -1, and its distance [m]."""
     if not pairs:
-        return _Nearest([-1] * len(time), np.full(len(time), np.nan))
+        return _NearestPairs([-1] * len(time), np.full(len(time), np.nan))
     from knotwork.scene.solid_pairs import SolidPairs
 
     table = SolidPairs(replace(model, pairs=pairs))
-    found = list(table.nearest(q, time))
-    distance = [gap + table.margin[c] if c >= 0 else np.nan for gap, c in found]
-    return _Nearest([int(table.pair[c]) if c >= 0 else -1 for _, c in found], np.array(distance))
+    nearest = list(table.nearest(q, time))
+    distance = [gap + table.margin[c] if c >= 0 else np.nan for gap, c in nearest]
+    return _NearestPairs(
+        [int(table.pair[c]) if c >= 0 else -1 for _, c in nearest], np.array(distance)
+    )
 
 
 def _stands_still(model: CollisionModel, pair: Pair, q: FloatArray, time: FloatArray) -> bool:
     """Whether a pair keeps its margin at a constant distance."""
-    few = slice(None, None, FEW)
-    distance = _nearest(model, (pair,), q[few], time[few]).distance
+    sparse = slice(None, None, STEP_OF_TEST)
+    distance = _nearest(model, (pair,), q[sparse], time[sparse]).distance
     least, most = np.nanmin(distance), np.nanmax(distance)
-    return bool(least > pair.margin and most - least < STILL)
+    return bool(least > pair.margin and most - least < AT_REST)

@@ -43,24 +43,24 @@ def limit_shares(
     """
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
-    for found in findings:
-        most = np.inf if found.use is None and not found.ok else found.use
-        if found.group not in LIMITS or found.limit is None or most is None:
+    for finding in findings:
+        most = np.inf if finding.use is None and not finding.ok else finding.use
+        if finding.group not in LIMITS or finding.limit is None or most is None:
             continue
-        values, lower, upper = np.zeros(time.shape), -np.inf, found.limit
-        if found.subject == "joint" and found.quantity in JOINT_QUANTITIES:
-            i = space.joint_names.index(found.name)
-            values = of_joints(found.quantity)[:, i]
-            lower, upper = _judged_sides(found, i, space)
-        elif found.quantity in FRAME_ORDERS:
-            values = frame_values(robot, found.name, FRAME_ORDERS[found.quantity], *states)
-        elif found.quantity == LEAST_SINGULAR_VALUE:
-            values, lower, upper = singular_values(robot, states[0]), found.limit, np.inf
+        values, lower, upper = np.zeros(time.shape), -np.inf, finding.limit
+        if finding.subject == "joint" and finding.quantity in JOINT_QUANTITIES:
+            i = space.joint_names.index(finding.name)
+            values = of_joints(finding.quantity)[:, i]
+            lower, upper = _judged_sides(finding, i, space)
+        elif finding.quantity in FRAME_ORDERS:
+            values = frame_values(robot, finding.name, FRAME_ORDERS[finding.quantity], *states)
+        elif finding.quantity == LEAST_SINGULAR_VALUE:
+            values, lower, upper = singular_values(robot, states[0]), finding.limit, np.inf
         else:  # of a user's check: only at its time
             upper = np.inf
         share = np.minimum(np.maximum(_part(values, upper), _part(-values, -lower)), most)
-        share[... if found.time is None else np.abs(time - found.time).argmin()] = most
-        yield found, share
+        share[... if finding.time is None else np.abs(time - finding.time).argmin()] = most
+        yield finding, share
 
 
 def frame_values(
@@ -95,12 +95,12 @@ def _joint_values(
     return np.array([space.carrying.at(when).torque(*state) for when, *state in states])
 
 
-def _judged_sides(found: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
+def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
     """Lower and upper limit; for a range that is kept, only the one of the finding."""
-    lower, upper = (float(bounds[joint]) for bounds in space.bounds(found.quantity))
-    if JOINT_QUANTITIES[found.quantity].limit != "range" or not found.ok:
+    lower, upper = (float(bounds[joint]) for bounds in space.bounds(finding.quantity))
+    if JOINT_QUANTITIES[finding.quantity].limit != "range" or not finding.ok:
         return lower, upper
-    return (lower, np.inf) if found.limit == lower else (-np.inf, upper)
+    return (lower, np.inf) if finding.limit == lower else (-np.inf, upper)
 
 
 def _part(values: FloatArray, upper: float) -> FloatArray:

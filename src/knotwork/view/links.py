@@ -153,7 +153,10 @@ class _Drawn:
             raise InputError(
                 f"mesh {path} is not read: the robot's have more than {MOST_FILE_BYTES} bytes"
             )
-        return _read_mesh(path, status.st_mtime_ns)
+        meshes = _read_mesh(path, status.st_mtime_ns)
+        if any(mesh.image or mesh.fault for mesh in meshes):  # its images may have changed
+            meshes = _read_mesh.__wrapped__(path, status.st_mtime_ns)
+        return meshes
 
 
 @lru_cache(maxsize=32)  # a scenario is shown again after each change

@@ -15,13 +15,13 @@ from knotwork.waypoints import FloatArray
 if TYPE_CHECKING:
     from meshcat import Visualizer
 
-WIDTH, HEIGHT = 6.4, 3.2
+BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
 """Size of the board, in inches of its picture."""
-MOST_LINES = 5
+MOST_BOARD_LINES = 5
 """Largest number of lines for failures."""
-LETTERS = 74
+LINE_LETTERS = 74
 """Number of letters in a line."""
-VERDICTS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
+VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 
 def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
@@ -44,7 +44,7 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
     up = np.array([0.0, 0.0, 1.0])
     right = np.cross(up, towards)
     middle = (low + high) / 2
-    width, height = (0.55 * size * side / WIDTH for side in (WIDTH, HEIGHT))
+    width, height = (0.55 * size * side / BOARD_WIDTH for side in (BOARD_WIDTH, BOARD_HEIGHT))
     aside = float(((points - middle) @ right).min()) - 0.5 * width - 0.05 * size
     place = pin.SE3(np.column_stack([right, up, towards]), middle + aside * right)
     place.translation[2] = high[2] - 0.5 * height
@@ -58,12 +58,13 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
 def board_lines(scene: Mapping[str, Any]) -> list[str]:
     """Lines of the board below its title: the summary, and each failure with its remedy."""
     lines = [" · ".join(part for part in (scene["summary"], scene["duration"]) if part)]
-    for one in scene["failures"]:
-        lines += textwrap.wrap(one["line"], LETTERS, initial_indent="• ", subsequent_indent="   ")
-        remedy = textwrap.wrap(one["remedy"] or "", LETTERS - 3)
+    for failure in scene["failures"]:
+        lines += textwrap.wrap(
+            failure["line"], LINE_LETTERS, initial_indent="• ", subsequent_indent="   "
+        )
+        remedy = textwrap.wrap(failure["remedy"] or "", LINE_LETTERS - 3)
         lines += [f"   {line}" for line in remedy]
-    left = len(lines) - 1 - MOST_LINES
-    return lines if left <= 0 else [*lines[: 1 + MOST_LINES], "   …"]
+    return lines if len(lines) <= 1 + MOST_BOARD_LINES else [*lines[: 1 + MOST_BOARD_LINES], "   …"]
 
 
 def drawn_board(scene: Mapping[str, Any]) -> bytes:
@@ -71,8 +72,8 @@ def drawn_board(scene: Mapping[str, Any]) -> bytes:
     from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
-    verdict, colour = VERDICTS[scene["ok"]]
-    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=160, facecolor="white")
+    verdict, colour = VERDICT_LOOKS[scene["ok"]]
+    figure = Figure(figsize=(BOARD_WIDTH, BOARD_HEIGHT), dpi=160, facecolor="white")
     figure.text(0.03, 0.9, f"{scene['title']}   {verdict}", size=15, weight="bold", color=colour)
     for i, line in enumerate(board_lines(scene)):
         figure.text(0.03, 0.82 - 0.075 * i, line, size=9.5, color=colour if i else "black")
@@ -93,13 +94,13 @@ def drawn_board(scene: Mapping[str, Any]) -> bytes:
 def _scales(scene: Mapping[str, Any]) -> list[tuple[str, Any, str, str]]:
     """Scales of the tool's path: quantity, colours, and the values at both ends."""
     legend, units = scene["legend"], scene["units"]
-    found = []
+    scales = []
     if "off_colours" in legend:
         off = f"{100 * legend['off_tolerance']:.3g} %"
-        found.append(("off the given speed", legend["off_colours"], f"−{off}", f"+{off}"))
+        scales.append(("off the given speed", legend["off_colours"], f"−{off}", f"+{off}"))
     if legend.get("high"):
         most = float(f"{legend['high'] * units['per_metre']:.3g}")
         high = f"{most:g} {units['length']}/s"
-        elsewhere = " elsewhere" if found else ""
-        found.append((f"tool speed{elsewhere}", legend["colours"], "0", high))
-    return found
+        elsewhere = " elsewhere" if scales else ""
+        scales.append((f"tool speed{elsewhere}", legend["colours"], "0", high))
+    return scales

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.view.camera import framed
+from knotwork.view.camera import frame_points
 from knotwork.view.mesh import Mesh
 from knotwork.view.meshcat_board import put_up_board
 from knotwork.view.scene_parts import unpacked, unpacked_numbers
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from meshcat import Visualizer
 
 ROOT = "knotwork"
-RATE = 60.0
+ANIMATION_RATE = 60.0
 """Frames per second of the animation; Meshcat interpolates between them."""
-ANGLE = 45.0
+VIEW_ANGLE = 45.0
 """Vertical field of view [deg]."""
-NARROW = 4.0 / 3.0
+LEAST_ASPECT = 4.0 / 3.0
 """Width of the narrowest window that shows all, relative to its height."""
 
 
@@ -47,11 +47,11 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
         for number, part in enumerate(parts):
             _draw(joints[carrier][f"shape {number}"], unpacked(part), lit=True)
     nodes = []
-    for number, thing in enumerate(scene["things"]):
-        carrier = joints[thing["carrier"]] if "carrier" in thing else root
-        node = carrier[_plain(f"{thing['name']} {number}")]
-        _draw(node, unpacked(thing["mesh"]), lit=thing["lit"])
-        if thing["hidden"]:
+    for number, part in enumerate(scene["things"]):
+        carrier = joints[part["carrier"]] if "carrier" in part else root
+        node = carrier[_plain(f"{part['name']} {number}")]
+        _draw(node, unpacked(part["mesh"]), lit=part["lit"])
+        if part["hidden"]:
             node.set_property("visible", False)
         nodes.append(node)
     look_at(scene, inner, put_up_board(scene, root["board"]))
@@ -65,15 +65,15 @@ def look_at(scene: Mapping[str, Any], viewer: Visualizer, board: FloatArray) -> 
     its picture is shifted.
     """
     points, towards = np.concatenate([scene["view"]["points"], board]), scene["view"]["from"]
-    height = 2.0 * np.tan(np.radians(ANGLE) / 2.0)
-    distance, (right, up) = framed(points, towards, (NARROW * height, height))
+    height = 2.0 * np.tan(np.radians(VIEW_ANGLE) / 2.0)
+    distance, (right, up) = frame_points(points, towards, (LEAST_ASPECT * height, height))
     x, y, z = (distance * float(part) for part in towards)
     viewer["/Cameras/default"].set_transform(np.eye(4))
     eye = viewer["/Cameras/default/rotated/<object>"]
-    eye.set_property("fov", ANGLE)
+    eye.set_property("fov", VIEW_ANGLE)
     shift = {"offsetX": float(right), "offsetY": -float(up)}
-    whole = dict.fromkeys(("fullWidth", "fullHeight", "width", "height"), 1.0)
-    eye.set_property("view", {"enabled": True, **whole, **shift})
+    size = dict.fromkeys(("fullWidth", "fullHeight", "width", "height"), 1.0)
+    eye.set_property("view", {"enabled": True, **size, **shift})
     eye.set_property("position", [x, z, -y])
 
 
@@ -126,23 +126,23 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
     arm = scene["arms"][0]
     time = unpacked_numbers(arm["time"], "<f4").astype(float)
     position = unpacked_numbers(arm["position"], "<f4").astype(float).reshape(len(time), -1)
-    kept = np.append(np.flatnonzero(np.diff(np.floor(RATE * time + 1e-3), append=np.inf)), [])
-    frames = np.unique(np.concatenate([[0], kept, [len(time) - 1]]).astype(int))
-    at = (RATE * time[frames]).tolist()
-    animation = Animation(default_framerate=RATE)
+    last = np.flatnonzero(np.diff(np.floor(ANIMATION_RATE * time + 1e-3), append=np.inf))
+    frames = np.unique([0, *last, len(time) - 1])
+    at = (ANIMATION_RATE * time[frames]).tolist()
+    animation = Animation(default_framerate=ANIMATION_RATE)
 
     def add(node: Visualizer, tracks: dict[str, Any]) -> None:
-        animation.clips[node.path] = AnimationClip(tracks=tracks, fps=RATE)
+        animation.clips[node.path] = AnimationClip(tracks=tracks, fps=ANIMATION_RATE)
 
     for joint, node, column in zip(scene["joints"], joints[1:], position[frames].T, strict=True):
-        add(node, _moved(joint, column, at))
-    for thing, node in zip(scene["things"], nodes, strict=True):
-        if thing.get("between") is not None:
-            add(node, _present(thing["between"], at[-1]))
+        add(node, _joint_poses(joint, column, at))
+    for part, node in zip(scene["things"], nodes, strict=True):
+        if part.get("between") is not None:
+            add(node, _presence(part["between"], at[-1]))
     return animation
 
 
-def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str, Any]:
+def _joint_poses(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str, Any]:
     """Poses of a joint over time, in its parent's axes."""
     from meshcat.animation import AnimationTrack
     from scipy.spatial.transform import Rotation
@@ -159,15 +159,15 @@ def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str
     }
 
 
-def _present(between: tuple[float | None, float | None], end: float) -> dict[str, Any]:
+def _presence(between: tuple[float | None, float | None], end: float) -> dict[str, Any]:
     """Visibility of an object with a limited presence."""
     from meshcat.animation import AnimationTrack
 
     first, last = between
     changes: dict[float, bool] = {0.0: not first, end: last is None}
     if first:
-        changes[min(RATE * first, end)] = True
+        changes[min(ANIMATION_RATE * first, end)] = True
     if last is not None:
-        changes[min(RATE * last, end)] = False
+        changes[min(ANIMATION_RATE * last, end)] = False
     at = sorted(changes)
-    return {"visible": AnimationTrack("visible", "bool", at, [changes[one] for one in at])}
+    return {"visible": AnimationTrack("visible", "bool", at, [changes[time] for time in at])}

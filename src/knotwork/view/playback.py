@@ -21,16 +21,16 @@ from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_trace import tool_speeds
 from knotwork.waypoints import FloatArray
 
-LEAST_RATE = 60.0
+LEAST_FRAME_RATE = 60.0
 """Lowest frame rate of an animation [Hz]."""
 
-RATE = 120.0
+FRAME_RATE = 120.0
 MOST_FRAMES = 240_000
 MOST_SPEEDS = 30_000
 
 
 def frame_times(curve: PiecewisePolynomial) -> FloatArray:
-    """Times of an animation's frames [s], at `RATE` or, for a long one, `LEAST_RATE`.
+    """Times of an animation's frames [s], at `FRAME_RATE` or, for a long one, `LEAST_FRAME_RATE`.
 
     Between two frames the first one is shown, not interpolated. The last is the motion's end.
 
@@ -39,11 +39,11 @@ def frame_times(curve: PiecewisePolynomial) -> FloatArray:
     """
     start, end = float(curve.x[0]), float(curve.x[-1])
     duration = end - start
-    rate = RATE if duration * RATE < MOST_FRAMES else LEAST_RATE
+    rate = FRAME_RATE if duration * FRAME_RATE < MOST_FRAMES else LEAST_FRAME_RATE
     if duration * rate >= MOST_FRAMES:
         raise InputError(
-            f"the motion lasts {duration:g} s; an animation of {LEAST_RATE:g} frames a second can "
-            f"last {MOST_FRAMES / LEAST_RATE:g} s at most: view a part of it"
+            f"the motion lasts {duration:g} s; an animation of {LEAST_FRAME_RATE:g} frames "
+            f"a second can last {MOST_FRAMES / LEAST_FRAME_RATE:g} s at most: view a part of it"
         )
     return sample_times(start, end, rate)
 
@@ -81,9 +81,9 @@ def arm_frames(
 
 def waypoint_times(shown: ShownMotion) -> list[dict[str, Any]]:
     """Names and times of the waypoints; for a stored trajectory its own ones."""
-    given = shown.scenario.waypoints
-    names = [one.name for one in given] or [str(i) for i in range(len(shown.times))]
-    times = [one.time for one in given] or shown.times.tolist()
+    waypoints = shown.scenario.waypoints
+    names = [waypoint.name for waypoint in waypoints] or [str(i) for i in range(len(shown.times))]
+    times = [waypoint.time for waypoint in waypoints] or shown.times.tolist()
     return [{"name": name, "time": time} for name, time in zip(names, times, strict=True)]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.units import Units
@@ -38,12 +38,13 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     [s], and what it does at other times in `also`. The first collision lists the tried remedies.
     """
     kinds = group_alike(report.failures)
-    others = sorted((one for _, *more in kinds for one in more), key=lambda one: one.at or 0.0)
-    found = [*(worst for worst, *_ in kinds), *others]
-    failure_texts = [_failure(one, report.units, scenario) for one in found]
-    first = next((i for i, one in enumerate(found) if one.bodies and not one.remedy), 0)
-    for one in map(str, report.tried if failure_texts else ()):
-        advice, _, tried = one.partition("; tried: ")
+    others = [failure for _, *more in kinds for failure in more]
+    ordered = [*(worst for worst, *_ in kinds), *sorted(others, key=lambda one: one.at or 0.0)]
+    failure_texts = [_failure(failure, report.units, scenario) for failure in ordered]
+    collisions = (i for i, one in enumerate(ordered) if one.bodies and not one.remedy)
+    first = next(collisions, 0)
+    for text in map(str, report.tried if failure_texts else ()):
+        advice, _, tried = text.partition("; tried: ")
         if advice.startswith("tried: "):
             advice, tried = "", advice.removeprefix("tried: ")
         failure_texts[first]["remedy"] = "; ".join(
@@ -53,18 +54,18 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     return failure_texts
 
 
-def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
-    line, at = short_text(found, units), found.at
-    if found.subject == "waypoint" and line.startswith(found.name):
-        line = called(found.name) + line.removeprefix(found.name)
-    elif at is not None and (found.label or found.value is not None):
-        line += _where(scenario, at if found.time is not None else sum(found.spans[0]) / 2)
+def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
+    line, at = short_text(finding, units), finding.at
+    if finding.subject == "waypoint" and line.startswith(finding.name):
+        line = waypoint_text(finding.name) + line.removeprefix(finding.name)
+    elif at is not None and (finding.label or finding.value is not None):
+        line += _where(scenario, at if finding.time is not None else sum(finding.spans[0]) / 2)
     also = [
         {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
-        for low, high in found.spans
+        for low, high in finding.spans
         if at is None or not low <= at <= high
     ]
-    return {"line": line, "remedy": found.remedy, "fact": found.fact, "at": at, "also": also}
+    return {"line": line, "remedy": finding.remedy, "fact": finding.fact, "at": at, "also": also}
 
 
 def _where(scenario: Scenario, time: float) -> str:
@@ -74,12 +75,12 @@ def _where(scenario: Scenario, time: float) -> str:
 
 def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:
     """Time intervals of contacts: joints that carry links, and other bodies."""
-    found = []
-    for one in report.failures:
-        links = [name for name in one.bodies if robot.model.existBodyName(name)]
+    contacts = []
+    for failure in report.failures:
+        links = [name for name in failure.bodies if robot.model.existBodyName(name)]
         frames = [robot.model.frames[robot.model.getBodyId(name)] for name in links]
         joints = [first_joint + frame.parentJoint for frame in frames]
-        things = [name for name in one.bodies if name not in links]
-        if one.bodies:
-            found.append({"spans": one.spans, "joints": joints, "things": things})
-    return found
+        others = [name for name in failure.bodies if name not in links]
+        if failure.bodies:
+            contacts.append({"spans": failure.spans, "joints": joints, "things": others})
+    return contacts

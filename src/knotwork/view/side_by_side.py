@@ -15,7 +15,7 @@ from knotwork.view.scene_data import scene_of
 from knotwork.view.shown_motion import PlanLike
 from knotwork.waypoints import FloatArray
 
-SAMPLES = 400
+DIFFERENCE_SAMPLES = 400
 """Number of samples of the difference."""
 
 
@@ -29,20 +29,20 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     Raises:
         InputError: A plan has no robot, or the robots differ.
     """
-    scenes = [scene_of(one) for one in plans]
-    fastest = max(one["legend"].get("high", 0.0) for one in scenes)
-    for i, one in enumerate(scenes):  # one colour is one speed on both sides
-        if 0.0 < one["legend"].get("high", 0.0) < fastest:
+    scenes = [scene_of(plan) for plan in plans]
+    fastest = max(scene["legend"].get("high", 0.0) for scene in scenes)
+    for i, scene in enumerate(scenes):  # one colour is one speed on both sides
+        if 0.0 < scene["legend"].get("high", 0.0) < fastest:
             scenes[i] = scene_of(plans[i], fastest=fastest)
         scenes[i]["legend"]["units"] = scenes[0]["units"]
-    view = _one_view(scenes)
-    pages = [scene_page({**one, **view}, embedded=True, autoplay=False) for one in scenes]
+    view = _common_view(scenes)
+    pages = [scene_page({**scene, **view}, embedded=True, autoplay=False) for scene in scenes]
     parts = {"style": asset("beside.css"), "script": asset("beside.js")}
     parts["json"] = json_in_html(
         {
             **_difference(plans),
             "names": list(names),
-            "broken": [one["strip"]["broken"] for one in scenes],
+            "broken": [scene["strip"]["broken"] for scene in scenes],
         }
     )
     for key, page, name in zip(("first", "second"), pages, names, strict=True):
@@ -53,15 +53,15 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     return Page(title, text, tuple(warnings))
 
 
-def _one_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _common_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The common first view: from the direction of the first scene, with all of each in view."""
-    whole, work = ([scene[key] for scene in scenes] for key in ("view", "work"))
+    all_of, work = ([scene[key] for scene in scenes] for key in ("view", "work"))
 
-    def joined(views: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    def join_views(views: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         points = [point for view in views for point in view["points"]]
-        return {"from": whole[0]["from"], "points": points}
+        return {"from": all_of[0]["from"], "points": points}
 
-    return {"view": joined(whole), "work": joined(work) if all(work) else None}
+    return {"view": join_views(all_of), "work": join_views(work) if all(work) else None}
 
 
 def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
@@ -72,30 +72,31 @@ def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
     Raises:
         InputError: The robots differ.
     """
-    arms = [one.space.robot for one in plans]
+    arms = [plan.space.robot for plan in plans]
     first, second = arms
     if first is None or second is None or first.joint_names != second.joint_names:
         named = " and ".join("no robot" if arm is None else arm.name for arm in arms)
         raise InputError(f"only motions of one robot are shown side by side, not of {named}")
     units = plans[0].scenario.units
-    duration = max(one.trajectory.duration for one in plans)
-    time = np.linspace(0.0, duration, SAMPLES + 1)
-    (tool, q), (other, r) = (
-        _along(arm, one.trajectory, time) for arm, one in zip((first, second), plans, strict=True)
+    duration = max(plan.trajectory.duration for plan in plans)
+    time = np.linspace(0.0, duration, DIFFERENCE_SAMPLES + 1)
+    (tool, q), (other_tool, other_q) = (
+        _sample(arm, plan.trajectory, time)
+        for arm, plan in zip((first, second), plans, strict=True)
     )
-    joint = int(np.abs(q - r).max(axis=0).argmax())
+    joint = int(np.abs(q - other_q).max(axis=0).argmax())
     curves = (
-        ("distance of the tools", "m", np.linalg.norm(tool - other, axis=1)),
+        ("distance of the tools", "m", np.linalg.norm(tool - other_tool, axis=1)),
         (
             f"difference of {first.joint_names[joint]}",
             first.joint_units[joint],
-            np.abs(q - r)[:, joint],
+            np.abs(q - other_q)[:, joint],
         ),
     )
     shown = [(name, *units.shown(1.0, unit), value) for name, unit, value in curves]
     return {
         "duration": duration,
-        "starts": [one.trajectory.start_time for one in plans],
+        "starts": [plan.trajectory.start_time for plan in plans],
         "time": time.tolist(),
         "curves": [
             {"name": name, "unit": unit, "value": (factor * value).tolist()}
@@ -104,7 +105,7 @@ def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
     }
 
 
-def _along(
+def _sample(
     robot: Robot, motion: JointTrajectory, time: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Positions of the tool [m], shape (n, 3), and of the joints, at times since the start."""

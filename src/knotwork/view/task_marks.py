@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
@@ -150,7 +150,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
 
 def _failure_text(finding: Finding, units: Units) -> str:
     """A finding as lists have it, but for a tolerance that is one for rounding."""
-    name = called(finding.name) if finding.subject == "waypoint" else finding.name
+    name = waypoint_text(finding.name) if finding.subject == "waypoint" else finding.name
     if finding.requested is not None:
         miss = units.text(finding.value or 0.0, finding.unit, ".3g")
         return f"{name}: {finding.title} off by {miss}"

@@ -17,11 +17,11 @@ from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
-SAMPLES = 800
+STRIP_SAMPLES = 800
 # Shortest drawn failure, as a fraction of the motion.
-LEAST_WIDTH = 0.003
+LEAST_FAILURE_WIDTH = 0.003
 # Use of a limit below which it does not limit.
-NOTABLE = 0.01
+NOTABLE_SHARE = 0.01
 
 
 def time_strip(shown: ShownMotion) -> dict[str, Any]:
@@ -32,13 +32,13 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     """
     curve, trajectory, scenario = shown.curve, shown.trajectory, shown.scenario
     start, end = float(curve.x[0]), float(curve.x[-1])
-    time = np.linspace(start, end, SAMPLES)
+    time = np.linspace(start, end, STRIP_SAMPLES)
     shares = list(limit_shares(shown.robot, curve, shown.space, shown.findings, time))
     asked = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
     ]
-    use = np.max([np.zeros(SAMPLES), *(share for _, share in shares)], axis=0)
+    use = np.max([np.zeros(STRIP_SAMPLES), *(share for _, share in shares)], axis=0)
     return {
         "use": packed_numbers(use.astype("<f4")),
         "asked": asked,
@@ -46,17 +46,17 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
         "clearance": _clearance(shown),
         "speed_limit": scenario.motion_limits.tool_speed,
         "curves": [
-            {**one, "time": (one["time"] - start).tolist()} for one in _more_curves(shown, time)
+            {**line, "time": (line["time"] - start).tolist()} for line in _more_curves(shown, time)
         ],
-        "events": [[one.time - start, one.text] for one in trajectory.events],
+        "events": [[event.time - start, event.text] for event in trajectory.events],
         "segments": [
             [
-                one.start - start,
-                one.end - start,
-                one.name,
-                _limiting(one.start, one.end, shown.findings, shares, time),
+                segment.start - start,
+                segment.end - start,
+                segment.name,
+                _limiting_constraint(segment.start, segment.end, shown.findings, shares, time),
             ]
-            for one in trajectory.segments
+            for segment in trajectory.segments
         ],
     }
 
@@ -76,58 +76,61 @@ def broken_spans(
     """
     start, end = float(time[0]), float(time[-1])
     spans = [
-        span for one in failures if one.at is not None for span in one.spans or ((one.at, one.at),)
+        span
+        for failure in failures
+        if failure.at is not None
+        for span in failure.spans or ((failure.at, failure.at),)
     ]
-    for one, share in shares:
-        over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not one.ok), False]))
+    for finding, share in shares:
+        over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not finding.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
-    least = 0.5 * LEAST_WIDTH * (end - start)
+    least = 0.5 * LEAST_FAILURE_WIDTH * (end - start)
     wide = unite_intervals((max(a - least, start), min(b + least, end)) for a, b in spans)
     return [[a - start, b - start] for a, b in wide]
 
 
-def _limiting(
+def _limiting_constraint(
     start: float, end: float, findings: Sequence[Finding], shares: _Shares, time: FloatArray
 ) -> str:
     """Limiting constraint of a segment: that of the choice of times, else the limit nearest to it.
 
     Positions within their range are not constraints.
     """
-    for one in findings:
-        span = one.interval if one.quantity == "binding_limits" else None
+    for finding in findings:
+        span = finding.interval if finding.quantity == "binding_limits" else None
         if span is not None and span[0] <= start and end <= span[1]:
-            return one.label
+            return finding.label
     within = (time >= start) & (time <= end)
     slowing = [pair for pair in shares if pair[0].quantity != "position" or not pair[0].ok]
     if not slowing or not within.any():
         return ""
-    one, share = max(slowing, key=lambda pair: float(pair[1][within].max()))
+    limiting, share = max(slowing, key=lambda pair: float(pair[1][within].max()))
     most = float(share[within].max())
-    if most < NOTABLE:
+    if most < NOTABLE_SHARE:
         return ""
     part = f"{100.0 * most:.0f} %" if np.isfinite(most) else "a jump"
-    return f"{one.name} {one.title} {part}".lstrip()
+    return f"{limiting.name} {limiting.title} {part}".lstrip()
 
 
 def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any]]:
     """Speeds of limited links, and used freedom of paths, in the displayed units."""
     scenario, robot, curve = shown.scenario, shown.robot, shown.curve
-    for one in scenario.motion_limits.frame_speeds:
+    for limit in scenario.motion_limits.frame_speeds:
         factor, unit = scenario.units.shown(1.0, "m/s")
-        speed = frame_values(robot, one.frame, 1, *(curve(time, order) for order in range(3)))
-        yield _curve(f"speed of {one.frame}", unit, time, factor * speed, [factor * one.speed])
+        speed = frame_values(robot, limit.frame, 1, *(curve(time, order) for order in range(3)))
+        yield _curve(f"speed of {limit.frame}", unit, time, factor * speed, [factor * limit.speed])
     for path in freedom_uses(Motion(shown.trajectory, shown.space), scenario, robot):
-        for (what, of), values in path.values.items() if path.subject == "path" else ():
-            factor, unit = scenario.units.shown(1.0, of)
-            bounds = [factor * edge for edge in path.bounds[what, of] if np.isfinite(edge)]
-            yield _curve(f"{what}, {path.name}", unit, path.time, factor * values, bounds)
+        for (freedom, si_unit), values in path.values.items() if path.subject == "path" else ():
+            factor, unit = scenario.units.shown(1.0, si_unit)
+            bounds = [factor * edge for edge in path.bounds[freedom, si_unit] if np.isfinite(edge)]
+            yield _curve(f"{freedom}, {path.name}", unit, path.time, factor * values, bounds)
 
 
 def _curve(
     name: str, unit: str, time: FloatArray, values: FloatArray, limits: list[float]
 ) -> dict[str, Any]:
-    given = [float(f"{value:.5g}") for value in values]
-    return {"name": name, "unit": unit, "time": time, "value": given, "limits": limits}
+    rounded = [float(f"{value:.5g}") for value in values]
+    return {"name": name, "unit": unit, "time": time, "value": rounded, "limits": limits}
 
 
 def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
@@ -135,13 +138,13 @@ def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
     trajectory, scenario, nearest = shown.trajectory, shown.scenario, nearest_around(shown.findings)
     also = [] if nearest is None or nearest.time is None else [nearest.time]
     start, end = trajectory.start_time, trajectory.end_time
-    found = clearance_curve(trajectory, scenario, shown.space, (start, end), also)
-    if found is None:
+    clearance = clearance_curve(trajectory, scenario, shown.space, (start, end), also)
+    if clearance is None:
         return None
     return {
-        "time": (found.time - start).tolist(),
-        "distance": [round(d, 6) if np.isfinite(d) else None for d in found.distance.tolist()],
-        "pair": found.pair,
-        "names": found.names,
+        "time": (clearance.time - start).tolist(),
+        "distance": [round(d, 6) if np.isfinite(d) else None for d in clearance.distance.tolist()],
+        "pair": clearance.pair,
+        "names": clearance.names,
         "margin": scenario.scene.rules.margin,
     }

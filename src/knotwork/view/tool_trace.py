@@ -55,26 +55,23 @@ def tool_trace(
         also: More times to sample [s].
         paths: Tool paths of the task.
     """
-    found = [one for one in failures if one.subject != "path"]
-    limits = [one for one in found if one.group in LIMITS]
+    failures = [failure for failure in failures if failure.subject != "path"]
+    limits = [failure for failure in failures if failure.group in LIMITS]
+    spans = [span for failure in failures for span in failure.spans]
     start, end = float(curve.x[0]), float(curve.x[-1])
-    ends = [end for one in found for span in one.spans for end in span]
-    inner = [
-        at
-        for at in (*also, *ends, *(one.time for one in limits if one.time is not None))
-        if start <= at <= end
-    ]
+    worst = [failure.time for failure in limits if failure.time is not None]
+    inner = [at for at in (*also, *np.ravel(spans), *worst) if start <= at <= end]
     breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
     base = robot.base_placement
     position = np.array([(base * robot.forward(row)).translation for row in curve(time)])
     speed = tool_speeds(robot, curve, time, paths)
     broken = np.zeros(len(time), dtype=bool)
-    for begin, end in (span for one in found for span in one.spans):
+    for begin, end in spans:
         broken |= (time >= begin) & (time <= end)
     if space is not None:
-        for one, share in limit_shares(robot, curve, space, limits, time):
-            slack = LIMIT_SLACK * max(1.0, 1.0 / abs(one.limit or 1.0))
+        for failure, share in limit_shares(robot, curve, space, limits, time):
+            slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
             broken |= share > 1.0 + slack
     return ToolTrace(time, position, speed, broken)
 

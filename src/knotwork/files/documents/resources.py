@@ -11,7 +11,7 @@ from pathlib import Path
 
 from knotwork.errors import InputError, UnknownNameError
 
-_PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
+_PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 
 
 def folder(kind: str) -> Path:

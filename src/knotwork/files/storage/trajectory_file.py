@@ -65,7 +65,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
     The coefficients define the curve; `knot_disagreement` reports knots that differ
     from it.
 
-    >>> from knotwork import storage
+    >>> from knotwork.files import storage
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> trajectory_from_dict(storage.trajectory_to_dict(lift)).position(0.5)
     array([0.5])
@@ -129,7 +129,7 @@ def _array(
 def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None:
     """Describe where the knots of a stored trajectory differ from its coefficients, if they do.
 
-    >>> from knotwork import storage
+    >>> from knotwork.files import storage
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> data = storage.trajectory_to_dict(lift)
     >>> data["knots"]["position"][1] = [2.0]

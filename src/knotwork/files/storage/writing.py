@@ -72,7 +72,7 @@ def to_csv(
 def rows_to_csv(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
     r"""Write rows of any values as CSV with a header row; missing values are empty.
 
-    >>> from knotwork import storage
+    >>> from knotwork.files import storage
     >>> storage.rows_to_csv(["planner", "jump"], [{"planner": "cubic"}])
     'planner,jump\ncubic,\n'
     """

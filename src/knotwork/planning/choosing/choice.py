@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -39,30 +40,51 @@ class ChosenTimes:
         asked: The scenario with free times.
         scenario: The scenario with numbers in place of its unknowns.
         solution: The choice of the solutions of the poses, made before the times.
-        duration: Duration of the whole motion [s].
-        lower_bound: Lower bound of the duration of any such motion within the limits [s]; if
-            speeds along tool paths were chosen, for these speeds.
-        status: `"optimal"`; `"stopped"` if the budget ended first; or `"resting"` if no start
-            led to a solution and the arm comes to rest between waypoints.
-        binding: Limiting constraints by interval.
-        met: Names of waypoints in moving frames, whose times were chosen before.
+        segments: Result for each segment.
+        path_limits: Limiting constraints of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
-        objective: Value of each weighted term, by name.
-        segments: Result for each segment.
+        met: Names of waypoints in moving frames, whose times were chosen before.
     """
 
     asked: Scenario
     scenario: Scenario
     solution: TaskSolution
-    duration: float
-    lower_bound: float
-    status: Status
-    binding: tuple[Binding, ...]
-    objective: dict[str, float]
     segments: tuple[TimedMotion, ...] = ()
-    met: tuple[str, ...] = ()
+    path_limits: tuple[Binding, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
+    met: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Duration of the whole motion [s]."""
+        return float(np.ptp(self.scenario.times))
+
+    @property
+    def lower_bound(self) -> float:
+        """Lower bound of the duration of any such motion within the limits [s].
+
+        If speeds along tool paths were chosen, for these speeds.
+        """
+        return self.duration - sum(one.duration - one.lower_bound for one in self.segments)
+
+    @property
+    def status(self) -> Status:
+        """`"optimal"`, `"stopped"` or `"resting"`, the worst of the segments; see `TimedMotion`."""
+        return status_of(motion.status for motion in self.segments)
+
+    @property
+    def binding(self) -> tuple[Binding, ...]:
+        """Limiting constraints by interval."""
+        return (*self.path_limits, *(limit for one in self.segments for limit in one.binding))
+
+    @property
+    def objective(self) -> dict[str, float]:
+        """Value of each weighted term, by name."""
+        values = Counter[str]()
+        for motion in self.segments:
+            values.update(motion.objective)
+        return dict(values)
 
     @property
     def gap(self) -> float:
@@ -80,16 +102,7 @@ class ChosenTimes:
             "objective": self.objective,
             "assumed_jerk": dict(self.assumed_jerk),
             "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
-            "binding": [
-                {
-                    "start": one.start,
-                    "end": one.end,
-                    "joint": one.joint,
-                    "quantity": one.quantity,
-                    "share": one.share,
-                }
-                for one in self.binding
-            ],
+            "binding": [asdict(limit) for limit in self.binding],
         }
 
 
@@ -117,32 +130,18 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    clock = Budget(progress, budget)
     try:
-        paths, found = _found(scenario, free, solution, clock)
-    except NoMotionsError as failed:
-        raise failed.reported() from None
+        paths, motions = _fastest(scenario, free, solution, Budget(progress, budget))
+    except NoMotionsError as error:
+        raise error.reported() from None
     task = paths.task
-    with_numbers = with_chosen_values(task, found)
-    duration = float(np.ptp(with_numbers.times))
-    in_segments = sum(motion.duration for _, motion in found)
-    least = sum(motion.lower_bound for _, motion in found)
-    parts = [motion.status for _, motion in found]
-    objective: dict[str, float] = {}
-    for _, motion in found:
-        for name, value in motion.objective.items():
-            objective[name] = objective.get(name, 0.0) + value
     return ChosenTimes(
-        asked=scenario,
-        scenario=with_numbers,
-        solution=task.solution,
-        duration=duration,
-        lower_bound=duration - in_segments + least,
-        status=status_of(parts),
-        binding=(*paths.binding, *(binding for _, motion in found for binding in motion.binding)),
-        objective=objective,
-        segments=tuple(motion for _, motion in found),
-        assumed_jerk=assumed_jerk(task.space),
+        scenario,
+        with_chosen_values(task, motions),
+        task.solution,
+        tuple(motion for _, motion in motions),
+        paths.binding,
+        assumed_jerk(task.space),
     )
 
 
@@ -150,16 +149,13 @@ SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 """Fractions of the maximum speeds along paths that are tried if these are infeasible."""
 
 
-_Found = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
+_Motions = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
 """A task with speeds along its paths, and the motions of its segments."""
 
 
-def _found(
-    scenario: Scenario,
-    free: FreeTimes,
-    solution: TaskSolution | None,
-    budget: Budget,
-) -> _Found:
+def _fastest(
+    scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
+) -> _Motions:
     """Speeds along paths and all motions.
 
     If the maximum speeds are infeasible, lower ones are tried until the total duration
@@ -172,29 +168,29 @@ def _found(
     try:
         return paths, _motions(paths, free, budget)
     except NoMotionsError as error:
-        failed, lower = error, _adjacent_stretches(error.errors, paths)
-    best: _Found | None = None
+        failure, lower = error, _adjacent_stretches(error.errors, paths)
+    best: _Motions | None = None
     for part in SPEED_FRACTIONS if lower else ():
         if budget.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
             continue  # the lowest speeds are feasible if any are
         caps = {i: part * paths.speeds[i] for i in lower}
         slower = with_greatest_speeds(scenario, free, solution, caps)
         try:
-            found = slower, _motions(slower, free, budget)
+            motions = slower, _motions(slower, free, budget)
         except NoMotionsError as error:
-            failed = error
+            failure = error
             continue
-        if best and _duration(*best) <= _duration(*found):
+        if best and _duration(*best) <= _duration(*motions):
             break
-        best = found
+        best = motions
     if best is None:
-        raise failed
+        raise failure
     return best
 
 
 def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]]) -> float:
     """Duration of the whole motion [s]."""
-    outside = duration_outside(paths.task, [one for one, _ in motions])
+    outside = duration_outside(paths.task, [segment for segment, _ in motions])
     return outside + sum(motion.duration for _, motion in motions)
 
 
@@ -214,7 +210,7 @@ def _motions(
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
     """The waypoints at the ends of stretches with chosen speeds, on paths next to segments."""
-    ends = {i for one in segments for i in (one.waypoints[0], one.waypoints[-1])}
+    ends = {segment.waypoints[k] for segment in segments for k in (0, -1)}
     return {
         i
         for path in paths.task.scenario.paths
@@ -236,11 +232,12 @@ def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) 
     paths = task.scenario.paths
     beyond = paths_beyond_limits(task, asked)
     unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
-    errors = [one for found in beyond.values() for one in found]
+    errors = [error for path_errors in beyond.values() for error in path_errors]
     errors += waypoints_near_tool_speed(task)
-    for one in segments:
-        if not unknown & {one.waypoints[0], one.waypoints[-1]}:
-            problem = timing_problem(task, one, Objective())
-            errors += located_in_segment(impossible(problem, direct=one.way is None), task, one)
+    for segment in segments:
+        if not unknown & {segment.waypoints[0], segment.waypoints[-1]}:
+            problem = timing_problem(task, segment, Objective())
+            causes = impossible(problem, direct=segment.way is None)
+            errors += located_in_segment(causes, task, segment)
     if errors:
         raise together(errors)

@@ -16,7 +16,7 @@ from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-STANDING = 1e-9
+STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
@@ -27,7 +27,7 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
         task: The task.
         found: The segments and their motions.
     """
-    scenario, free, units = task.scenario, task.free, _Units(task)
+    scenario, free, units = task.scenario, task.free, _Factors(task)
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
     for segment, motion in found:
@@ -55,7 +55,7 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
     return replace(timed, task=given.replace(chosen=motions))
 
 
-class _Units:
+class _Factors:
     """Converts values of joints and tool to the units of the task."""
 
     def __init__(self, task: FreeTask) -> None:
@@ -81,7 +81,7 @@ def solutions_near(
         positions: Joint positions of all rows [rad or m], by default those of its solution.
     """
     positions = task.waypoints.position if positions is None else positions
-    index, paths, units = task.scenario.index, task.scenario.paths, _Units(task)
+    index, paths, units = task.scenario.index, task.scenario.paths, _Factors(task)
     # in the task, the end of a path and of the wait there are one waypoint; a wait on a frame that
     # moves is a path as well, but a pose without another path to it has a solution of its own
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
@@ -93,7 +93,7 @@ def solutions_near(
     return {k: {"near": units.by_joint(positions[task.rows[i]])} for k, i in poses.items()}
 
 
-def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
+def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Factors) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it is chosen."""
     kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
@@ -112,11 +112,15 @@ def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) 
         linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
-    return {"speed": None, "stop": True} if speed < STANDING else {"speed": speed / units.length}
+    return {"speed": None, "stop": True} if speed < STOP_SPEED else {"speed": speed / units.length}
 
 
 def _chosen(
-    timed: Scenario, kinds: tuple[str, ...], segment: Segment, motion: TimedMotion, units: _Units
+    timed: Scenario,
+    kinds: tuple[str, ...],
+    segment: Segment,
+    motion: TimedMotion,
+    units: _Factors,
 ) -> ChosenMotion:
     """A segment for the task; its knots begin at the preceding waypoint of the task."""
     x = motion.trajectory.breaks

@@ -21,7 +21,7 @@ from knotwork.planning.ways.search import find_way, stretch
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.spline.retiming import stop_on_path
 from knotwork.task import PoseWaypoint
 from knotwork.units import rounded_up
@@ -88,7 +88,7 @@ def clear_motion(
         if len(way_problem.starts) == len(way_problem.goals) == 1:
             error.waypoints = segment.waypoints
         raise error from None
-    curve = _stretched(way, way_problem, problem, task, segment)
+    curve = _stretched(way, problem, task, segment)
     motion = _timed(way, curve, problem, way_problem)
     room = way.room if options.room else None
     return replace(motion, line=way.line, tries=tries, room=room)
@@ -117,7 +117,7 @@ def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> Piecewise
     motion, at = task.scenario.under_way
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
-    curve = part(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
+    curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
     curve = PiecewisePolynomial(curve.c, curve.x - at)
     stopped = stop_on_path(curve, 0.0, limits.acceleration, limits.jerk, STOP_TOLERANCE)
     return curve if stopped is None else stopped[1]
@@ -187,7 +187,7 @@ def _solutions(
 
 
 def _stretched(
-    way: Way, way_problem: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
+    way: Way, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given = float(problem.total or problem.duration.sum())
@@ -195,7 +195,7 @@ def _stretched(
     duration = max(way.duration, least) if np.isnan(given) else given
     if duration == way.duration:
         return way.curve
-    curve = stretch(way_problem, way, duration) if duration > way.duration else None
+    curve = stretch(way, duration) if duration > way.duration else None
     if curve is None:
         error = InputError(
             f"{duration:g} s is shorter than the fastest motion found, which takes "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -40,7 +41,8 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
         yield _of_motion("assumed_jerk", _assumed(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _binding(chosen).items():
-        parts = [f"{what} {_how_long(share)}" for what, share in limits]
+        parts = [f"{limit} {_share_text(share)}" for limit, share in limits]
+        label = _longest(limits)
         yield Finding(
             group=GROUP,
             subject="waypoint",
@@ -49,8 +51,8 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
             verdict="information",
             fact=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
-            label=_most(limits),
-            brief=f"{start} to {end}: bound by {_most(limits)}",
+            label=label,
+            brief=f"{start} to {end}: bound by {label}",
         )
 
 
@@ -66,32 +68,27 @@ def _of_motion(
 
 
 def _duration(chosen: ChosenTimes) -> str:
+    text, bound = f"times chosen: {chosen.duration:.6g} s", f"{chosen.lower_bound:.6g} s"
     if chosen.status == "stopped":
-        what = " with these speeds along its paths" if _path_speeds_chosen(chosen) else ""
+        speeds = " with these speeds along its paths" if _path_speeds_chosen(chosen) else ""
         return (
-            f"times chosen: {chosen.duration:.6g} s, the best so far when the budget ended: every "
-            "limit is kept, but a shorter motion may exist "
-            f"(lower bound{what} {chosen.lower_bound:.6g} s)"
+            f"{text}, the best so far when the budget ended: every limit is kept, but a shorter "
+            f"motion may exist (lower bound{speeds} {bound})"
         )
     if chosen.status == "resting":
         return (
-            f"times chosen: {chosen.duration:.6g} s: every limit is kept, but the arm rests "
-            "between waypoints, and a shorter motion may exist "
-            f"(lower bound {chosen.lower_bound:.6g} s)"
+            f"{text}: every limit is kept, but the arm rests between waypoints, and a shorter "
+            f"motion may exist (lower bound {bound})"
         )
     if chosen.gap < 1e-6:
-        least = "as given, or the minimum"
-        return f"times chosen: {chosen.duration:.6g} s in all, {least}{_met(chosen)}"
-    return (
-        f"times chosen: {chosen.duration:.6g} s, {100 * chosen.gap:.1f} % above the lower bound "
-        f"{chosen.lower_bound:.6g} s{_met(chosen)}"
-    )
+        return f"{text} in all, as given, or the minimum{_met(chosen)}"
+    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_met(chosen)}"
 
 
 def _met(chosen: ChosenTimes) -> str:
-    """Given times at moving frames, in words, on which the lower bound depends."""
-    at = {one.name: one.time for one in chosen.scenario.waypoints}
-    met = [f"{name!r} met at {at[name]:.6g} s" for name in chosen.met]
+    """Text of given times at moving frames, on which the lower bound depends."""
+    times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
+    met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.met]
     return f" with {', '.join(met)}" if met else ""
 
 
@@ -125,7 +122,7 @@ def _assumed(chosen: ChosenTimes) -> str:
     return f"no jerk limit is given, so one is assumed: {text}"
 
 
-def _how_long(share: float | None) -> str:
+def _share_text(share: float | None) -> str:
     if share is None:
         return "bounds the speed along the path"
     return f"for {100 * share:.0f} % of the time" if share else "at its peak"
@@ -133,21 +130,20 @@ def _how_long(share: float | None) -> str:
 
 def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float | None]]]:
     """Limiting constraints by interval, each with its share of the time."""
-    found: dict[tuple[str, str], list[tuple[str, float | None]]] = {}
-    text = chosen.scenario.units.text
-    for one in chosen.binding:
-        what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
-        if one.quantity == "jerk" and one.joint in chosen.assumed_jerk:
-            what += " (assumed)"
-        if one.quantity == Bound.RAMPS:
-            asked = chosen.scenario.paths[0].asked
-            what += f" at path.acceleration, {text(asked.acceleration, 'm/s²')},"
-        found.setdefault((one.start, one.end), []).append((what, one.share))
-    return found
+    limits: defaultdict[tuple[str, str], list[tuple[str, float | None]]] = defaultdict(list)
+    for limit in chosen.binding:
+        text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
+        if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
+            text += " (assumed)"
+        if limit.quantity == Bound.RAMPS:
+            acceleration = chosen.scenario.paths[0].asked.acceleration
+            text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
+        limits[limit.start, limit.end].append((text, limit.share))
+    return limits
 
 
-def _most(limits: list[tuple[str, float | None]]) -> str:
+def _longest(limits: list[tuple[str, float | None]]) -> str:
     """The constraint that limits for most of the time, and the number of others."""
-    what, share = max(limits, key=lambda one: one[1] or 0.0)
+    limit, share = max(limits, key=lambda one: one[1] or 0.0)
     others = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
-    return f"{what} {_how_long(share).removeprefix('for ')}{others}"
+    return f"{limit} {_share_text(share).removeprefix('for ')}{others}"

@@ -21,21 +21,21 @@ from knotwork.task import PlainTask
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
-ROUNDS = 20
+MAX_ROUNDS = 20
 """Largest number of iterations."""
 
-FULL = 5
+FULL_STEPS = 5
 """Number of iterations with full steps and a new choice of solutions.
 
 After that solutions are kept and steps are halved: a redundant arm may reach a later place sooner,
 or in another way, and the times go to and fro.
 """
 
-AGREE = 1e-3
+AGREEMENT = 1e-3
 """Tolerance of agreement [s]."""
 
-LONGER = 1.002
-"""Factor on the minimum times; `AGREE` is added as well."""
+LONGER_TIMES = 1.002
+"""Factor on the minimum times; `AGREEMENT` is added as well."""
 
 GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
 """Initial guesses of the time until the first moving frame [s]."""
@@ -54,24 +54,24 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
     Raises:
         InputError: A given time is too early, or the iteration does not converge.
     """
-    scenario, chosen = _begun(scenario, choose)
-    for done in range(ROUNDS):
-        expected, found = scenario.provisional_times, _times(scenario, chosen)
+    scenario, chosen = _first_choice(scenario, choose)
+    for count in range(MAX_ROUNDS):
+        expected, times = scenario.provisional_times, _times(scenario, chosen)
         met = list(_free(scenario).meets)
-        if np.abs(found - expected)[met].max() <= AGREE:
-            return _given(scenario, chosen)
+        if np.abs(times - expected)[met].max() <= AGREEMENT:
+            return _with_numbers(scenario, chosen)
         task = scenario.task.with_waypoints(_speeds(scenario, chosen))
-        if done == FULL:
+        if count == FULL_STEPS:
             task = task.with_waypoints(_solutions(scenario, chosen))
-        following = found if done < FULL else 0.5 * (expected + found)
-        scenario = _expected(scenario, task, _by_waypoint(scenario, following))
+        following = times if count < FULL_STEPS else 0.5 * (expected + times)
+        scenario = _expecting(scenario, task, _by_waypoint(scenario, following))
         if scenario.free is None or not scenario.free.meets:
             return scenario
         chosen = choose(scenario)
-    i = max(met, key=lambda i: abs(found[i] - expected[i]))
+    i = max(met, key=lambda i: abs(times[i] - expected[i]))
     error = TimingError(
-        f"{scenario.waypoints[i].name!r} moves, and after {ROUNDS} iterations the arrival at "
-        f"{found[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
+        f"{scenario.waypoints[i].name!r} moves, and after {MAX_ROUNDS} iterations the arrival at "
+        f"{times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
         "here and before",
         limit="rounds",
     )
@@ -85,60 +85,60 @@ def _free(scenario: Scenario) -> FreeTimes:
     return scenario.free
 
 
-def _expected(scenario: Scenario, task: PlainTask, expected: Mapping[int, float]) -> Scenario:
+def _expecting(scenario: Scenario, task: PlainTask, expected: Mapping[int, float]) -> Scenario:
     """Another task in place of a scenario's, with expected times [s] by waypoint of the task."""
-    made = resolved(task, scenario.places, expected)
-    return replace(made, under_way=scenario.under_way)
+    return replace(resolved(task, scenario.places, expected), under_way=scenario.under_way)
 
 
-def _begun(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
+def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
     """The scenario with the first expected times, and the choice based on them.
 
     Raises:
         InputError: There is no solution for any guess.
     """
     free, (first, *_) = _free(scenario), _free(scenario).meets
-    k, failed = scenario.index[first], None
-    task, before = _alone(scenario, choose, first)
+    k, failure = scenario.index[first], None
+    task, before = _times_before(scenario, choose, first)
     start = before.get(k - 1, float(scenario.provisional_times[first - 1]))
-    spans: list[float | None] = [None]
     time = scenario.task.waypoints[k].time
     if time is not None and time <= start:
         sooner = task.with_waypoints({k: {"time": None, "after": "fastest"}})
-        chosen = choose(_expected(scenario, sooner, {**before, k: start + GUESSES[0]}))
+        chosen = choose(_expecting(scenario, sooner, {**before, k: start + GUESSES[0]}))
         raise _too_soon(scenario, first, time, float(chosen.scenario.times[first]))
+    guesses = [before]
     if time is None and free.duration[first - 1]:
-        spans = [max(span, float(free.at_least[first - 1])) for span in GUESSES]
-    for span in dict.fromkeys(spans):
-        expected = before if span is None else {**before, k: start + span}
+        spans = dict.fromkeys(max(span, float(free.at_least[first - 1])) for span in GUESSES)
+        guesses = [{**before, k: start + span} for span in spans]
+    for expected in guesses:
         try:
-            begun = _expected(scenario, task, expected)
-            return begun, choose(begun)
+            guessed = _expecting(scenario, task, expected)
+            return guessed, choose(guessed)
         except (OutOfReachError, FollowingError) as error:
             error.add(
                 "frames are taken at their expected times: after: {fastest: true, "
                 "at_least: seconds} delays the arrival until they are in reach"
             )
-            failed = failed or error
-    raise failed or TypeError("GUESSES is empty")
+            failure = failure or error
+    raise failure or AssertionError("GUESSES is empty")
 
 
-def _alone(scenario: Scenario, choose: Choose, first: int) -> tuple[PlainTask, dict[int, float]]:
-    """The part before a waypoint, planned alone: the task with its speeds, and its times [s].
+def _times_before(
+    scenario: Scenario, choose: Choose, first: int
+) -> tuple[PlainTask, dict[int, float]]:
+    """The part before a waypoint, planned independently: the task with its speeds, its times [s].
 
     The unchanged task without times if nothing is free there, or if it is not a complete task.
     """
-    free, task = _free(scenario), scenario.task
-    if free.first_untimed < first:
-        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
-        try:
-            alone = resolved(part, scenario.places)
-            chosen = choose(alone)
-        except InputError:
-            return task, {}
-        changes = _speeds(scenario, chosen, first - 1)
-        return task.with_waypoints(changes), _by_waypoint(alone, chosen.scenario.times)
-    return task, {}
+    task = scenario.task
+    if _free(scenario).first_untimed >= first:
+        return task, {}
+    part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+    try:
+        chosen = choose(resolved(part, scenario.places))
+    except InputError:
+        return task, {}
+    changes = _speeds(scenario, chosen, first - 1)
+    return task.with_waypoints(changes), _by_waypoint(chosen.scenario, chosen.scenario.times)
 
 
 def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
@@ -167,16 +167,16 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     Raises:
         InputError: A waypoint is reached later than its given time.
     """
-    found = np.array(chosen.scenario.times)
+    times = np.array(chosen.scenario.times)
     for i in _free(scenario).meets:
         k = scenario.index[i]
         time = scenario.task.waypoints[k].time
         if time is None or k == scenario.index[i - 1]:
             continue
-        if found[i] > time:
-            raise _too_soon(scenario, i, time, float(found[i]))
-        found[i:] += time - found[i]
-    return found
+        if times[i] > time:
+            raise _too_soon(scenario, i, time, float(times[i]))
+        times[i:] += time - times[i]
+    return times
 
 
 def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputError:
@@ -188,7 +188,7 @@ def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputErr
     return error
 
 
-def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
+def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     """The scenario with numbers for its unknowns up to the last moving frame."""
     free, task = _free(scenario), scenario.task
     last, spans = free.meets[-1], np.diff(chosen.scenario.times)
@@ -197,8 +197,8 @@ def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     for i in range(1, last + 1):
         k = scenario.index[i]
         if free.duration[i - 1] and task.waypoints[k].time is None:
-            span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREE
-            changes[k]["after"] = rounded_up(span if waits else LONGER * span + AGREE, 6)
+            span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREEMENT
+            changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)
     whole: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
         whole = {"times": None, "objective": None}
@@ -206,4 +206,4 @@ def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
             terms = {name: value for name, value in free.objective.items() if name != "time"}
             whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
-    return _expected(scenario, task.replace(**whole), {})
+    return _expecting(scenario, task.replace(**whole), {})

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
 from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError
 from knotwork.planning.choosing.task import FreeTask
@@ -42,7 +42,7 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
         most = (1.0 - ADVISED_MARGIN) * limit
         if speed > limit * (1.0 - NO_MARGIN):
             error = InputError(
-                f"{called(scenario.waypoints[i].name)}: the tool is given a speed of "
+                f"{waypoint_text(scenario.waypoints[i].name)}: the tool is given a speed of "
                 f"{_speed(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
                 f"accepted: at most {_speed(scenario, most)}, {rounded_down(most / speed, 3):g} "
                 "times that speed, or a higher limit"

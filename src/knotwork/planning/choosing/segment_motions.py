@@ -39,10 +39,13 @@ class NoMotionsError(Exception):
 
     def reported(self) -> InputError:
         """The combined error of all segments."""
-        located = [
-            located_in_segment(error.causes, self.task, one) for one, error in self.errors.items()
-        ]
-        return together([one for causes in located for one in causes])
+        return together(
+            [
+                cause
+                for segment, error in self.errors.items()
+                for cause in located_in_segment(error.causes, self.task, segment)
+            ]
+        )
 
 
 def solved_segments(
@@ -61,32 +64,31 @@ def solved_segments(
     """
     free = task.free
     objective = Objective(**{"time": 0.0, **free.objective})
-    budget.work = sum(len(one.waypoints) - 1 for one in segments)
+    budget.work = sum(len(segment.waypoints) - 1 for segment in segments)
     if free.total is None:
         return list(_motions(task, segments, objective, budget).items())
     timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
-    budget.work += sum(len(one.waypoints) - 1 for one in timed)
+    budget.work += sum(len(segment.waypoints) - 1 for segment in timed)
     fastest = _motions(task, timed, Objective(), budget)
-    spans = {one: motion.duration for one, motion in fastest.items()}
-    given = duration_outside(task, timed)
-    shortest = given + sum(spans.values())
+    outside = duration_outside(task, timed)
+    shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
         raise _total_too_short(task, shortest, budget if stopped else None)
-    factor = (free.total - given) / sum(spans.values())
-    totals = {one: factor * span for one, span in spans.items()}
+    factor = (free.total - outside) / (shortest - outside)
+    totals = {segment: factor * motion.duration for segment, motion in fastest.items()}
     try:
         return list(_motions(task, segments, objective, budget, totals).items())
-    except NoMotionsError as failed:
-        error = failed.reported()
+    except NoMotionsError as failure:
+        error = failure.reported()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
         raise error from None
 
 
 def duration_outside(task: FreeTask, segments: Iterable[Segment]) -> float:
     """Duration of the motion outside some segments [s]."""
-    own = sum(float(np.ptp(task.waypoints.time[one.rows])) for one in segments)
-    return float(np.ptp(task.scenario.provisional_times)) - own
+    inside = sum(float(np.ptp(task.waypoints.time[segment.rows])) for segment in segments)
+    return float(np.ptp(task.scenario.provisional_times)) - inside
 
 
 def _motions(
@@ -96,23 +98,25 @@ def _motions(
     budget: Budget,
     totals: Mapping[Segment, float] = MappingProxyType({}),
 ) -> dict[Segment, TimedMotion]:
-    found, failed = {}, {}
-    for one in segments:
-        problem = timing_problem(task, one, objective, totals.get(one))
-        if objective.only_time and one not in totals and not problem.free.any():
-            alone = len(one.waypoints) == 2
-            problem = replace(problem, objective=SMOOTHEST if alone else CALMEST)
+    motions: dict[Segment, TimedMotion] = {}
+    errors: dict[Segment, NoMotionError] = {}
+    for segment in segments:
+        problem = timing_problem(task, segment, objective, totals.get(segment))
+        if objective.only_time and segment not in totals and not problem.free.any():
+            single = len(segment.waypoints) == 2
+            problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
         try:
-            if one.way is None:
-                found[one] = solved(problem, budget)
+            if segment.way is None:
+                motions[segment] = solved(problem, budget)
             else:
-                ends = (m.trajectory.position(m.duration) for s, m in found.items() if s.meets(one))
-                found[one] = clear_motion(task, one, problem, budget, next(ends, None))
+                before = [motion for one, motion in motions.items() if one.meets(segment)]
+                start = before[0].trajectory.position(before[0].duration) if before else None
+                motions[segment] = clear_motion(task, segment, problem, budget, start)
         except NoMotionError as error:
-            failed[one] = error
-    if failed:
-        raise NoMotionsError(task, failed)
-    return found
+            errors[segment] = error
+    if errors:
+        raise NoMotionsError(task, errors)
+    return motions
 
 
 def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> InputError:
@@ -123,18 +127,18 @@ def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> 
         shortest: Duration of that motion [s].
         budget: Budget, if it ended before a shorter one could be found.
     """
-    total, enough = task.free.total, f"{with_room(shortest):.6g} s"
-    if budget is None:
-        error = InputError(
-            f"{total:g} s is shorter than the minimum time found within the limits, "
-            f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
+    total, enough = f"{task.free.total:g} s", f"{with_room(shortest):.6g} s"
+    message = (
+        f"{total} is shorter than the minimum time found within the limits, "
+        f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
+    )
+    error = InputError(message)
+    if budget is not None:
+        message = (
+            f"no motion of {total} was found within the budget of {budget.seconds:.3g} s, the "
+            f"shortest lasts {enough}; allow more time"
         )
-    else:
-        error = TimingError(
-            f"no motion of {total:g} s was found within the budget of {budget.seconds:.3g} s, the "
-            f"shortest lasts {enough}; allow more time",
-            limit="budget",
-        )
+        error = TimingError(message, limit="budget")
     error.locate(task.scenario.where("duration"))
     return error
 

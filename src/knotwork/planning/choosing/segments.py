@@ -13,10 +13,10 @@ from knotwork.scenario import FreeWay, Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import FloatArray, IndexArray
 
-SHORTEST_RAMP = 0.01
+MIN_RAMP_TIME = 0.01
 """Without a jerk limit, the minimum time from zero to the maximum acceleration [s]."""
 
-GREATEST_JERK = 2e4
+MAX_JERK = 2e4
 """Without limits of jerk and acceleration, the largest jerk [rad/s³ or m/s³]."""
 
 
@@ -47,39 +47,38 @@ def find_segments(task: FreeTask) -> list[Segment]:
             points with zero acceleration.
     """
     scenario, free = task.scenario, task.free
-    n = len(scenario.waypoints)
     closed = set(task.space.waits)
     for i in closed:
         if free.duration[i]:
-            with scenario.error_context("waypoints", scenario.index[i + 1]):
-                raise InputError(
-                    f"{scenario.waypoints[i].name!r} and {scenario.waypoints[i + 1].name!r} are "
-                    "the same stop, so the minimum time between them is zero; accepted: wait: "
-                    "seconds at the first of them, or after: seconds"
-                )
-    for i, why in task.still_points.items():
+            names = (scenario.waypoints[k].name for k in (i, i + 1))
+            error = InputError(
+                f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
+                "them is zero; accepted: wait: seconds at the first of them, or after: seconds"
+            )
+            raise task.located(error, i + 1)
+    ends = task.still_points
+    for i, why in ends.items():
         if free.speed[i] != "given":
             accepted = "stop, or a velocity"
             if i in free.ways and i + 1 in free.ways:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise task.located(InputError(message), i)
-    for path in scenario.paths:
-        closed.update(range(path.first, path.last))
-    ends = task.still_points
+    closed.update(i for path in scenario.paths for i in range(path.first, path.last))
+    last = len(scenario.waypoints) - 1
     segments: list[Segment] = []
     first = 0
-    for i in range(n):
-        if i + 1 < n and i not in closed and i not in ends:
+    for i in range(last + 1):
+        if i < last and i not in closed and i not in ends:
             continue
-        if i > first and _chosen(task, first, i):
-            own = Segment(range(first, i + 1), task.rows[first : i + 1], free.ways.get(i))
-            segments.append(own)
+        if i > first and _has_unknowns(task, first, i):
+            rows = task.rows[first : i + 1]
+            segments.append(Segment(range(first, i + 1), rows, free.ways.get(i)))
         first = i + 1 if i in closed else i
     return segments
 
 
-def _chosen(task: FreeTask, first: int, last: int) -> bool:
+def _has_unknowns(task: FreeTask, first: int, last: int) -> bool:
     """Whether anything is chosen between two waypoints."""
     free = task.free
     return bool(
@@ -147,8 +146,8 @@ def timing_problem(
 def jerk_limits(space: JointSpace) -> FloatArray:
     """Jerk limits; without one, a bound that avoids jumps of the acceleration."""
     jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
-    ramped = np.where(np.isfinite(acceleration), acceleration / SHORTEST_RAMP, GREATEST_JERK)
-    return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, GREATEST_JERK))
+    ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
+    return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
 
 
 def assumed_jerk(space: JointSpace) -> dict[str, float]:
@@ -165,17 +164,17 @@ def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
     knots are. Zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
-    still = task.still_points
     known = np.full((len(rows), len(space.joint_names)), np.nan)
-    ends = space.end_acceleration
-    for place, row, last in ((0, rows[0], 0), (-1, rows[-1], len(waypoints.time) - 1)):
-        given = waypoints.acceleration
+    for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
+        row, given = rows[end], waypoints.acceleration
         if given is not None and not np.isnan(given[row]).any():
-            known[place] = given[row]
-        elif row == last and ends is not None:
-            known[place] = ends[place]
-        elif (row == last and task.free.duration.any()) or segment.waypoints[place] in still:
-            known[place] = 0.0
+            known[end] = given[row]
+        elif row == last and space.end_acceleration is not None:
+            known[end] = space.end_acceleration[end]
+        elif segment.waypoints[end] in task.still_points or (
+            row == last and task.free.duration.any()
+        ):
+            known[end] = 0.0
     return known
 
 
@@ -184,24 +183,20 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
     bounded = np.isfinite(limits.acceleration)
     if space.robot is not None:
         bounded |= np.isfinite(limits.effort)
+    units = dict(zip(space.joint_names, space.joint_units, strict=True))
     loose = [name for name, fine in zip(space.joint_names, bounded, strict=True) if not fine]
     if not loose:
         return
-    example = ", ".join(
-        f"{name}: {10.0 if unit == 'rad' else 2.0:g}"
-        for name, unit in zip(space.joint_names, space.joint_units, strict=True)
-        if name in loose
+    example = ", ".join(f"{name}: {10 if units[name] == 'rad' else 2}" for name in loose)
+    shown = dict.fromkeys(scenario.units.shown(1.0, f"{unit}/s²")[1] for unit in units.values())
+    reason = (
+        "neither a limit of acceleration nor one of torque is known"
+        if space.robot is not None
+        else "no acceleration limit is given"
     )
-    shown = (scenario.units.shown(1.0, f"{unit}/s²")[1] for unit in space.joint_units)
-    units = " or ".join(dict.fromkeys(shown))
     with scenario.error_context("limits"):
         raise InputError(
             f"times are chosen, but nothing bounds the acceleration of {', '.join(loose)}: "
-            + (
-                "neither a limit of acceleration nor one of torque is known"
-                if space.robot is not None
-                else "no acceleration limit is given"
-            )
-            + f"; accepted: acceleration: {{{example}}}, with values for this robot "
-            f"[{units}]"
+            f"{reason}; accepted: acceleration: {{{example}}}, with values for this robot "
+            f"[{' or '.join(shown)}]"
         )

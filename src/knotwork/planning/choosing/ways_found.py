@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import ChosenMotion
 from knotwork.task.si_units import si_factors
@@ -52,7 +52,7 @@ def ways_found(
             room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
         message += room
         interval = (start.time, end.time)
-        way = part(motion.curve, *interval), resolution, SHOWN
+        way = cut_curve(motion.curve, *interval), resolution, SHOWN
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None

@@ -25,7 +25,8 @@ class Score:
         peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
         peak_acceleration: Peak of the acceleration.
         peak_jerk: Peak of the jerk; `None` where the acceleration jumps, as it is unbounded.
-        velocity_fluctuation: Value of the worst joint: see `knotwork.verification.metrics.velocity_fluctuation`.
+        velocity_fluctuation: Value of the worst joint:
+            see `knotwork.verification.metrics.velocity_fluctuation`.
         squared_acceleration: Integral over time, summed over the joints.
         squared_jerk: Integral over time, summed likewise; `None` where the acceleration jumps.
         path_deviation: Distance of the tool from the straight path between poses [m], sampled;

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.errors import TimingError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.timing.problem import TimingProblem
 from knotwork.units import rounded_down
@@ -17,16 +17,18 @@ ROUNDING = 1e-12
 """Relative rounding tolerance of given values."""
 
 
-def value_faults(problem: TimingProblem) -> dict[tuple[str, int], TimingError]:
-    """Velocities and accelerations that violate a limit: the worst of each at each waypoint."""
-    found: dict[tuple[str, int], TimingError] = {}
-    for place, one in (*_beyond(problem), *_unstoppable(problem)):
-        if place not in found or feasible_part(one) < feasible_part(found[place]):
-            found[place] = one
-    return found
+def value_errors(problem: TimingProblem) -> list[TimingError]:
+    """Errors of given values, in the order of waypoints: of a kind the worst at each waypoint."""
+    worst: dict[tuple[str, int], TimingError] = {}
+    for kind, error in (*_beyond(problem), *_unstoppable(problem)):
+        key = kind, error.waypoint or 0
+        if key not in worst or _feasible_part(error) < _feasible_part(worst[key]):
+            worst[key] = error
+    errors = [*_outside_limits(problem), *worst.values()]
+    return sorted(errors, key=lambda error: error.waypoint or 0)
 
 
-def feasible_part(error: TimingError) -> float:
+def _feasible_part(error: TimingError) -> float:
     """Maximum feasible fraction of the given value."""
     return (error.bound or 0.0) / (error.value or 1.0)
 
@@ -36,7 +38,7 @@ def _fault(
 ) -> TimingError:
     """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
     return TimingError(
-        f"{called(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
+        f"{waypoint_text(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
         waypoint=int(i),
         joint=problem.joint_names[k],
         limit=limit,
@@ -54,7 +56,7 @@ def _advice(given: str, part: float) -> str:
     return f". At most {rounded_down(part, 4):g} times the {given} given here is possible"
 
 
-def _beyond(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
+def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
     """Velocities and accelerations above their limits."""
     limits, text = problem.limits, problem.units.text
     for name, order, article, known in (
@@ -69,10 +71,10 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingErr
                 f"is given {article} {name} of {text(value, unit)}; its limit is "
                 f"{limits.text(float(most[k]), unit, problem.units)}{_advice(name, bound / value)}"
             )
-            yield (name, int(i)), _fault(problem, i, k, name, value, bound, message)
+            yield name, _fault(problem, i, k, name, value, bound, message)
 
 
-def outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
+def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
     """Positions outside their limits."""
     limits, text, q = problem.limits, problem.units.text, problem.position
     slack = ROUNDING * np.maximum(1.0, np.abs(q))
@@ -87,7 +89,7 @@ def outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
         yield _fault(problem, i, k, "position", value, bound, message)
 
 
-def _unstoppable(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
+def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
     """Joints that can't stop before a position limit."""
     limits, q, text = problem.limits, problem.position, problem.units.text
     for sign, verb in ((1.0, "stop before"), (-1.0, "have come from inside")):
@@ -105,5 +107,4 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], Timi
                 f"{text(float(room[i, k]), unit, '.4g')} away; it needs at least "
                 f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
             )
-            place = "velocity", int(i)
-            yield place, _fault(problem, i, k, "position", value, bound, message)
+            yield "velocity", _fault(problem, i, k, "position", value, bound, message)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -57,13 +57,11 @@ class TimingLimits(ReadOnlyArrays):
 
     def __post_init__(self) -> None:
         d = np.size(self.velocity)
-        for name in ("velocity", "acceleration", "jerk", "effort"):
-            array = _numbers(getattr(self, name), (d,), f"{name} limit", np.inf)
-            if not (array > 0.0).all():
+        for name in ("velocity", "acceleration", "jerk", "effort", "lower", "upper"):
+            default = -np.inf if name == "lower" else np.inf
+            array = _numbers(getattr(self, name), (d,), f"{name} limit", default)
+            if name not in ("lower", "upper") and not (array > 0.0).all():
                 raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
-            object.__setattr__(self, name, array)
-        for name, default in (("lower", -np.inf), ("upper", np.inf)):
-            array = _numbers(getattr(self, name), (d,), f"{name} position limit", default)
             object.__setattr__(self, name, array)
         if not (self.lower < self.upper).all():
             raise WaypointDataError(
@@ -192,11 +190,14 @@ class TimingProblem(ReadOnlyArrays):
             raise WaypointDataError(f"names must have length {n}, not {len(self.names)}")
         put("position", read_only(self.position, (n, d), "position"))
         put("velocity", read_only(self.velocity, (n, d), "velocity", unknown=True))
-        put("acceleration", _numbers(self.acceleration, (n, d), "acceleration", np.nan))
-        put("along", _flags(self.along, n))
-        put("most", _numbers(self.most, (n,), "most", np.inf))
-        put("duration", _numbers(self.duration, (n - 1,), "duration", np.nan))
-        put("at_least", _numbers(self.at_least, (n - 1,), "at_least", 0.0))
+        for name, shape, default in (
+            ("acceleration", (n, d), np.nan),
+            ("along", (n,), False),
+            ("most", (n,), np.inf),
+            ("duration", (n - 1,), np.nan),
+            ("at_least", (n - 1,), 0.0),
+        ):
+            put(name, _numbers(getattr(self, name), shape, name, default))
         if self.limits.velocity.shape != (d,):
             raise WaypointDataError(
                 f"limits are given for {self.limits.velocity.size} joints; there are {d}"
@@ -294,24 +295,16 @@ def with_margin(text: Callable[[float], str], limit: float, margin: float) -> st
     return f"{text(limit)}, {margin:g} of {text(limit / margin)} (margin)"
 
 
-def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: float) -> Any:
-    """Copy numbers, including infinity and NaN, into a read-only array."""
+def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: Any) -> Any:
+    """Copy numbers of the default's type, including infinity and NaN, into a read-only array."""
     try:
-        array = np.array(np.full(shape, default) if values is None else values, dtype=float)
+        array = np.array(np.full(shape, default) if values is None else values, type(default))
     except (TypeError, ValueError) as error:
         raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
     if array.shape != shape:
         raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
     array.setflags(write=False)
     return array
-
-
-def _flags(values: Sequence[bool] | BoolArray | None, n: int) -> BoolArray:
-    flags = np.zeros(n, dtype=bool) if values is None else np.array(values, dtype=bool)
-    if flags.shape != (n,):
-        raise WaypointDataError(f"along must have shape ({n},), not {flags.shape}")
-    flags.setflags(write=False)
-    return flags
 
 
 def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:

@@ -1,14 +1,15 @@
 """Nonlinear programs of a few small functions, each repeated many times, solved by IPOPT.
 
 All intervals of a motion have the same equations. A `Kernel` has them once, with their
-derivatives; a `Program` maps it over columns of variables and assembles the sparse Jacobian and
-Hessian by index. So the setup time does not depend on the length of the motion.
+derivatives; `solve_program` maps it over columns of variables and assembles the sparse Jacobian
+and Hessian by index. So the setup time does not depend on the length of the motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -72,33 +73,25 @@ class Kernel:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A kernel with the variables of its repetitions.
+    """A kernel, repeated for columns of variables.
 
     Attributes:
         kernel: The kernel.
         index: Indices of its variables in the program, a column for each repetition, shape
             (variables, times).
+        parameters: Parameters, of a shape that broadcasts to (parameters, times).
+        low, high: Bounds of the constraints, likewise, by default 0.
     """
 
     kernel: Kernel
     index: IndexArray
+    parameters: FloatArray = field(default_factory=lambda: np.zeros((0, 1)))
+    low: float | FloatArray = 0.0
+    high: float | FloatArray = 0.0
 
-    @property
-    def times(self) -> int:
-        """Number of repetitions of the kernel."""
-        return int(self.index.shape[1])
-
-    def chosen(self, size: int) -> Any:
-        """The matrix that selects its variables, repetition by repetition, from a program's.
-
-        Args:
-            size: Number of variables of the program.
-        """
-        import casadi as ca
-
-        columns = self.index.T.ravel()
-        rows = range(len(columns))
-        return ca.DM.ones(ca.Sparsity.triplet(len(columns), size, list(rows), columns.tolist()))
+    def column(self, values: float | FloatArray, rows: int) -> FloatArray:
+        """Parameters or bounds of all repetitions, one after the other."""
+        return np.ravel(np.broadcast_to(values, (rows, self.index.shape[1])), order="F")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,116 +111,103 @@ class Solution:
     iterations: int
 
 
-class Program:
+def solve_program(
+    blocks: Sequence[Block],
+    start: FloatArray | Solution,
+    bounds: tuple[FloatArray, FloatArray],
+    options: dict[str, Any],
+    *,
+    reusable: bool = True,
+) -> Solution:
     """Minimise the sum of the costs of all blocks under their constraints.
 
     Args:
-        size: Number of variables.
         blocks: Blocks. Constraints are ordered by block, then by repetition.
+        start: Initial variables, shape (size,), or an earlier solution.
+        bounds: Lower and upper bounds of the variables, shape (size,) each.
         options: IPOPT options in addition to `OPTIONS`.
+        reusable: Whether the same kernels, variables and options are likely to come again.
     """
-
-    def __init__(
-        self,
-        size: int,
-        blocks: Sequence[Block],
-        options: dict[str, Any] | None = None,
-    ) -> None:
-        self.size, self.blocks = size, tuple(b for b in blocks if b.times)
-        self.constraints = sum(b.kernel.constraints * b.times for b in self.blocks)
-        self._set_up(OPTIONS | (options or {}))
-
-    def _set_up(self, options: dict[str, Any]) -> None:
-        import casadi as ca
-
-        x, weight = ca.MX.sym("x", self.size), ca.MX.sym("w")
-        p = ca.MX.sym("p", sum(b.kernel.parameters * b.times for b in self.blocks))
-        multipliers = ca.MX.sym("l", self.constraints)
-        cost, gradient, hessian = ca.MX(0.0), ca.MX(self.size, 1), ca.MX(self.size, self.size)
-        constraints, jacobians = [], []
-        given, dual = 0, 0
-        for block in self.blocks:
-            kernel, times, chosen = block.kernel, block.times, block.chosen(self.size)
-            z = ca.reshape(ca.mtimes(chosen, x), kernel.variables, times)
-            q = ca.reshape(p[given : given + kernel.parameters * times], kernel.parameters, times)
-            own = kernel.constraints * times
-            factors = ca.reshape(multipliers[dual : dual + own], kernel.constraints, times)
-            given, dual = given + q.numel(), dual + own
-            costs, g = kernel.value.map(times)(z, q)
-            slope, jacobian = kernel.first.map(times)(z, q)
-            bent = kernel.second.map(times)(z, q, ca.repmat(weight, 1, times), factors)
-            cost += ca.sum2(costs)
-            gradient += ca.mtimes(chosen.T, ca.vec(slope))
-            constraints.append(ca.vec(g))
-            jacobians.append(ca.mtimes(_diagonal(jacobian, times), chosen))
-            hessian += ca.mtimes(chosen.T, ca.mtimes(_diagonal(bent, times), chosen))
-        g, names = ca.vertcat(*constraints), ["x", "p"]
-        derivatives = {
-            "grad_f": ca.Function(
-                "grad_f", [x, p], [cost, ca.densify(gradient)], names, ["f", "grad_f_x"]
-            ),
-            "jac_g": ca.Function(
-                "jac_g", [x, p], [g, ca.vertcat(*jacobians)], names, ["g", "jac_g_x"]
-            ),
-            "hess_lag": ca.Function(
-                "hess_lag",
-                [x, p, weight, multipliers],
-                [ca.triu(hessian)],
-                [*names, "lam_f", "lam_g"],
-                ["triu_hess_gamma_x_x"],
-            ),
-        }
-        self._solver = ca.nlpsol(
-            "least", "ipopt", {"x": x, "p": p, "f": cost, "g": g}, derivatives | options
-        )
-
-    def solve(
-        self,
-        start: FloatArray | Solution,
-        bounds: tuple[FloatArray, FloatArray],
-        parameters: Sequence[FloatArray],
-        limits: Sequence[tuple[FloatArray, FloatArray]],
-    ) -> Solution:
-        """Solve from a start.
-
-        Args:
-            start: Initial variables, shape (size,), or an earlier solution.
-            bounds: Lower and upper bounds of the variables.
-            parameters: Parameters of each block, shape (parameters, times).
-            limits: Lower and upper bounds of each block's constraints, shape (constraints, times)
-                each.
-        """
-        low, high = joined_limits(limits)
-        known = {}
-        if isinstance(start, Solution):
-            parts = np.split(start.multipliers, [self.size])
-            known = dict(zip(("lam_x0", "lam_g0"), parts, strict=True))
-            start = start.x
-        found = self._solver(
-            x0=start,
-            **known,
-            lbx=bounds[0],
-            ubx=bounds[1],
-            p=np.concatenate([np.ravel(p, order="F") for p in parameters]),
-            lbg=low,
-            ubg=high,
-        )
-        stats = self._solver.stats()
-        return Solution(
-            np.array(found["x"]).ravel(),
-            np.concatenate([np.array(found[name]).ravel() for name in ("lam_x", "lam_g")]),
-            bool(stats["success"]),
-            int(stats["iter_count"]),
-        )
-
-
-def joined_limits(limits: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper bounds of all constraints, in the program's order."""
-    low, high = zip(*limits, strict=True)
-    return (
-        np.concatenate([np.ravel(one, order="F") for one in low]),
-        np.concatenate([np.ravel(one, order="F") for one in high]),
+    blocks = [block for block in blocks if block.index.size]
+    structure = tuple(
+        (block.kernel, block.index.shape, np.ascontiguousarray(block.index).tobytes())
+        for block in blocks
     )
+    make = _solver if reusable else _solver.__wrapped__
+    solver = make(len(bounds[0]), structure, tuple(options.items()))
+    known = {}
+    if isinstance(start, Solution):
+        parts = np.split(start.multipliers, [len(bounds[0])])
+        known = dict(zip(("lam_x0", "lam_g0"), parts, strict=True))
+        start = start.x
+    result = solver(
+        x0=start,
+        **known,
+        lbx=bounds[0],
+        ubx=bounds[1],
+        p=np.concatenate([b.column(b.parameters, b.kernel.parameters) for b in blocks]),
+        lbg=np.concatenate([b.column(b.low, b.kernel.constraints) for b in blocks]),
+        ubg=np.concatenate([b.column(b.high, b.kernel.constraints) for b in blocks]),
+    )
+    stats = solver.stats()
+    return Solution(
+        np.array(result["x"]).ravel(),
+        np.concatenate([np.array(result[name]).ravel() for name in ("lam_x", "lam_g")]),
+        bool(stats["success"]),
+        int(stats["iter_count"]),
+    )
+
+
+@lru_cache(maxsize=16)
+def _solver(
+    size: int,
+    structure: tuple[tuple[Kernel, tuple[int, int], bytes], ...],
+    options: tuple[tuple[str, Any], ...],
+) -> Any:
+    """IPOPT for blocks of kernels, shapes and contents of their indices."""
+    import casadi as ca
+
+    x, weight = ca.MX.sym("x", size), ca.MX.sym("w")
+    p = ca.MX.sym("p", sum(kernel.parameters * times for kernel, (_, times), _ in structure))
+    count = sum(kernel.constraints * times for kernel, (_, times), _ in structure)
+    multipliers = ca.MX.sym("l", count)
+    cost, gradient, hessian = ca.MX(0.0), ca.MX(size, 1), ca.MX(size, size)
+    constraints, jacobians = [], []
+    given, dual = 0, 0
+    for kernel, (_, times), content in structure:
+        # selects the variables of the kernel, repetition by repetition
+        columns = np.frombuffer(content, dtype=np.intp).reshape(-1, times).T.ravel().tolist()
+        rows = list(range(len(columns)))
+        select = ca.DM.ones(ca.Sparsity.triplet(len(columns), size, rows, columns))
+        z = ca.reshape(ca.mtimes(select, x), kernel.variables, times)
+        q = ca.reshape(p[given : given + kernel.parameters * times], kernel.parameters, times)
+        end = dual + kernel.constraints * times
+        factors = ca.reshape(multipliers[dual:end], kernel.constraints, times)
+        given, dual = given + q.numel(), end
+        costs, g = kernel.value.map(times)(z, q)
+        slope, jacobian = kernel.first.map(times)(z, q)
+        curvature = kernel.second.map(times)(z, q, ca.repmat(weight, 1, times), factors)
+        cost += ca.sum2(costs)
+        gradient += ca.mtimes(select.T, ca.vec(slope))
+        constraints.append(ca.vec(g))
+        jacobians.append(ca.mtimes(_diagonal(jacobian, times), select))
+        hessian += ca.mtimes(select.T, ca.mtimes(_diagonal(curvature, times), select))
+    g, names = ca.vertcat(*constraints), ["x", "p"]
+    derivatives = {
+        "grad_f": ca.Function(
+            "grad_f", [x, p], [cost, ca.densify(gradient)], names, ["f", "grad_f_x"]
+        ),
+        "jac_g": ca.Function("jac_g", [x, p], [g, ca.vertcat(*jacobians)], names, ["g", "jac_g_x"]),
+        "hess_lag": ca.Function(
+            "hess_lag",
+            [x, p, weight, multipliers],
+            [ca.triu(hessian)],
+            [*names, "lam_f", "lam_g"],
+            ["triu_hess_gamma_x_x"],
+        ),
+    }
+    problem = {"x": x, "p": p, "f": cost, "g": g}
+    return ca.nlpsol("minimise", "ipopt", problem, derivatives | OPTIONS | dict(options))
 
 
 def _diagonal(parts: Any, times: int) -> Any:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from knotwork.planning.timing.efforts import work_kernel
 from knotwork.planning.timing.exact_curve import MotionKnots
-from knotwork.planning.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
+from knotwork.planning.timing.held_limits import held_blocks
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.problem import BoolArray, TimingProblem
-from knotwork.planning.timing.program import Program, Solution
-from knotwork.planning.timing.spline import Form, Scale, blocks, form_of, layout
+from knotwork.planning.timing.program import Block, Solution, solve_program
+from knotwork.planning.timing.spline import (
+    Layout,
+    Scale,
+    direction_kernel,
+    piece_kernel,
+    sum_kernel,
+)
 from knotwork.planning.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
@@ -43,13 +49,6 @@ AGAIN: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-@lru_cache(maxsize=16)
-def _program(form: Form, again: bool, seconds: float) -> Program:
-    every = [*blocks(form), *held_blocks(form, {})]
-    limit = {} if np.isinf(seconds) else {"ipopt.max_wall_time": max(seconds, LEAST_TIME)}
-    return Program(layout(form).size, every, limit | (AGAIN if again else {}))
-
-
 class Section:
     """A problem prepared for the solver.
 
@@ -57,6 +56,9 @@ class Section:
         problem: The problem.
         guess: Initial guess, which also sets the units.
         tightening: Margins of the limits.
+        scale: Units; by default those of the guess.
+        spans: Typical durations of the pieces [s], shape (pieces,); by default those of their
+            intervals.
     """
 
     def __init__(
@@ -64,28 +66,29 @@ class Section:
         problem: TimingProblem,
         guess: Guess,
         tightening: Tightening,
+        scale: Scale | None = None,
+        spans: FloatArray | None = None,
     ) -> None:
         self.problem, self.guess, self.tightening = problem, guess, tightening
         self.margin = tightening.margin
-        held = tuple(name for name in PARTS if name in tightening.held)
-        each = guess.share.shape[1]
-        self.form = form_of(problem, each, held, position=tightening.position)
-        self.scale = _scale(problem, guess)
+        self.along = np.flatnonzero(problem.along)
+        (intervals, each), joints = guess.share.shape, len(problem.joint_names)
+        self.layout = Layout(intervals, each, joints, len(self.along))
+        self.scale = scale or _scale(problem, guess)
+        self.spans = np.repeat(guess.duration, each) if spans is None else spans
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver, from an earlier solution or the guess, with a time limit."""
-        # a program with a time limit is used once
-        made = _program if np.isinf(seconds) else _program.__wrapped__
-        return made(self.form, start is not None, seconds).solve(
-            self.start() if start is None else start,
-            self.bounds(),
-            self.parameters(),
-            self.limits(),
-        )
+        options = {} if start is None else dict(AGAIN)
+        if np.isfinite(seconds):
+            options["ipopt.max_wall_time"] = max(seconds, LEAST_TIME)
+        initial = self.start() if start is None else start
+        reusable = bool(np.isinf(seconds))
+        return solve_program(self.blocks(), initial, self.bounds(), options, reusable=reusable)
 
     def start(self) -> FloatArray:
         """Variables of the guess."""
-        at, guess, scale = layout(self.form), self.guess, self.scale
+        at, guess, scale = self.layout, self.guess, self.scale
         x = np.zeros(at.size)
         span = guess.share * guess.duration[:, None]
         x[at.tau] = span.ravel() / scale.time
@@ -94,7 +97,7 @@ class Section:
         x[at.q] = guess.curve(time) / scale.unit(0)
         x[at.v] = guess.curve(time, 1) / scale.unit(1)
         x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
-        for place, i in zip(at.factor, self.form.along, strict=True):
+        for place, i in zip(at.factor, self.along, strict=True):
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
             x[place] = float(guess.velocity[i] @ direction) / length if length else 0.0
@@ -102,8 +105,8 @@ class Section:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the variables; equal where they are known."""
-        at, problem, scale = layout(self.form), self.problem, self.scale
-        each = self.form.each
+        at, problem, scale = self.layout, self.problem, self.scale
+        each = at.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
         shortest = SHORTEST * self.guess.duration / each / scale.time
         low[at.tau] = np.repeat(shortest, each)
@@ -112,7 +115,7 @@ class Section:
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
         lower, upper = self._position_range()
-        parts = (slice(each * i, each * (i + 1)) for i in range(self.form.intervals))
+        parts = (slice(each * i, each * (i + 1)) for i in range(at.intervals))
         for part, least, most in zip(parts, lower, upper, strict=True):
             low[at.q[part]], high[at.q[part]] = least / scale.unit(0), most / scale.unit(0)
         waypoints = slice(None, None, each)
@@ -126,7 +129,7 @@ class Section:
         steady = at.a[waypoints][self._steady()]
         low[steady] = high[steady] = 0.0
         low[at.factor] = 0.0
-        high[at.factor] = problem.most[list(self.form.along)]
+        high[at.factor] = problem.most[self.along]
         return low, high
 
     def _position_range(self) -> tuple[FloatArray, FloatArray]:
@@ -150,41 +153,70 @@ class Section:
         Next to a waypoint on a limit a piece reaches it. Next to one at rest the points are
         constant: a solver fails if such a constant is bounded by its own value.
         """
-        problem, each = self.problem, self.form.each
+        problem, each = self.problem, self.layout.each
         q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
         still = rests & (problem.acceleration == 0.0).all(axis=1)
         found = []
         for one, extreme, none in zip(
             self._position_range(), (np.minimum, np.maximum), (-np.inf, np.inf), strict=True
         ):
-            points = np.broadcast_to(one[:, None], (4, len(one), each, self.form.joints)).copy()
+            points = np.broadcast_to(one[:, None], (4, len(one), each, self.layout.joints)).copy()
             points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
             points[:, :, -1] = extreme(points[:, :, -1], q[1:])
             for place, constant in enumerate((rests, still)):
                 points[place, constant[:-1], 0] = none
                 points[3 - place, constant[1:], -1] = none
-            found.append(points.reshape(4, self.form.pieces, -1).transpose(0, 2, 1))
+            found.append(points.reshape(4, self.layout.pieces, -1).transpose(0, 2, 1))
         return found[0], found[1]
 
-    def parameters(self) -> list[FloatArray]:
-        """Parameters of each block."""
-        problem, scale, form = self.problem, self.scale, self.form
-        h = np.repeat(self.guess.duration, form.each) / scale.time
-        rows = [1.0 / h, 1.0 / (h * h)]
-        if form.jerk:
-            jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
-            rows.append(np.repeat((1.0 / jerk)[:, None], form.pieces, axis=1))
-        weights = np.repeat(self._weights()[:, None], form.pieces, axis=1)
-        weights[1] = EVEN * form.each / h / (self.guess.duration.sum() / scale.time)
-        rows.append(weights)
-        directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
+    def blocks(self) -> list[Block]:
+        """Equations, limits and costs, with their values."""
+        problem, scale, at = self.problem, self.scale, self.layout
+        timed = np.flatnonzero(~problem.free | (problem.at_least > 0.0))
+        free = problem.free[timed]
+        least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
+        durations = at.tau.reshape(at.intervals, at.each)[timed].T
+        directed = np.concatenate((at.v[at.each * self.along], at.factor[:, None]), axis=1).T
+        directions = problem.velocity[self.along].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
-        found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
-        if form.work:
-            units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
+        blocks = [
+            self._piece_block(),
+            Block(sum_kernel(at.each), durations, empty, least, np.where(free, np.inf, least)),
+            Block(direction_kernel(at.joints), directed, directions),
+        ]
+        if problem.total is not None:
+            total = problem.total / scale.time
+            blocks.append(Block(sum_kernel(at.pieces), at.tau[:, None], empty, total, total))
+        if problem.objective.effort:
             weight = problem.objective.effort * scale.time / self.typical_cost()
-            found.append(np.repeat(np.vstack((units, [[weight]])), form.pieces, axis=1))
-        return [*found, *held_parameters(self.tightening, problem.limits, scale)]
+            parameters = np.append(scale.state, weight)[:, None]
+            blocks.append(Block(work_kernel(problem.arm), at.piece, parameters))
+        return [*blocks, *held_blocks(problem, self.tightening, scale, at)]
+
+    def _piece_block(self) -> Block:
+        """Equations of the pieces, their limits and costs."""
+        problem, scale, at = self.problem, self.scale, self.layout
+        d, ones = at.joints, np.ones(at.pieces)
+        jerk = bool(np.isfinite(problem.limits.jerk).any())
+        position, smooth = self.tightening.position, problem.objective.jerk > 0.0
+        h = self.spans / scale.time
+        rows, fastest = [1.0 / h, 1.0 / (h * h)], self._fastest()
+        low = [np.zeros((2 * d, at.pieces)), *(-limit for limit in fastest)]
+        high = [np.zeros((2 * d, at.pieces)), *fastest]
+        if jerk:
+            limit = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
+            rows.append(ones / limit[:, None])
+            low.append(np.full((2 * d, at.pieces), -np.inf))
+            high.append(np.zeros((2 * d, at.pieces)))
+        if position:
+            lower, upper = self._positions_between()
+            low += list(lower / scale.unit(0)[:, None])
+            high += list(upper / scale.unit(0)[:, None])
+        weights = self._weights()[:, None] * ones
+        duration = np.repeat(self.guess.duration, at.each)
+        weights[1] = EVEN * at.each * scale.time**2 / (duration * self.guess.duration.sum())
+        kernel = piece_kernel(d, jerk, position, smooth)
+        return Block(kernel, at.piece, np.vstack((*rows, weights)), np.vstack(low), np.vstack(high))
 
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
@@ -193,7 +225,7 @@ class Section:
         calm = CALM * cost / (most**2 * self.guess.duration.sum() * len(most))
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
-        if self.form.smooth:
+        if objective.jerk:
             weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
         return np.asarray(np.concatenate(weights) / cost)
 
@@ -204,51 +236,24 @@ class Section:
         cost = objective.time * float(h.sum())
         for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
             cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
-        if self.form.work:
+        if objective.effort:
             q = self.problem.position
             still = np.zeros_like(q)
             squares = self.problem.arm.effort(q, still, still) ** 2
             cost += objective.effort * float(squares.sum(axis=1).mean() * h.sum())
         return cost or 1.0
 
-    def limits(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Lower and upper bounds of each block's constraints."""
-        problem, scale, form = self.problem, self.scale, self.form
-        d, count = form.joints, form.pieces
-        fastest = self._fastest()
-        high = [np.zeros((2 * d, count)), *fastest]
-        low = [np.zeros((2 * d, count)), *(-one for one in fastest)]
-        if form.jerk:
-            high.append(np.zeros((2 * d, count)))
-            low.append(np.full((2 * d, count), -np.inf))
-        if form.position:
-            lower, upper = self._positions_between()
-            high += list(upper / scale.unit(0)[:, None])
-            low += list(lower / scale.unit(0)[:, None])
-        timed = list(form.timed)
-        free = problem.free[timed]
-        least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
-        most = np.where(free, np.inf, least)
-        zero = np.zeros((d, len(form.along)))
-        found = [(np.vstack(low), np.vstack(high)), (least[None], most[None]), (zero, zero)]
-        if problem.total is not None:
-            total = np.array([[problem.total / scale.time]])
-            found.append((total, total))
-        if form.work:
-            found.append((np.zeros((0, count)), np.zeros((0, count))))
-        return [*found, *held_bounds(self.tightening)]
-
     def _fastest(self) -> list[FloatArray]:
         """Maximum velocities at two points of each piece, scaled, shape (d, pieces) each."""
         most = (1.0 - self.margin) * self.problem.limits.velocity
-        shape = (self.form.intervals, self.form.each, self.form.joints)
+        shape = (self.layout.intervals, self.layout.each, self.layout.joints)
         start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
         # with zero acceleration, the point next to the waypoint has its velocity
         given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
         start[:, 0] = np.maximum(start[:, 0], given[:-1])
         end[:, -1] = np.maximum(end[:, -1], given[1:])
         unit = self.scale.unit(1)
-        return [(v.reshape(self.form.pieces, -1) / unit).T for v in (start, end)]
+        return [(v.reshape(self.layout.pieces, -1) / unit).T for v in (start, end)]
 
     def _cruising(self) -> BoolArray:
         """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
@@ -268,23 +273,22 @@ class Section:
 
     def rebuild(self, x: FloatArray) -> MotionKnots:
         """Make the knots of the variables, from time 0 on."""
-        problem, form = self.problem, self.form
-        at, scale = layout(form), self.scale
+        problem, at, scale = self.problem, self.layout, self.scale
         v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
-        parts = (x[at.tau] * scale.time).reshape(form.intervals, form.each)
+        parts = (x[at.tau] * scale.time).reshape(at.intervals, at.each)
         duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
         if problem.total is not None:
             free = problem.free
             left = problem.total - duration[~free].sum()
             duration[free] *= left / duration[free].sum()
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
-        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: form.each])
-        for place, i in zip(at.factor, form.along, strict=True):
+        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: at.each])
+        for place, i in zip(at.factor, self.along, strict=True):
             velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
-        a[:: form.each][known] = problem.acceleration[known]
-        a[:: form.each][self._steady()] = 0.0
-        ends = np.arange(form.intervals)[:, None] * form.each + np.arange(form.each + 1)
+        a[:: at.each][known] = problem.acceleration[known]
+        a[:: at.each][self._steady()] = 0.0
+        ends = np.arange(at.intervals)[:, None] * at.each + np.arange(at.each + 1)
         return MotionKnots(
             np.concatenate(([0.0], np.cumsum(duration))),
             parts / parts.sum(axis=1)[:, None],

@@ -14,18 +14,12 @@ order one, independent of units and limits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import TYPE_CHECKING
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import work_kernel
-from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.program import Block, Kernel
+from knotwork.planning.timing.program import Kernel
 from knotwork.waypoints import FloatArray, IndexArray
-
-if TYPE_CHECKING:
-    from knotwork.planning.timing.dynamics import Dynamics
 
 PIECES = 5
 """Cubic pieces per interval. More pieces gain less than 1 % of the duration."""
@@ -40,128 +34,67 @@ def pieces_each(intervals: int) -> int:
     return ALONE if intervals == 1 else PIECES
 
 
-@dataclass(frozen=True)
-class Form:
-    """Structure of the program of a motion; motions of equal structure share a program.
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Indices of the variables: for each break its state, then the next piece; then factors.
 
     Attributes:
         intervals: Number of intervals.
         each: Number of pieces of each interval.
         joints: Number of joints.
-        along: Waypoints with a velocity of known direction and unknown factor.
-        timed: Intervals with a given duration or a lower bound.
-        total: Whether the sum of the durations is given.
-        jerk: Whether jerk is limited.
-        position: Whether positions between the breaks are limited.
-        smooth: Whether the objective has jerk.
-        dynamics: Dynamics, if efforts or tool speed are needed.
-        held: Names of the limited ones of effort and tool speed.
-        work: Whether the objective has efforts.
+        factors: Number of velocities along directions.
     """
 
     intervals: int
     each: int
     joints: int
-    along: tuple[int, ...] = ()
-    timed: tuple[int, ...] = ()
-    total: bool = False
-    jerk: bool = True
-    position: bool = False
-    smooth: bool = False
-    dynamics: Dynamics | None = None
-    held: tuple[str, ...] = ()
-    work: bool = False
+    factors: int
 
     @property
     def pieces(self) -> int:
         """Number of pieces of the whole motion."""
         return self.each * self.intervals
 
-
-def form_of(
-    problem: TimingProblem, each: int, held: tuple[str, ...] = (), *, position: bool = False
-) -> Form:
-    """Find the structure of a problem."""
-    timed = ~problem.free | (problem.at_least > 0.0)
-    return Form(
-        len(problem.position) - 1,
-        each,
-        len(problem.joint_names),
-        along=tuple(np.flatnonzero(problem.along).tolist()),
-        timed=tuple(np.flatnonzero(timed).tolist()),
-        total=problem.total is not None,
-        jerk=bool(np.isfinite(problem.limits.jerk).any()),
-        position=position,
-        smooth=problem.objective.jerk > 0.0,
-        dynamics=problem.dynamics if held or problem.objective.effort else None,
-        held=held,
-        work=problem.objective.effort > 0.0,
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class Layout:
-    """Indices of the variables of a motion: for each break its state, then the next piece.
-
-    Attributes:
-        tau: Durations of the pieces, shape (pieces,).
-        q, v, a: States at the breaks, shape (pieces + 1, joints) each.
-        factor: Factors of the velocities along directions, shape (len(along),).
-        size: Number of variables.
-    """
-
-    tau: IndexArray
-    q: IndexArray
-    v: IndexArray
-    a: IndexArray
-    factor: IndexArray
-    size: int
+    @property
+    def size(self) -> int:
+        """Number of variables."""
+        return (3 * self.joints + 1) * self.pieces + 3 * self.joints + self.factors
 
     @property
+    def factor(self) -> IndexArray:
+        """Factors of the velocities along directions, shape (factors,)."""
+        return np.arange(self.size - self.factors, self.size)
+
+    @cached_property
     def state(self) -> IndexArray:
-        """Indices of the state of each break, one per column."""
-        return np.concatenate((self.q, self.v, self.a), axis=1).T
+        """States of the breaks, one per column: positions, velocities and accelerations."""
+        starts = (3 * self.joints + 1) * np.arange(self.pieces + 1)
+        return starts + np.arange(3 * self.joints)[:, None]
+
+    @property
+    def q(self) -> IndexArray:
+        """Positions at the breaks, shape (pieces + 1, joints)."""
+        return self.state[: self.joints].T
+
+    @property
+    def v(self) -> IndexArray:
+        """Velocities at the breaks, shape (pieces + 1, joints)."""
+        return self.state[self.joints : 2 * self.joints].T
+
+    @property
+    def a(self) -> IndexArray:
+        """Accelerations at the breaks, shape (pieces + 1, joints)."""
+        return self.state[2 * self.joints :].T
+
+    @property
+    def tau(self) -> IndexArray:
+        """Durations of the pieces, shape (pieces,)."""
+        return self.state[-1, :-1] + 1
 
     @property
     def piece(self) -> IndexArray:
-        """Indices of the duration and the end states of each piece, one per column."""
+        """Duration and states at both ends of each piece, one per column."""
         return np.vstack((self.tau, self.state[:, :-1], self.state[:, 1:]))
-
-
-@lru_cache(maxsize=64)
-def layout(form: Form) -> Layout:
-    """Assign indices to the variables of pieces, then to factors of velocities."""
-    joints, factors = form.joints, len(form.along)
-    start = (3 * joints + 1) * np.arange(form.pieces + 1)
-    q, v, a = ((start + k * joints)[:, None] + np.arange(joints) for k in range(3))
-    end = int(start[-1]) + 3 * joints
-    return Layout(start[:-1] + 3 * joints, q, v, a, end + np.arange(factors), end + factors)
-
-
-@lru_cache(maxsize=64)
-def blocks(form: Form) -> tuple[Block, ...]:
-    """Equations and costs of a motion, as repeated kernels.
-
-    In this order: one for each piece; one for each interval in `timed`; one for each waypoint in
-    `along`; the total, if given; one for each piece if the objective has efforts.
-    """
-    at, d = layout(form), form.joints
-    parts = at.tau.reshape(form.intervals, form.each)
-    found = [
-        Block(piece_kernel(d, form.jerk, form.position, form.smooth), at.piece),
-        Block(_sum_kernel(form.each), parts[list(form.timed)].T),
-        Block(
-            _direction_kernel(d),
-            np.concatenate(
-                (at.v[form.each * np.array(form.along, dtype=np.intp)], at.factor[:, None]), axis=1
-            ).T,
-        ),
-    ]
-    if form.total:
-        found.append(Block(_sum_kernel(form.pieces), at.tau[:, None]))
-    if form.dynamics is not None and form.work:
-        found.append(Block(work_kernel(form.dynamics), at.piece))
-    return tuple(found)
 
 
 @lru_cache(maxsize=64)
@@ -201,7 +134,8 @@ def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
 
 
 @lru_cache(maxsize=64)
-def _sum_kernel(count: int) -> Kernel:
+def sum_kernel(count: int) -> Kernel:
+    """Sum of durations."""
     import casadi as ca
 
     tau = ca.SX.sym("tau", count)
@@ -209,7 +143,7 @@ def _sum_kernel(count: int) -> Kernel:
 
 
 @lru_cache(maxsize=64)
-def _direction_kernel(d: int) -> Kernel:
+def direction_kernel(d: int) -> Kernel:
     """Velocity of a waypoint = factor times direction."""
     import casadi as ca
 
@@ -232,3 +166,8 @@ class Scale:
     def unit(self, order: int) -> FloatArray:
         """Unit of the derivative of a position, shape (d,)."""
         return np.asarray(self.position / self.time**order)
+
+    @property
+    def state(self) -> FloatArray:
+        """Units of a state: positions, velocities, accelerations, shape (3 d,)."""
+        return np.concatenate([self.unit(order) for order in range(3)])

@@ -130,17 +130,6 @@ def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phase
     return _Phases(stands, np.zeros((len(stands) + 1, len(move))), move)
 
 
-def braking_move(v: FloatArray, a: FloatArray, limits: TimingLimits) -> FloatArray:
-    """Displacement of the joints until they are at rest in `resting_knots` [rad or m], shape (d,).
-
-    Args:
-        v: Initial velocities, shape (d,).
-        a: Initial accelerations, shape (d,).
-        limits: Limits of the joints.
-    """
-    return _to_rest(v, a, limits, 1.0).move
-
-
 def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKnots:
     """The minimum-time proportional motion: ramps up to one velocity and down from it.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,13 +12,10 @@ from knotwork.planning.timing.efforts import effort_shares, proved_efforts, prov
 from knotwork.planning.timing.problem import BoolArray, TimingProblem
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import FloatArray
 
 BETWEEN = 1e-4
 """Relative margin of effort and tool speed for values between the samples."""
-
-KNOWN = 2.0
-"""Factor on a limit for the solver where a value is given and can't change."""
 
 MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
@@ -32,6 +30,18 @@ CHECKS = {
 """Limits that depend on the robot: functions of their use at samples of a curve, and proved."""
 
 
+class HeldLimit(NamedTuple):
+    """A limit of `CHECKS` that the solver has, alternately at each break and inside each piece.
+
+    Attributes:
+        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
+        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
+    """
+
+    allowed: FloatArray
+    active: BoolArray
+
+
 @dataclass(frozen=True, eq=False)
 class Tightening:
     """Margins of the limits, and the limits between the breaks that the solver has.
@@ -39,16 +49,12 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        held: Allowed fraction of the limits of `CHECKS`, alternately at each break and inside each
-            piece, shape (2 pieces + 1, d or 1), for the limits that the solver has.
-        places: Whether they are constraints at each of these places, by name, shape
-            (2 pieces + 1,); by default at all.
+        held: Limits of `CHECKS` that the solver has, by name.
     """
 
     margin: float = MARGIN
     position: bool = False
-    held: Mapping[str, FloatArray] = field(default_factory=dict)
-    places: Mapping[str, BoolArray] = field(default_factory=dict)
+    held: Mapping[str, HeldLimit] = field(default_factory=dict)
 
     def same_equations(self, other: Tightening) -> bool:
         """Whether the solver has the same equations with another tightening."""
@@ -61,23 +67,9 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
-        pieces = pieces_each(intervals) * intervals
-        return Tightening(held={"effort": _all_allowed(problem, "effort", pieces)})
+        shares = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
+        return Tightening(held={"effort": _held_limit(problem, "effort", None, shares)})
     return Tightening()
-
-
-def _given(problem: TimingProblem, name: str) -> BoolArray:
-    """Whether the limited value at each waypoint is given, shape (n,)."""
-    known = problem.velocity_known
-    return known & problem.acceleration_known if name == "effort" else known
-
-
-def _all_allowed(problem: TimingProblem, name: str, pieces: int) -> FloatArray:
-    """First fractions of a limit: nearly 1, and more where a value is given."""
-    width = np.size(getattr(problem.limits, name))
-    allowed = np.full((2 * pieces + 1, width), 1.0 - BETWEEN)
-    allowed[_rows(problem, pieces)[_given(problem, name)]] = KNOWN
-    return allowed
 
 
 def tightened(
@@ -107,17 +99,44 @@ def tightened(
     if over is None:
         return None
     name, shares = over
-    allowed = tightening.held.get(name)
-    if allowed is None:
-        less = _all_allowed(problem, name, len(curve.x) - 1)
+    held = _held_limit(problem, name, tightening.held.get(name), shares, near)
+    return replace(tightening, held={**tightening.held, name: held})
+
+
+def _held_limit(
+    problem: TimingProblem,
+    name: str,
+    before: HeldLimit | None,
+    shares: FloatArray,
+    near: float | None = None,
+) -> HeldLimit:
+    """A limit for the solver: at first as it is, then reduced in and around pieces that exceed it.
+
+    Args:
+        problem: The problem.
+        name: Name of the limit.
+        before: The limit that the solver had, if it had one.
+        shares: Use of the limit in each piece, shape (pieces, d or 1).
+        near: See `tightened`.
+    """
+    pieces, width = shares.shape
+    if before is None:
+        allowed = np.full((2 * pieces + 1, width), 1.0 - BETWEEN)
+        active = np.full(2 * pieces + 1, near is None)
     else:
-        less = _less(problem, name, allowed, shares)
-    places = tightening.places
+        allowed, active = np.array(before.allowed), np.array(before.active)
+        over = shares > 1.0 - 0.5 * BETWEEN
+        factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
+        for first, last in ((0, -1), (1, None), (2, None)):
+            allowed[first:last:2] *= factor
     if near is not None:
-        taken = np.repeat(shares.max(axis=1) > near, 2)
-        both = np.append(taken, False) | np.insert(taken, 0, False)
-        places = {**places, name: both | places.get(name, False)}
-    return replace(tightening, held={**tightening.held, name: less}, places=places)
+        close = np.repeat(shares.max(axis=1) > near, 2)
+        active |= np.append(close, False) | np.insert(close, 0, False)
+    given = problem.velocity_known
+    if name == "effort":
+        given = given & problem.acceleration_known
+    active[:: 2 * pieces // (len(given) - 1)][given] = False
+    return HeldLimit(allowed, active)
 
 
 def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, FloatArray] | None:
@@ -141,26 +160,6 @@ def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, F
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a curve keeps every limit, for any pieces."""
     return tightened(problem, Tightening(), curve) is None
-
-
-def _less(problem: TimingProblem, name: str, allowed: FloatArray, shares: FloatArray) -> FloatArray:
-    """Reduce the allowed values in the pieces in which a limit is exceeded, and at their ends.
-
-    Given values at waypoints are not constrained.
-    """
-    over = shares > 1.0 - 0.5 * BETWEEN
-    factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
-    less = np.array(allowed)
-    for first, last in ((0, -1), (1, None), (2, None)):
-        less[first:last:2] *= factor
-    less[_rows(problem, len(shares))[_given(problem, name)]] = KNOWN
-    return less
-
-
-def _rows(problem: TimingProblem, pieces: int) -> IndexArray:
-    """Indices of the waypoints among the breaks and middles of the pieces."""
-    intervals = len(problem.position) - 1
-    return np.arange(intervals + 1) * 2 * (pieces // intervals)
 
 
 def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:

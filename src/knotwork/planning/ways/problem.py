@@ -13,6 +13,11 @@ from knotwork.scene.collision_model import CollisionModel
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
+MotionParts = tuple[
+    PiecewisePolynomial | None, PiecewisePolynomial | None, PiecewisePolynomial | None
+]
+"""Consecutive motions, each from time 0 on; `None` for missing ones."""
+
 
 @dataclass(frozen=True, eq=False)
 class Way:
@@ -22,8 +27,8 @@ class Way:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         time: Times of the waypoints [s], shape (n,).
         line: The polyline from which it was made, shape (n, d).
-        through: The problem with the corners of the polyline as waypoints, or `None` if a part of
-            the motion to or from rest is not straight.
+        parts: The motion that rests at the corners of the polyline, between motions from and to
+            states that move.
         rests: Whether it rests at corners of the polyline between the waypoints.
         room: Clearance that it keeps beyond the margins [m].
     """
@@ -31,7 +36,7 @@ class Way:
     curve: PiecewisePolynomial
     time: FloatArray
     line: FloatArray
-    through: TimingProblem | None
+    parts: MotionParts
     rests: bool
     room: float = 0.0
 
@@ -53,8 +58,8 @@ class WayProblem:
         robot: Pinocchio model of the arm.
         model: Bodies and their pairs.
         resolution: Distance to the margin within which a clearance may be undecided [m].
-        stop: Gives a motion from the first state to rest, or `None`; used if braking along the
-            velocity collides.
+        stop: Gives a motion from the first state to rest, or `None`; used if independent stops of
+            the joints collide.
     """
 
     timing: TimingProblem

@@ -20,12 +20,11 @@ from typing import Any
 import numpy as np
 
 from knotwork.planning.timing.efforts import inner_state
-from knotwork.planning.timing.held_limits import held_blocks
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.program import Block, Kernel, Program
+from knotwork.planning.timing.program import Block, Kernel, solve_program
 from knotwork.planning.timing.section import Section
-from knotwork.planning.timing.spline import Scale, blocks, layout
+from knotwork.planning.timing.spline import Scale
 from knotwork.planning.timing.tightening import Tightening
 from knotwork.planning.ways.states import Row, States, states_of
 from knotwork.waypoints import FloatArray
@@ -105,37 +104,33 @@ class MotionProgram:
         Returns:
             The motion, or `None` if the solver found none.
         """
-        section = Section(self.problem, self._units(near), self.tightening)
-        section.scale = scale = _scale(self.problem, near)
-        form, at, given = section.form, layout(section.form), section.parameters()
-        # durations of pieces differ more than in other sections: each has its own scale
-        h = np.maximum(near.span, SHORT * near.duration / len(near.span)) / scale.time
-        given[0][:2] = 1.0 / h, 1.0 / (h * h)
+        scale = _scale(self.problem, near)
+        # durations of pieces differ more than in other sections: each has its own
+        spans = np.maximum(near.span, SHORT * near.duration / len(near.span))
+        section = Section(self.problem, self._units(near), self.tightening, scale, spans)
+        at, d = section.layout, section.layout.joints
         low, high = section.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
-        low[at.q], high[at.q] = (np.clip(one, low[at.q], high[at.q]) for one in nearest)
+        low[at.q], high[at.q] = (np.clip(bound, low[at.q], high[at.q]) for bound in nearest)
         x = np.zeros(at.size)
         x[at.tau] = guess.span / scale.time
         for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
             x[places] = values / scale.unit(order)
-        d = form.joints
         piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
-        program = Program(
-            at.size,
-            [
-                *blocks(form),
-                *held_blocks(form, self.tightening.places),
-                Block(_row_kernel(d), piece[:, [row.piece for row in rows]]),
-            ],
-            options={"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start],
+        planes = Block(
+            _row_kernel(d),
+            piece[:, [row.piece for row in rows]],
+            _row_parameters(rows, scale, d),
+            high=np.inf,
         )
-        found = program.solve(
+        solution = solve_program(
+            [*section.blocks(), planes],
             np.clip(x, low, high),
             (low, high),
-            [*given, _row_parameters(rows, scale, d)],
-            [*section.limits(), (np.zeros((1, len(rows))), np.full((1, len(rows)), np.inf))],
+            {"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start],
+            reusable=False,
         )
-        return states_of(section.rebuild(found.x).curve) if found.solved else None
+        return states_of(section.rebuild(solution.x).curve) if solution.solved else None
 
     def _units(self, near: States) -> Guess:
         """The motion as a guess, which sets the scale of a section."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -11,11 +11,10 @@ import numpy as np
 
 from knotwork.planning.timing.attempts import resting
 from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.stop_to_stop import braking_move
 from knotwork.planning.timing.tightening import keeps_limits
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.planning.ways.exchange import Exchange
-from knotwork.planning.ways.problem import NoWayError, Way, WayProblem
+from knotwork.planning.ways.problem import MotionParts, NoWayError, Way, WayProblem
 from knotwork.planning.ways.proof import contacts_along, contacts_of
 from knotwork.planning.ways.rrt import connect, shortened
 from knotwork.planning.ways.states import concatenate, reverse, slow_down
@@ -51,6 +50,9 @@ PAIRS = 220
 
 ROOMS = (1.0, 0.5, 0.25)
 """Fractions of the requested clearance, tried in turn."""
+
+BRAKING = (1.0, 0.5, 0.25)
+"""Fractions of the limits of acceleration and jerk for stops, tried in turn."""
 
 SEEDS = 3
 """Number of polylines tried in each stage."""
@@ -94,23 +96,21 @@ def find_way(
     return _Search(problem, STAGES, late, report).best_of(tries)
 
 
-def stretch(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
+def stretch(way: Way, duration: float) -> PiecewisePolynomial | None:
     """Stretch a motion to a longer duration; `None` if the arm can't move so slowly.
 
     Args:
-        problem: The problem of `find_way`.
         way: The fastest motion.
         duration: The new duration [s], not below that of the motion.
     """
-    timing = problem.timing
-    if not timing.velocity[[0, -1]].any() and not timing.acceleration[[0, -1]].any():
+    before, middle, after = way.parts
+    if before is None and after is None:
         return slow_down(way.curve, duration / way.duration)
-    if way.through is None:
+    if middle is None:
         return None
-    rests = resting(replace(way.through, total=duration), "resting")
-    if rests is None or contacts_of(problem.model, rests.knots.curve, problem.resolution):
-        return None
-    return rests.knots.curve
+    rest = duration - sum(float(run.x[-1]) for run in (before, after) if run is not None)
+    factor = rest / float(middle.x[-1])
+    return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
 
 def _with_room(problem: WayProblem, room: float) -> WayProblem:
@@ -145,15 +145,19 @@ class _Search:
         for k, q in enumerate(self.inner, 1):
             self._free(f"{k}", q[None])
         self.ends = [starts, self._free("goal", problem.goals)]
-        # motions to rest after the start and from rest to the goal, if they are not straight
-        self.runs: list[PiecewisePolynomial | None] = [None, None]
-        self.moves = [self._move_to_rest(k, self.ends[k][0]) for k in (0, -1)]
+        # motions to rest after the start and from rest to the goal, if these are not at rest
+        self.runs = [self._run_to_rest(k, self.ends[k][0]) for k in (0, -1)]
         self.stage = 0
 
     @property
     def rests(self) -> list[FloatArray]:
         """Configurations at rest next to the remaining starts and goals."""
-        return [q + move for q, move in zip(self.ends, self.moves, strict=True)]
+        starts, goals = self.ends
+        before, after = self.runs
+        return [
+            starts if before is None else before(before.x[-1:]),
+            goals if after is None else after(after.x[:1]),
+        ]
 
     def _free(self, end: str, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of an end."""
@@ -163,45 +167,42 @@ class _Search:
             raise NoWayError(end, bodies, -gap, solutions=len(ends))
         return free
 
-    def _move_to_rest(self, k: int, q: FloatArray) -> FloatArray:
-        """Collision-free displacement to rest after the start (k = 0) or before the goal (-1).
+    def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
+        """Motion to rest after the start (k = 0) or from rest to the goal (-1), if it moves.
 
-        The arm brakes along its velocity, on a given path, or with each joint independently; next
-        to the goal backwards in time.
+        Each joint brakes independently, or the arm on a given path; next to the goal backwards.
         """
         timing, problem = self.problem.timing, self.problem
-        limits = timing.limits
         v, a = timing.velocity[k] * (-1.0 if k else 1.0), timing.acceleration[k]
         if not v.any() and not a.any():
-            return np.zeros_like(q)
-        move = braking_move(v, a, limits)
-        blame = self._obstruction(k, q, move)
-        if blame is None:
-            return move
-        run = problem.stop() if k == 0 else None
-        if run is None or not self._is_possible(run):
-            run = joint_stop(q, v, a, limits.acceleration, limits.jerk)
-            if not self._is_possible(run):
-                raise blame
-        self.runs[k] = reverse(run) if k else run
-        return np.asarray(run(run.x[-1]) - q)
-
-    def _obstruction(self, k: int, q: FloatArray, move: FloatArray) -> NoWayError | None:
-        """Obstruction of a straight move from an end."""
-        end, rest = ("goal" if k else "start"), q + move
-        if not self.space.within_limits(rest):
-            beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
-            return NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
-        if self._is_clear(np.stack((q, rest))):
             return None
-        gap, bodies = min(self.space.worst(q + part * move) for part in np.linspace(0.0, 1.0, 33))
-        return NoWayError(end, bodies, max(-gap, 0.0), moving=True)
+        limits, end, errors = timing.limits, "goal" if k else "start", []
 
-    def _is_possible(self, run: PiecewisePolynomial) -> bool:
-        """Whether a motion is collision-free and within limits."""
-        return keeps_limits(self.problem.timing, run) and not contacts_of(
-            self.problem.model, run, self.problem.resolution
-        )
+        def stops() -> Iterator[PiecewisePolynomial]:
+            for part in BRAKING:
+                yield joint_stop(q, v, a, part * limits.acceleration, part * limits.jerk)
+            if k == 0 and (stop := problem.stop()) is not None:
+                yield stop
+
+        for run in stops():
+            error = self._obstruction(end, run)
+            if error is None:
+                return reverse(run) if k else run
+            errors.append(error)
+        raise errors[0]
+
+    def _obstruction(self, end: str, run: PiecewisePolynomial) -> NoWayError | None:
+        """Obstruction of a motion from an end to rest."""
+        reached = run.extrema(0)
+        beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
+        if beyond.max() > 0.0:
+            return NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+        hits = contacts_of(self.problem.model, run, self.problem.resolution)
+        if hits:
+            hit = max(hits, key=lambda hit: hit.margin - hit.distance)
+            depth = max(hit.margin - hit.distance, 0.0)
+            return NoWayError(end, (hit.first.name, hit.second.name), depth, moving=True)
+        return None if keeps_limits(self.problem.timing, run) else NoWayError()
 
     def _is_clear(self, line: FloatArray) -> bool:
         return not contacts_along(self.problem.model, line, self.problem.resolution)
@@ -269,60 +270,54 @@ class _Search:
         line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
         edges = [len(one) - 1 for one in lines]
         passed, problem = np.cumsum([0, *edges]), self.problem
-        inner = self._through(line[passed])
-        made = self._first(line, passed)
-        if made is None:
+        first = self._first(line, passed)
+        if first is None:
             return None
-        first, times, through = made
-        if contacts_of(problem.model, first, problem.resolution) or not keeps_limits(inner, first):
+        curve, times, parts = first
+        ends = self._timing(line[passed], moving=True)
+        if contacts_of(problem.model, curve, problem.resolution) or not keeps_limits(ends, curve):
             return None
-        way = Way(first, times, line, through, rests=len(line) > len(passed))
+        way = Way(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
             self.report(number, way)
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
         beat = np.inf if best is None else best.duration
-        exchange = Exchange(self.space, inner, first, times, pieces, problem.resolution)
-        curve = exchange.run(self.late, beat)
-        return way if curve is first else Way(curve, curve.x[::pieces], line, through, rests=False)
+        exchange = Exchange(self.space, ends, curve, times, pieces, problem.resolution)
+        faster = exchange.run(self.late, beat)
+        if faster is curve:
+            return way
+        return Way(faster, faster.x[::pieces], line, parts, rests=False)
 
     def _first(
         self, line: FloatArray, passed: IndexArray
-    ) -> tuple[PiecewisePolynomial, FloatArray, TimingProblem | None] | None:
-        """A motion that rests at the corners of a line, its times there, and its problem."""
-        before, after = self.runs
-        if len(line) == 1:  # both ends have the same rest
-            if before is None and after is None:
+    ) -> tuple[PiecewisePolynomial, FloatArray, MotionParts] | None:
+        """A motion that rests at the corners of a line, its times there, and its parts."""
+        (before, after), middle, times = self.runs, None, np.zeros(len(passed))
+        if len(line) > 1:  # otherwise both ends have the same rest
+            rests = resting(self._timing(line, moving=False), "resting")
+            if rests is None:
                 return None
-            curve = concatenate(before, after)
-            return curve, curve.x[[0, -1]], None
-        through = self._through(line)
-        position, velocity, acceleration = map(
-            np.array, (through.position, through.velocity, through.acceleration)
-        )
-        for k, run in zip((0, -1), self.runs, strict=True):
-            if run is not None:
-                position[k], velocity[k], acceleration[k] = line[k], 0.0, 0.0
-        through = replace(through, position=position, velocity=velocity, acceleration=acceleration)
-        rests = resting(through, "resting")
-        if rests is None:
+            middle, times = rests.knots.curve, rests.knots.time[passed]
+        parts = before, middle, after
+        if parts == (None, None, None):
             return None
-        middle, times = rests.knots.curve, rests.knots.time[passed]
-        if before is None and after is None:
-            return middle, times, through
-        curve = concatenate(before, middle, after)
+        curve = concatenate(*parts)
         times = times + (0.0 if before is None else before.x[-1])
         times[[0, -1]] = curve.x[[0, -1]]
-        return curve, times, None
+        return curve, times, parts
 
-    def _through(self, line: FloatArray) -> TimingProblem:
-        """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
-        timing = self.problem.timing
-        n, d = line.shape
-        position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
-        for k, ends, rests in zip((0, -1), self.ends, self.rests, strict=True):
+    def _timing(self, line: FloatArray, *, moving: bool) -> TimingProblem:
+        """The problem with rests at the corners of a polyline.
+
+        Args:
+            line: The polyline, shape (n, d).
+            moving: Whether its ends are the start and the goal, in place of the rests next to them.
+        """
+        timing, position = self.problem.timing, np.array(line)
+        velocity, acceleration = np.zeros((2, *line.shape))
+        for k, ends, rests in zip((0, -1), self.ends, self.rests, strict=True) if moving else ():
             position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
-        velocity[[0, -1]] = timing.velocity[[0, -1]]
-        acceleration[[0, -1]] = timing.acceleration[[0, -1]]
+            velocity[k], acceleration[k] = timing.velocity[k], timing.acceleration[k]
         return TimingProblem(
             timing.joint_names,
             position,

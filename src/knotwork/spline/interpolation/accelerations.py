@@ -67,14 +67,14 @@ class _Sums(NamedTuple):
         return a[:, :-1] * self.start + a[:, 1:] * self.end + self.given
 
 
-def solved_accelerations(
-    data: Waypoints, given: FloatArray
+def solve_knot_accelerations(
+    data: Waypoints, known_values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Solve for the accelerations at the waypoints.
 
     Args:
         data: Times, positions, velocities and knots.
-        given: Accelerations as rows at the waypoints where they are known, shape (d, known).
+        known_values: Known accelerations at waypoints as rows, shape (d, known).
 
     Returns:
         Accelerations as rows at the waypoints, at their left knots and at their right ones, shape
@@ -105,7 +105,7 @@ def solved_accelerations(
     diagonal[fixed] = 1.0
     upper[fixed[:-1]] = lower[fixed[1:]] = 0.0
     rhs[:, fixed] = 0.0
-    rhs[:, known] = given
+    rhs[:, known] = known_values
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
     right, left = A.at(a), B.at(a)
     if not known[0]:  # p = 0: neither depends on a[0]

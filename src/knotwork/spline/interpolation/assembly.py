@@ -8,7 +8,7 @@ from knotwork.spline.interpolation.accelerations import Waypoints
 from knotwork.waypoints import FloatArray
 
 
-def assembled(
+def assemble_pieces(
     data: Waypoints, a: FloatArray, left: FloatArray, right: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Assemble the polynomials between the knots.
@@ -27,17 +27,17 @@ def assembled(
     Returns:
         The knots [s], shape (m,), and the coefficients, shape (4, m-1, d), highest power first.
     """
-    time = _paired(data.left, data.right)
-    u, bend = time - data.x.repeat(2), _paired(left, right)
-    own, v = a.repeat(2, axis=1), data.dydx.repeat(2, axis=1)
-    position = data.y.repeat(2, axis=1) + u * (v + u * (2.0 * own + bend) / 6.0)
-    states = [time, bend, v + 0.5 * u * (own + bend), position]
+    time = _interleave(data.left, data.right)
+    u, bend = time - data.x.repeat(2), _interleave(left, right)
+    own_acceleration, v = a.repeat(2, axis=1), data.dydx.repeat(2, axis=1)
+    position = data.y.repeat(2, axis=1) + u * (v + u * (2.0 * own_acceleration + bend) / 6.0)
+    states = [time, bend, v + 0.5 * u * (own_acceleration + bend), position]
     cuts = np.flatnonzero(data.known[1:-1]) + 1
     if cuts.size:
         values = data.x, a, data.dydx, data.y
         states = [
-            np.insert(state, 2 * cuts + 1, own[..., cuts], axis=-1)
-            for state, own in zip(states, values, strict=True)
+            np.insert(state, 2 * cuts + 1, own_acceleration[..., cuts], axis=-1)
+            for state, own_acceleration in zip(states, values, strict=True)
         ]
     # an end whose acceleration isn't given has one knot only
     inside = slice(0 if data.known[0] else 1, None if data.known[-1] else -1)
@@ -48,6 +48,6 @@ def assembled(
     return np.array(time), c
 
 
-def _paired(left: FloatArray, right: FloatArray) -> FloatArray:
+def _interleave(left: FloatArray, right: FloatArray) -> FloatArray:
     """Interleave values at the left and the right knots of the waypoints, shape (..., 2n)."""
     return np.stack((left, right), axis=-1).reshape(*left.shape[:-1], 2 * left.shape[-1])

@@ -138,9 +138,9 @@ def _run(
     for k, (low, high) in zip(rows, pairwise(knots), strict=False):
         part = slice(low, high + 1)
         span, ends = np.diff(x[part])[None], slice(k, k + 2)
-        given = waypoints.position[ends], waypoints.velocity[ends]
-        found = corrected_accelerations(span, a[part][None], *given)
-        most = np.abs(found[0] - a[part]).max(axis=0)
+        states = waypoints.position[ends], waypoints.velocity[ends]
+        corrected = corrected_accelerations(span, a[part][None], *states)
+        most = np.abs(corrected[0] - a[part]).max(axis=0)
         beyond = np.flatnonzero(most > STALE * np.maximum(peak, 1e-9))
         if beyond.size:
             raise OptionError(
@@ -150,5 +150,5 @@ def _run(
                 f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
                 f"{most[beyond[0]]:.3g}; choose the times again",
             )
-        pieces.append(cubics_from_accelerations(span, found, *given))
+        pieces.append(cubics_from_accelerations(span, corrected, *states))
     return x, np.concatenate(pieces, axis=1)

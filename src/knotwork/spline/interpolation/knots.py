@@ -159,66 +159,34 @@ def _given(
                 waypoint=i,
             )
     if t.size != expected:
-        raise _miscounted(x, t, known)
+        ends = int(known[0]) + int(known[-1])
+        rule = (
+            "2n - 2",
+            "2n - 1, as one end acceleration is asked for",
+            "2n, as end accelerations are asked for",
+        )[ends]
+        raise KnotError(f"{n} waypoints need {expected} knots ({rule}); {t.size} are given")
     t = np.concatenate((() if known[0] else t[:1], t, () if known[-1] else t[-1:]))
     return t[0::2].copy(), t[1::2].copy()
-
-
-def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotError:
-    """Make the error for too few or too many knots, naming the first wrong interval."""
-    n = x.size
-    needed = np.full(n - 1, 2)
-    needed[0] -= not known[0]
-    needed[-1] -= not known[-1]
-    rules = (
-        "2n - 2",
-        "2n - 1, as one end acceleration is asked for",
-        "2n, as end accelerations are asked for",
-    )
-    message = (
-        f"{n} waypoints need {needed.sum() + 2} knots ({rules[int(known[0]) + int(known[-1])]}); "
-        f"{t.size} are given"
-    )
-    inside = np.sort(t)
-    found = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
-    for i in np.flatnonzero(found != needed)[:1].tolist():
-        low, high = float(x[i]), float(x[i + 1])
-        return KnotError(
-            f"{message}. Between waypoints {i} and {i + 1}, strictly between {low:.15g} s and "
-            f"{high:.15g} s, there must be {needed[i]} and are {found[i]}",
-            waypoint=i,
-            interval=(low, high),
-        )
-    return KnotError(message)
 
 
 def _check_order(
     x: FloatArray, left: FloatArray, right: FloatArray, known: NDArray[np.bool_]
 ) -> None:
-    """Raise a KnotError for the first misplaced knot."""
+    """Raise a KnotError for the first interval with misplaced knots."""
     # a knot and its waypoint coincide at the ends only
-    wrong_left = ~((left[1:] > x[:-1]) & (left[1:] < x[1:]))
-    wrong_right = ~((right[:-1] > x[:-1]) & (right[:-1] < x[1:]))
-    wrong_order = ~(right[:-1] < left[1:])
-    wrong_left[-1] &= known[-1]
-    wrong_right[0] &= known[0]
-    wrong = wrong_left | wrong_right | wrong_order
-    if not wrong.any():
-        return
-    i = int(np.flatnonzero(wrong)[0])
-    # the range left by the interval's other knot, if that one is placed correctly
-    if wrong_right[i]:
-        high = left[i + 1] if not wrong_left[i] else x[i + 1]
-        raise _misplaced(i, "after", right[i], x[i], high)
-    low = right[i] if right[i] < x[i + 1] else x[i]
-    raise _misplaced(i + 1, "before", left[i + 1], low, x[i + 1])
-
-
-def _misplaced(i: int, side: str, knot: float, low: float, high: float) -> KnotError:
-    low, high = float(low), float(high)
-    return KnotError(
-        f"the knot {side} waypoint {i} is at {knot:.15g} s; it must lie strictly between "
-        f"{low:.15g} s and {high:.15g} s",
-        waypoint=i,
-        interval=(low, high),
-    )
+    right_fits = (right[:-1] > x[:-1]) & (right[:-1] < x[1:])
+    left_fits = (left[1:] > x[:-1]) & (left[1:] < x[1:])
+    right_fits[0] |= not known[0]
+    left_fits[-1] |= not known[-1]
+    for i in np.flatnonzero(~(right_fits & left_fits & (right[:-1] < left[1:])))[:1].tolist():
+        low, high = float(x[i]), float(x[i + 1])
+        knots = " and ".join(
+            f"{t:.15g} s" for t in (right[i], left[i + 1]) if t not in (x[0], x[-1])
+        )
+        raise KnotError(
+            f"the knots between waypoints {i} and {i + 1} are at {knots}; they must lie strictly "
+            f"between {low:.15g} s and {high:.15g} s, in order",
+            waypoint=i,
+            interval=(low, high),
+        )

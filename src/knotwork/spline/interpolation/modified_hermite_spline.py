@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import InputError, OptionError, WaypointDataError
-from knotwork.spline.interpolation.accelerations import Waypoints, solved_accelerations
-from knotwork.spline.interpolation.assembly import assembled
+from knotwork.spline.interpolation.accelerations import Waypoints, solve_knot_accelerations
+from knotwork.spline.interpolation.assembly import assemble_pieces
 from knotwork.spline.interpolation.knots import BalancedKnots, place_knots
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, checked_times, known_rows, read_only
@@ -88,7 +88,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             )
         trailing = values.shape[1:]
         flat = times.size, math.prod(trailing)
-        known, given = np.zeros(times.size, bool), np.empty((0, flat[1]))
+        known, known_values = np.zeros(times.size, bool), np.empty((0, flat[1]))
         if acceleration is not None:
             array, _ = _along_time(acceleration, times.size, axis, "acceleration", unknown=True)
             if array.shape != values.shape:
@@ -97,27 +97,27 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                     f"{array.shape} and {values.shape}"
                 )
             known = known_rows(array.reshape(flat)) & (flat[1] > 0)
-            given = array.reshape(flat)[known]
+            known_values = array.reshape(flat)[known]
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:
-            given = given if known[0] else np.vstack((ends[0], given))
-            given = given if known[-1] else np.vstack((given, ends[1]))
+            known_values = known_values if known[0] else np.vstack((ends[0], known_values))
+            known_values = known_values if known[-1] else np.vstack((known_values, ends[1]))
             known[0] = known[-1] = True
         # rows that are contiguous: NumPy would keep the order of a transposed view
         y_rows, v_rows = (
             np.ascontiguousarray(rows.reshape(flat).T) for rows in (values, derivatives)
         )
         data = Waypoints(times, y_rows, v_rows, *place_knots(times, knots, known), known)
-        a, left, right = solved_accelerations(data, given.T)
-        breaks, c = assembled(data, a, left, right)
+        a, left, right = solve_knot_accelerations(data, known_values.T)
+        breaks, c = assemble_pieces(data, a, left, right)
         _check_range(a, c)
         self._assign(c.reshape(*c.shape[:2], *trailing), breaks, own_axis)
         self._waypoint_times = times
-        found = a.T.reshape(values.shape)
+        accelerations = a.T.reshape(values.shape)
         if own_axis:
-            found = np.moveaxis(found, 0, own_axis)
-        found.setflags(write=False)
-        self._waypoint_acceleration = found
+            accelerations = np.moveaxis(accelerations, 0, own_axis)
+        accelerations.setflags(write=False)
+        self._waypoint_acceleration = accelerations
 
     @property
     def waypoint_times(self) -> FloatArray:
@@ -141,7 +141,7 @@ def _check_range(a: FloatArray, c: FloatArray) -> None:
         )
 
 
-def _real(values: ArrayLike, what: str) -> NDArray[Any]:
+def _real(values: ArrayLike, name: str) -> NDArray[Any]:
     """Take real numbers as an array.
 
     Raises:
@@ -149,44 +149,44 @@ def _real(values: ArrayLike, what: str) -> NDArray[Any]:
     """
     array = np.asarray(values)
     if array.dtype.kind not in "buif":
-        raise WaypointDataError(f"{what} must be real numbers, not {array.dtype}", value=values)
+        raise WaypointDataError(f"{name} must be real numbers, not {array.dtype}", value=values)
     return array
 
 
 def _along_time(
-    values: ArrayLike, n: int, axis: int, what: str, *, unknown: bool = False
+    values: ArrayLike, n: int, axis: int, name: str, *, unknown: bool = False
 ) -> tuple[FloatArray, int]:
     """Check data and move their time axis to the front; return the axis counted from 0."""
-    array = _real(values, what)
+    array = _real(values, name)
     if not -array.ndim <= axis < array.ndim:
-        raise WaypointDataError(f"{what} has shape {array.shape}; there is no axis {axis} in it")
+        raise WaypointDataError(f"{name} has shape {array.shape}; there is no axis {axis} in it")
     axis %= array.ndim
     array = np.moveaxis(array, axis, 0)
     if len(array) != n:
         raise WaypointDataError(
-            f"{what} has length {len(array)} along axis {axis}; there are {n} times"
+            f"{name} has length {len(array)} along axis {axis}; there are {n} times"
         )
-    return read_only(array, array.shape, what, unknown=unknown), axis
+    return read_only(array, array.shape, name, unknown=unknown), axis
 
 
 def end_accelerations(
-    given: EndAcceleration | Any, trailing: tuple[int, ...]
+    option: EndAcceleration | Any, trailing: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray] | None:
     """First and last acceleration of all components, flat, shape (d,) each; `None` if not given.
 
     Raises:
         OptionError: The value is neither `"zero"` nor a pair of finite numbers of the right shape.
     """
-    if given is None:
+    if option is None:
         return None
-    pair = (0.0, 0.0) if isinstance(given, str) and given == "zero" else given
+    pair = (0.0, 0.0) if isinstance(option, str) and option == "zero" else option
     if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
-        message = f"is {given!r}; it must be None, 'zero' or a pair (start, end)"
+        message = f"is {option!r}; it must be None, 'zero' or a pair (start, end)"
         raise OptionError("end_acceleration", message)
     try:
         arrays = [np.array(value, dtype=float) for value in pair]
     except (TypeError, ValueError) as error:
-        raise OptionError("end_acceleration", f"is {given!r}; it must be numbers") from error
+        raise OptionError("end_acceleration", f"is {option!r}; it must be numbers") from error
     for name, array in zip(("start", "end"), arrays, strict=True):
         if array.shape not in ((), trailing) or not np.isfinite(array).all():
             raise OptionError(

@@ -101,25 +101,25 @@ def _key(value: Any) -> Any:
     return value
 
 
-def _numbers(what: str, given: Any) -> Any:
+def _numbers(option: str, values: Any) -> Any:
     """Copy numbers into a read-only array; `None` stays `None`.
 
     Raises:
         OptionError: Values are not real numbers, or not finite.
     """
-    if given is None:
+    if values is None:
         return None
     try:
-        array = np.array(given)
+        array = np.array(values)
     except ValueError as error:
-        raise OptionError(what, f"is {given!r}; its rows differ in length") from error
+        raise OptionError(option, f"is {values!r}; its rows differ in length") from error
     if array.dtype.kind not in "iuf":
-        raise OptionError(what, f"is {given!r}; it must be real numbers")
+        raise OptionError(option, f"is {values!r}; it must be real numbers")
     array = array.astype(float)
     bad = np.argwhere(~np.isfinite(array))
     if bad.size:
         index = tuple(int(i) for i in bad[0])
-        raise OptionError(what, f"at {list(index)} is {array[index]}; it must be finite")
+        raise OptionError(option, f"at {list(index)} is {array[index]}; it must be finite")
     array.setflags(write=False)
     return array
 

@@ -64,7 +64,7 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, Any]]:
             return planner, {option: rule}
     if rules(planner):
         raise UnknownNameError(f"rule of planner {planner!r}", rule, rules(planner))
-    ruled = (f"{other}:RULE" for other in PLANNER_SPECS if rules(other))
+    ruled = (f"{known}:RULE" for known in PLANNER_SPECS if rules(known))
     raise UnknownNameError("planner", name, (planner, *ruled))
 
 
@@ -84,11 +84,11 @@ def _plan(
     """Plan with the planner of a name; see `Planner`. Errors name it."""
     planner, ruled = planner_and_rule(name)
     make = resolve_name(f"knotwork.spline.interpolation.{PLANNER_SPECS[planner].makes}")
-    given = options if options is not None else PlannerOptions()
+    requested = options if options is not None else PlannerOptions()
     try:
-        wanted = replace(given, **ruled)
+        wanted = replace(requested, **ruled)
         for option, rule in ruled.items():
-            if option in given.requested and given != wanted:
+            if option in requested.requested and requested != wanted:
                 raise OptionError(
                     option, f"is given together with the rule {rule!r}; give one of the two"
                 )

@@ -173,10 +173,10 @@ def check_supported(planner: str, options: PlannerOptions) -> None:
     """
     for option in options.requested:
         if option not in PLANNER_SPECS[planner].supports:
-            others = [name for name, spec in PLANNER_SPECS.items() if option in spec.supports]
-            own = ", ".join(PLANNER_SPECS[planner].supports) or "none"
+            others = ", ".join(n for n, spec in PLANNER_SPECS.items() if option in spec.supports)
+            supported = ", ".join(PLANNER_SPECS[planner].supports) or "none"
             raise OptionError(
                 option,
                 f"asks for {_WORDS[option]}, which this planner does not support (its options: "
-                f"{own}); leave it out, or use a planner that supports it: {', '.join(others)}",
+                f"{supported}); leave it out, or use a planner that supports it: {others}",
             )

@@ -88,8 +88,8 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     Args:
         waypoints: Positions and velocities, n = 2 or n >= 4.
         options: `accelerations` of the waypoints 2 … n-3: estimated by default (see
-            `knotwork.spline.interpolation.presets.estimated_accelerations`), `"zero"`, or an array of
-            shape (n-4, d) [rad/s² or m/s²], without rows for the two waypoints at either end,
+            `knotwork.spline.interpolation.presets.estimated_accelerations`), `"zero"`, or an array
+            of shape (n-4, d) [rad/s² or m/s²], without rows for the two waypoints at either end,
             where the cubics leave no choice.
 
     Raises:

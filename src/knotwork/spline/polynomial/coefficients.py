@@ -14,7 +14,7 @@ from knotwork.spline.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray
 
 
-def checked_order(nu: Any, what: str = "derivative order nu") -> int:
+def checked_order(nu: Any, name: str = "derivative order nu") -> int:
     """Return a derivative order as an integer.
 
     Raises:
@@ -27,7 +27,7 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
         with contextlib.suppress(TypeError):
             order = int(operator.index(nu))
     if order < 0:
-        raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
+        raise InputError(f"{name} is {nu!r}; it must be an integer, 0 or greater")
     return order
 
 

@@ -135,8 +135,8 @@ def _newton(
     roots, index = np.empty_like(point), np.arange(point.size)
     for _ in range(ITERATIONS):
         value = horner(c, point)
-        left = (value < 0.0) == rising
-        low, high = np.where(left, point, low), np.where(left, high, point)
+        is_below = (value < 0.0) == rising
+        low, high = np.where(is_below, point, low), np.where(is_below, high, point)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             newton = point - value / horner(slope, point)
         inside = (newton > low) & (newton < high) & (np.abs(newton - point) <= 0.5 * step)

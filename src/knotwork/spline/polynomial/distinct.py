@@ -27,8 +27,8 @@ def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
     >>> distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
     array([0. , 0.5, 1. , 2. , 3. ])
     """
-    found = np.concatenate([np.ravel(one) for one in (values, *more)])
-    found.sort()
-    kept = np.ones(found.shape, bool)
-    np.not_equal(found[1:], found[:-1], out=kept[1:])
-    return found[kept]
+    ordered = np.concatenate([np.ravel(array) for array in (values, *more)])
+    ordered.sort()
+    is_new = np.ones(ordered.shape, bool)
+    np.not_equal(ordered[1:], ordered[:-1], out=is_new[1:])
+    return ordered[is_new]

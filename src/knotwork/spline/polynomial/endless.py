@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.spline.polynomial.piecewise import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part, refined
+from knotwork.spline.polynomial.refined import cut_curve, split_at
 from knotwork.waypoints import FloatArray
 
 
@@ -35,10 +35,10 @@ class EndlessCurve:
         """Positions, or a derivative of them, at times [s], shape (k,): shape (k, e)."""
         local = np.asarray(t, dtype=float) - self.delay
         inside = np.clip(local, *self.curve.x[[0, -1]])
-        beyond, found = (local - inside)[:, None], self.curve(inside, nu)
+        beyond, value = (local - inside)[:, None], self.curve(inside, nu)
         if not self.stands:
-            return found if nu else found + beyond * self.curve(inside, 1)
-        return np.where(beyond != 0.0, 0.0, found) if nu else found
+            return value if nu else value + beyond * self.curve(inside, 1)
+        return np.where(beyond != 0.0, 0.0, value) if nu else value
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
         """The curve from one time to a later one [s]."""
@@ -54,18 +54,18 @@ class EndlessCurve:
             piece[-1, 0] = self([outer if before else edge])[0]
             c = np.concatenate((piece, c) if before else (c, piece), axis=1)
             x = np.concatenate(([outer], x) if before else (x, [outer]))
-        return part(PiecewisePolynomial(c, x), start, end)
+        return cut_curve(PiecewisePolynomial(c, x), start, end)
 
 
-def side_by_side(*curves: PiecewisePolynomial) -> PiecewisePolynomial:
+def stack_curves(*curves: PiecewisePolynomial) -> PiecewisePolynomial:
     """Stack the components of curves over the same time, shapes (e,), with the breaks of all.
 
     >>> rising, still = ([[[1.0]], [[0.0]]], [[[3.0]]])
-    >>> side_by_side(*(PiecewisePolynomial(c, [0, 2]) for c in (rising, still)))(1.0)
+    >>> stack_curves(*(PiecewisePolynomial(c, [0, 2]) for c in (rising, still)))(1.0)
     array([1., 3.])
     """
-    breaks = distinct(*(one.x for one in curves))
-    fine = [refined(one, breaks) for one in curves]
-    size = max(len(one.c) for one in fine)
-    padded = [np.pad(one.c, ((size - len(one.c), 0), (0, 0), (0, 0))) for one in fine]
+    breaks = distinct(*(curve.x for curve in curves))
+    fine = [split_at(curve, breaks) for curve in curves]
+    size = max(len(curve.c) for curve in fine)
+    padded = [np.pad(curve.c, ((size - len(curve.c), 0), (0, 0), (0, 0))) for curve in fine]
     return PiecewisePolynomial(np.concatenate(padded, axis=2), breaks)

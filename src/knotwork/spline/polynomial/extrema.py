@@ -69,8 +69,8 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
         high = min(low + step, c.shape[1])
         # piece by piece, so that the first of equal values is the earliest
         values, times = (
-            found.swapaxes(0, 1).reshape(-1, c.shape[2])
-            for found in candidates(x[low : high + 1], c[:, low:high])
+            table.swapaxes(0, 1).reshape(-1, c.shape[2])
+            for table in candidates(x[low : high + 1], c[:, low:high])
         )
         # NaN is unbounded: no limit is kept
         lost = np.isnan(values)

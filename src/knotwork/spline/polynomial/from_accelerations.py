@@ -32,13 +32,13 @@ def corrected_accelerations(
     """
     h = span.sum(axis=1)
     u = span / h[:, None]  # in parts of the interval
-    rest = 1.0 - np.cumsum(u, axis=1)
+    remaining = 1.0 - np.cumsum(u, axis=1)
     # weights of the accelerations in velocity and position at the end, over h and h²
     weights = np.zeros((*u.shape[:1], 2, u.shape[1] + 1))
     weights[:, 0, :-1] += 0.5 * u
     weights[:, 0, 1:] += 0.5 * u
-    weights[:, 1, :-1] += u * u / 3.0 + 0.5 * rest * u
-    weights[:, 1, 1:] += u * u / 6.0 + 0.5 * rest * u
+    weights[:, 1, :-1] += u * u / 3.0 + 0.5 * remaining * u
+    weights[:, 1, 1:] += u * u / 6.0 + 0.5 * remaining * u
     v0, v1 = velocity[:-1], velocity[1:]
     mean = np.diff(position, axis=0) / h[:, None]
     wanted = np.stack((v1 - v0, mean - v0), axis=1) / h[:, None, None]

@@ -9,11 +9,11 @@ from knotwork.spline.polynomial.piecewise import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 
-def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
+def split_at(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
     """Insert breaks into a curve.
 
     >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
-    >>> refined(parabola, [1.0]).c.T
+    >>> split_at(parabola, [1.0]).c.T
     array([[1., 0., 0.],
            [1., 2., 1.]])
 
@@ -32,11 +32,11 @@ def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomia
     return PiecewisePolynomial(c, breaks)
 
 
-def part(curve: PiecewisePolynomial, start: float, end: float) -> PiecewisePolynomial:
+def cut_curve(curve: PiecewisePolynomial, start: float, end: float) -> PiecewisePolynomial:
     """Cut a part out of a curve.
 
     >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
-    >>> middle = part(parabola, 0.5, 1.0)
+    >>> middle = cut_curve(parabola, 0.5, 1.0)
     >>> middle.x, middle(1.0)
     (array([0.5, 1. ]), array(1.))
 
@@ -45,6 +45,6 @@ def part(curve: PiecewisePolynomial, start: float, end: float) -> PiecewisePolyn
         start: Time within the curve's.
         end: Time within the curve's, after the start.
     """
-    fine = refined(curve, np.array([start, end]))
+    fine = split_at(curve, np.array([start, end]))
     first, last = np.searchsorted(fine.x, (start, end))
     return PiecewisePolynomial(fine.c[:, first:last], fine.x[first : last + 1])

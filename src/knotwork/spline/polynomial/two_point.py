@@ -31,13 +31,15 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
         powers = [h**i for i in range(2 * k)]
         taylor = [y * (1.0 / math.factorial(i)) if i > 1 else y for i, y in enumerate(derivatives)]
         # the difference of positions first: it cancels their common part without rounding
-        rest = [(y[1:] - y[:-1]) * powers[i] if i else y[1:] - y[:-1] for i, y in enumerate(taylor)]
+        residual = [
+            (y[1:] - y[:-1]) * powers[i] if i else y[1:] - y[:-1] for i, y in enumerate(taylor)
+        ]
         for m in range(1, k):
             start = taylor[m][:-1] * powers[m]
             for i in range(m):
-                rest[i] -= math.comb(m, i) * start
+                residual[i] -= math.comb(m, i) * start
         for p, row in enumerate(_closing_weights(k)):
-            terms = [r if w == 1 else w * r for w, r in zip(row, rest, strict=True) if w]
+            terms = [r if w == 1 else w * r for w, r in zip(row, residual, strict=True) if w]
             np.divide(sum(terms[1:], terms[0]), powers[k + p], out=c[k - 1 - p])
         for i, y in enumerate(taylor):
             c[2 * k - 1 - i] = y[:-1]
@@ -56,6 +58,6 @@ def _closing_weights(k: int) -> list[list[int]]:
     return weights
 
 
-def raised(c: FloatArray, degree: int) -> FloatArray:
+def raise_degree(c: FloatArray, degree: int) -> FloatArray:
     """Coefficients of polynomials, written with a higher degree."""
     return np.concatenate((np.zeros((degree + 1 - c.shape[0], *c.shape[1:])), c))

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.waypoints import FloatArray
 
 BISECTIONS = 60
@@ -60,7 +60,7 @@ class Profile(NamedTuple):
             times, rates = np.append(times, end), np.append(rates, rates[-1])
         shown = rate_curve(times, rates).antiderivative()
         if float(shown(times[-1])) > duration:
-            shown = part(shown, 0.0, float(inverse_time(shown, np.array([duration]))[0]))
+            shown = cut_curve(shown, 0.0, float(inverse_time(shown, np.array([duration]))[0]))
         c = np.array(shown.c)
         c[-1] += start
         return PiecewisePolynomial(c, shown.x)

@@ -10,8 +10,8 @@ from knotwork.errors import InputError
 from knotwork.spline.interpolation import ModifiedHermiteSpline
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.distinct import distinct
-from knotwork.spline.polynomial.refined import refined
-from knotwork.spline.polynomial.two_point import raised
+from knotwork.spline.polynomial.refined import split_at
+from knotwork.spline.polynomial.two_point import raise_degree
 from knotwork.spline.retiming.clock import inverse_time
 from knotwork.waypoints import FloatArray
 
@@ -35,7 +35,7 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
     times = inverse_time(clock, inner)
     near = SAME_BREAK * (clock.x[-1] - clock.x[0])
     times = times[np.abs(times[:, None] - clock.x).min(axis=1, initial=np.inf) > near]
-    fine = refined(clock, times)
+    fine = split_at(clock, times)
     middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
     piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
     inside = np.array(fine.c)
@@ -75,8 +75,8 @@ def cubic_through(
     for _ in range(MOST_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
-        exact, fine = refined(curve, cubics.x), refined(cubics, curve.x)
-        c = exact.c - raised(fine.c, exact.degree)
+        exact, fine = split_at(curve, cubics.x), split_at(cubics, curve.x)
+        c = exact.c - raise_degree(fine.c, exact.degree)
         gap = PiecewisePolynomial(c, exact.x).extrema(0).peak
         if gap.max() <= tolerance:
             # cubic pieces are kept: rounding would change their third derivative

@@ -7,7 +7,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.distinct import distinct
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.spline.retiming.composition import compose, cubic_through
 from knotwork.spline.retiming.shortest import shortest_stop
 from knotwork.waypoints import FloatArray
@@ -111,7 +111,7 @@ def stop_on_path(
     if rest_time is None:
         return None
     clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest_time - at])
-    motion = part(curve, at, rest_time)
+    motion = cut_curve(curve, at, rest_time)
     return clock, PiecewisePolynomial(motion.c, motion.x - at)
 
 

@@ -57,10 +57,10 @@ class Event(MotionPart):
     said = old_property("knotwork.spline.trajectory.Event.said")
 
 
-def on_at(events: Iterable[Event], time: float) -> list[Event]:
+def signals_on_at(events: Iterable[Event], time: float) -> list[Event]:
     """Signals that are on at a time [s]: the last event of each, unless it is off, 0 or a text.
 
-    >>> on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].text
+    >>> signals_on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].text
     'arc on'
     """
     state = {event.signal: event for event in events if event.time <= time}

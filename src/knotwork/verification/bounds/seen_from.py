@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from knotwork.robot.joint_tree import JointTree, join_trees, serial
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.endless import side_by_side
+from knotwork.spline.polynomial.endless import stack_curves
 from knotwork.tool_paths.moving_frame import KnownJoints
 
 
@@ -58,4 +58,4 @@ def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
 def with_known(curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]) -> PiecewisePolynomial:
     """Positions of an arm's joints followed by those of carriers, over the time of the first."""
     span = curve.x[[0, -1]].tolist()
-    return side_by_side(curve, *(one.curve.between(*span) for one in carriers))
+    return stack_curves(curve, *(one.curve.between(*span) for one in carriers))

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.spline.polynomial.critical_points import horner
 from knotwork.spline.polynomial.extrema import candidates
-from knotwork.spline.polynomial.refined import refined
+from knotwork.spline.polynomial.refined import split_at
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -157,7 +157,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
         waypoints: The task.
     """
     inside = waypoints.time[1:-1]
-    curve = refined(trajectory.polynomial, inside)
+    curve = split_at(trajectory.polynomial, inside)
     values, _ = candidates(curve.x, curve.derivative().c)
     variation = np.abs(np.diff(values, axis=0)).sum(axis=0)
     # A jump of velocity inside an interval is variation, too; at a waypoint it is a miss.

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.recording.lateness import Delay, delays
 from knotwork.verification.recording.likeness import PlanResidual, plan_residual
@@ -53,8 +53,8 @@ class Alignment:
             high = min(delay.end, self.trajectory.end_time, curve.x[-1] - ahead)
             if low < high:
                 parts.append(_shifted_part(curve, low, high, ahead))
-        c = np.concatenate([part.c for part in parts], axis=1)
-        x = np.concatenate([*(part.x[:-1] for part in parts), parts[-1].x[-1:]])
+        c = np.concatenate([piece.c for piece in parts], axis=1)
+        x = np.concatenate([*(piece.x[:-1] for piece in parts), parts[-1].x[-1:]])
         return replace(self.trajectory, polynomial=PiecewisePolynomial(c, x))
 
     def errors(self, order: int, time: float | None) -> FloatArray:
@@ -139,7 +139,7 @@ def _shifted_part(
     curve: PiecewisePolynomial, start: float, end: float, ahead: float
 ) -> PiecewisePolynomial:
     """Part of a curve between two times of a clock over which it is ahead [s], by that clock."""
-    cut = part(curve, start + ahead, end + ahead)
+    cut = cut_curve(curve, start + ahead, end + ahead)
     return PiecewisePolynomial(cut.c, np.concatenate(([start], cut.x[1:-1] - ahead, [end])))
 
 

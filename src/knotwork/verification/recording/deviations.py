@@ -11,8 +11,8 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part, refined
-from knotwork.spline.polynomial.two_point import raised
+from knotwork.spline.polynomial.refined import cut_curve, split_at
+from knotwork.spline.polynomial.two_point import raise_degree
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
@@ -122,10 +122,12 @@ def _joint_findings(
 def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
     """Difference of two curves, in their common time."""
     low, high = max(curve.x[0], plan.x[0]), min(curve.x[-1], plan.x[-1])
-    curve, plan = part(curve, low, high), part(plan, low, high)
-    curve, plan = refined(curve, plan.x), refined(plan, curve.x)
+    curve, plan = cut_curve(curve, low, high), cut_curve(plan, low, high)
+    curve, plan = split_at(curve, plan.x), split_at(plan, curve.x)
     degree = max(curve.degree, plan.degree)
-    return PiecewisePolynomial(raised(curve.c, degree) - raised(plan.c, degree), curve.x)
+    return PiecewisePolynomial(
+        raise_degree(curve.c, degree) - raise_degree(plan.c, degree), curve.x
+    )
 
 
 def _tool_findings(

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.verification import Finding
 from knotwork.verification.recording.alignment import Alignment
 from knotwork.waypoints import FloatArray
@@ -34,7 +34,7 @@ def hole_findings(alignment: Alignment) -> Iterator[Finding]:
     far = MOVING_GAP_RANGE * _range(plan.polynomial)
     for i in np.flatnonzero(np.diff(known) > MOVING_GAP_PERIODS * log.period):
         start, end = float(known[i]), float(known[i + 1])
-        moved = _range(part(plan.polynomial, start, end))
+        moved = _range(cut_curve(plan.polynomial, start, end))
         moves = moved > REST_DEVIATIONS * alignment.curve.noise.position
         is_far = (moves & (moved > far)).any()
         allowed = MOVING_GAP_PERIODS if is_far else GAP_PERIODS

@@ -1,0 +1,5 @@
+"""Files: documents and their validation, stored motions, trajectories of other tools."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
