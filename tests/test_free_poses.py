@@ -387,9 +387,7 @@ def fastest(free: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("free", [TURN, {"turn": [-30, 30]}])
-def test_free_times_frozen_swept_and_exported(
-    free: Any, tmp_path: Path, knotwork: Command
-) -> None:
+def test_free_times_frozen_swept_and_exported(free: Any, tmp_path: Path, knotwork: Command) -> None:
     path = written(fastest(free), tmp_path)
     folders = [str(tmp_path / name) for name in ("out", "again", "study")]
     frozen = str(tmp_path / "frozen.yaml")

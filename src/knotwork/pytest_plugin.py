@@ -55,15 +55,15 @@ class Checks:
             The reports, in the order of the files.
         """
         reports: list[Report] = []
-        for file in [one for pattern in patterns for one in self._matching(pattern)]:
+        for file in [file for pattern in patterns for file in self._matching_files(pattern)]:
             name = Path(file).name
             with self._part(name):
-                reports.append(self._judged(file, scenario, robot, scene, limits))
+                reports.append(self._check_file(file, scenario, robot, scene, limits))
                 groups = reports[-1].groups
-                for group, found in groups.items():
-                    if any(one.required for one in found):
+                for group, findings in groups.items():
+                    if any(finding.required for finding in findings):
                         with self._part(f"{name}: {group}"):
-                            _fail_if_any(found)
+                            _fail_if_any(findings)
         failures, self._failures = self._failures, []
         if failures:
             pytest.fail("\n".join(failures), pytrace=False)
@@ -81,15 +81,15 @@ class Checks:
         except pytest.fail.Exception as failure:
             self._failures.append(f"{name}: {failure}")
 
-    def _matching(self, pattern: str) -> list[str]:
+    def _matching_files(self, pattern: str) -> list[str]:
         from knotwork.files.documents import resources
 
-        found = sorted(self._folder.glob(pattern))
-        if not found and pattern not in resources.names("scenarios"):
+        files = sorted(self._folder.glob(pattern))
+        if not files and pattern not in resources.names("scenarios"):
             pytest.fail(f"no file matches {pattern!r} in {self._folder}", pytrace=False)
-        return [str(one) for one in found] or [pattern]
+        return [str(file) for file in files] or [pattern]
 
-    def _judged(
+    def _check_file(
         self, file: str, scenario: str | None, robot: str | None, scene: str | None, limits: Any
     ) -> Report:
         from knotwork import planning
@@ -98,7 +98,7 @@ class Checks:
         from knotwork.errors import InputError
         from knotwork.files.foreign import is_trajectory
 
-        scenario, robot, scene = (self._place(one) for one in (scenario, robot, scene))
+        scenario, robot, scene = (self._place(name) for name in (scenario, robot, scene))
         try:
             if robot is not None or scene is not None:
                 return planning.check_alone(file, robot, scene, limits)[-1]
@@ -121,7 +121,7 @@ class Checks:
 def _fail_if_any(findings: Any) -> None:
     from knotwork.verification.worst import failure_lines
 
-    failed = [one for one in findings if not one.ok]
+    failed = [finding for finding in findings if not finding.ok]
     if failed:
         pytest.fail("\n".join(failure_lines(failed)), pytrace=False)
 

@@ -34,9 +34,9 @@ class Units:
             value: Value in SI.
             unit: SI unit of the value; units that don't begin with metres or radians are unchanged.
         """
-        head, slash, rest = unit.partition("/")
-        own = {"m": self.length, "rad": self.angle}.get(head)
-        return (value, unit) if own is None else (value * _FACTORS[own], f"{own}{slash}{rest}")
+        base, slash, rate = unit.partition("/")
+        name = {"m": self.length, "rad": self.angle}.get(base)
+        return (value, unit) if name is None else (value * _FACTORS[name], f"{name}{slash}{rate}")
 
     def text(self, value: float, unit: str, form: str = ".6g") -> str:
         """Text of an SI value in these units.

@@ -36,13 +36,11 @@ class Case:
         data: What the scenario's file says.
         motion: Of its joints.
         extra: What the faults of this kind of case need to know.
-        truth: What the judge is given in place of `data`, if it is not the same.
     """
 
     data: dict[str, Any]
     motion: Motion
     extra: dict[str, Any] = field(default_factory=dict)
-    truth: dict[str, Any] | None = None
 
     def with_data(self, change: Mapping[str, Any]) -> Case:
         return replace(self, data={**copy.deepcopy(self.data), **change})
@@ -74,7 +72,6 @@ class Fault(NamedTuple):
         kinds: What the judge finds then, one at least, and nothing else.
         count: How many are made.
         samples: How densely the judge looks at limits that it samples.
-        refused: Whether Knotwork may refuse it as wrong input.
         collisions: Whether the judge looks for these.
         beside: What the judge may find too, where the fault is large.
     """
@@ -84,7 +81,6 @@ class Fault(NamedTuple):
     kinds: set[str]
     count: int
     samples: int = 1000
-    refused: bool = False
     collisions: bool = False
     beside: Collection[str] = ()
 

@@ -153,7 +153,7 @@ RETIMED = LIMITS | {"path", "velocity", "jump"}
 
 ALONG = plan_case(path=True)
 FAULTS: dict[str, Fault] = {
-    name: Fault(right, spoil, kinds, count, 300, False, collisions, beside)
+    name: Fault(right, spoil, kinds, count, 300, collisions, beside)
     for name, right, spoil, kinds, beside, count, collisions in (
         ("a plan: back and forth on its path", ALONG, back_and_forth,
          {"direction"}, RETIMED | {"speed"}, 10, False),

@@ -151,9 +151,7 @@ def test_reports_joints_held_at_limits(name: str, count: int) -> None:
 @pytest.mark.parametrize("name", ["ur5", "ur5 narrow", "z1", "talos_arm"])
 @pytest.mark.parametrize("nearest", [True, False])
 @pytest.mark.parametrize("count", first_of(3, 15))
-def test_solves_reachable_pose_without_restarts(
-    name: str, nearest: bool, count: int
-) -> None:
+def test_solves_reachable_pose_without_restarts(name: str, nearest: bool, count: int) -> None:
     robot, generator = ARMS[name], np.random.default_rng(6)
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     for _ in range(count):

@@ -81,9 +81,7 @@ def test_closed_form_equals_searches(arm: str) -> None:
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 1e-2, 1e-5))
-def test_finds_every_branch_near_wrist_singularity(
-    arm: str, bent: float, spherical: Robot
-) -> None:
+def test_finds_every_branch_near_wrist_singularity(arm: str, bent: float, spherical: Robot) -> None:
     """There the arm can move far while the tool hardly does, and searches do not converge."""
     robot = UR5 if arm == "ur5" else spherical
     generator = np.random.default_rng(4)

@@ -204,9 +204,7 @@ def test_names_candidates_for_tool_frame(write) -> None:
         ("revolute", '<mimic joint="first" multiplier="2" offset="0.1"/>', "mimics joint 'first'"),
     ],
 )
-def test_refuses_unsupported_joints(
-    kind: str, extra: str, says: str, write
-) -> None:
+def test_refuses_unsupported_joints(kind: str, extra: str, says: str, write) -> None:
     path = write(chain(kind, extra))
     robot = load_robot(path)
     assert robot.joint_names == ("first",)

@@ -147,9 +147,7 @@ def test_names_branches_that_follow_path() -> None:
 
 
 @pytest.mark.parametrize("tilt", [[0, 0, 0], [15, -10, 0]])
-def test_follows_orientations_of_file(
-    tmp_path: Path, tilt: list[float]
-) -> None:
+def test_follows_orientations_of_file(tmp_path: Path, tilt: list[float]) -> None:
     """In a tilted frame the points are tilted, and the orientations held in base axes are not."""
     rows = ["x,y,z,qx,qy,qz,qw"]
     wanted = {0.0: 0.0, 40.0: 20.0, 90.0: 35.0, 150.0: 10.0}

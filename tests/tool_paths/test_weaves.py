@@ -211,9 +211,7 @@ def test_reports_joint_that_weave_exceeds() -> None:
         ({"shape": "triangle", "width": 0.006, "dwell": 0.05}, {"acceleration": 20, "jerk": 1000}),
     ],
 )
-def test_proposed_frequency_keeps_limits(
-    weave: dict[str, Any], limits: dict[str, float]
-) -> None:
+def test_proposed_frequency_keeps_limits(weave: dict[str, Any], limits: dict[str, float]) -> None:
     fast = seam(weave, limits=limits)
 
     def woven_failures(task: dict[str, Any]) -> list[str]:

@@ -346,34 +346,6 @@ VIAL: dict[str, Any] = {
 }
 
 
-def test_a_held_object_moves_with_the_tool_between_its_waypoints() -> None:
-    free = kw.plan(VIAL | {"tool": {key: VIAL["tool"][key] for key in ("offset", "shape")}})
-    middle = free.space.robot.forward(free.trajectory(4.5)).translation  # type: ignore[union-attr]
-    top = 1e3 * middle[2] - 20  # lower than the tool, higher than the lower end of the vial
-    wall = {"box": [300, 20, 100], "position": [500, 0, top - 50]}
-    scene = {"objects": {**VIAL["scene"]["objects"], "wall": wall}}
-    joints = free.joint_waypoints
-    by_joints = [
-        {
-            "name": name,
-            "joints": dict(zip(joints.joint_names, np.degrees(q).tolist(), strict=True)),
-            "time": t,
-            "stop": True,
-        }
-        for name, t, q in zip(("start", "here", "there"), joints.time, joints.position, strict=True)
-    ]
-    task = {key: VIAL[key] for key in ("units", "robot", "tool")}
-    task |= {"scene": scene, "waypoints": by_joints}
-    report = kw.plan(task).report
-    assert {found.name for found in report.failures} == {"vial, wall"}
-    (hit,) = report.failures
-    assert hit.time == pytest.approx(4.5, abs=0.3)
-    assert hit.value is not None
-    assert -0.045 < hit.value < -0.015
-    without = {**task, "tool": {key: task["tool"][key] for key in ("offset", "shape")}}
-    assert kw.plan(without).report.ok
-
-
 def test_a_held_object_stands_where_it_was_and_where_it_is_left() -> None:
     """The arm comes back to where it left the vial, and lower: its wrist hits it."""
     back = [

@@ -43,28 +43,8 @@ def moved(c: np.ndarray, by: np.ndarray) -> np.ndarray:
     return c
 
 
-def divided(curve: kw.PiecewisePolynomial, at: np.ndarray) -> kw.PiecewisePolynomial:
-    """The same curve with more breaks."""
-    x = np.unique(np.concatenate([curve.x, at]))
-    piece = np.clip(np.searchsorted(curve.x, x[:-1], side="right") - 1, 0, curve.x.size - 2)
-    by = (x[:-1] - curve.x[piece])[:, None]
-    return kw.PiecewisePolynomial(moved(curve.c[:, piece], by), x)
-
-
 # (3 t² - t³)/4 goes from 0 to 1 in 2 s with no speed at the ends.
 RISE = np.array([-0.25, 0.75, 0.0, 0.0])
-
-
-@pytest.mark.parametrize("gap", [1e-8, 1e-9, 1e-10, 1e-12])
-def test_a_second_break_beside_each_one_hides_no_jump(gap: float) -> None:
-    plan = kw.plan("ur10_spray", planner="cubic")
-    curve = plan.trajectory.polynomial
-    assert np.abs(curve.jumps(2)).max() > 2.0
-    breaks = curve.x[1:-1]
-    for at in (breaks + gap, breaks - gap, np.concatenate([breaks - gap, breaks + gap])):
-        tampered = divided(curve, at)
-        report = kw.check(kw.JointTrajectory(plan.trajectory.joint_names, tampered), plan.scenario)
-        assert not report.ok
 
 
 @pytest.mark.parametrize("gap", [1e-7, 1e-9, 1e-11])
@@ -150,13 +130,6 @@ def test_terms_that_overflow_within_a_long_piece_are_refused() -> None:
         motion(c, [0.0, 1e250])
 
 
-@pytest.mark.parametrize("rows", [1_000, 20_000])
-def test_any_number_of_leading_zeros_is_read(rows: int) -> None:
-    c = np.zeros((rows, 1))
-    c[-4:, 0] = RISE
-    assert kw.check(motion(c, [0.0, 2.0]), one_joint()).ok
-
-
 def test_degrees_beyond_the_bound_are_refused(knotwork: Command, tmp_path: Path) -> None:
     c = np.full((601, 20), 1e-3)
     with pytest.raises(kw.InputError, match="degree is 600; at most"):
@@ -225,45 +198,6 @@ def test_a_tolerance_of_zero_lets_nothing_pass() -> None:
     c = np.zeros((4, 1, 2))
     still = kw.JointTrajectory(("turn", "other"), kw.PiecewisePolynomial(c, [0.0, 2.0]))
     assert not kw.check(still, scenario).ok
-
-
-def redundant(folder: Path) -> Path:
-    """Two slides one after the other along the same axis, and two across it."""
-    axes = ("1 0 0", "1 0 0", "0 1 0", "0 0 1")
-    links = "".join(f'<link name="l{i}"/>' for i in range(len(axes) + 1))
-    joints = "".join(
-        f'<joint name="j{i}" type="prismatic"><parent link="l{i}"/><child link="l{i + 1}"/>'
-        f'<axis xyz="{axis}"/><limit lower="-5" upper="5" effort="9" velocity="9"/></joint>'
-        for i, axis in enumerate(axes)
-    )
-    path = folder / "redundant.urdf"
-    path.write_text(f'<robot name="redundant">{links}{joints}</robot>')
-    return path
-
-
-@pytest.mark.parametrize("moving", ["on", "middle", "off"])
-def test_joints_that_move_where_the_tool_is_to_stop_fail(tmp_path: Path, moving: str) -> None:
-    """Two slides against one another leave the tool where it is, and the arm does not stand."""
-    places = {"on": 0.0, "middle": 0.5, "off": 1.0}
-    task = kw.load_scenario(
-        {
-            "robot": str(redundant(tmp_path)),
-            "tool": {"frame": "l4"},
-            "waypoints": [
-                {"name": name, "time": 2 * x, "pose": {"position": [x, 0, 0], "rpy": [0, 0, 0]}}
-                | ({"stop": True} if name == "middle" else {})
-                for name, x in places.items()
-            ],
-        }
-    )
-    positions = [[x, 0, 0, 0] for x in places.values()]
-    velocities = [[0.5, -0.5, 0, 0] if name == moving else [0.0] * 4 for name in places]
-    moved = kw.JointTrajectory.from_knots(
-        [f"j{i}" for i in range(4)], [0, 1, 2], positions, velocities, joint_units=["m"] * 4
-    )
-    found = [one for one in kw.check(moved, task).failures if one.group != "Continuity"]
-    assert [(one.name, one.quantity) for one in found] == [(moving, "joint_velocity")]
-    assert found[0].value == pytest.approx(0.5)
 
 
 def test_a_singular_arm_that_moves_where_its_tool_is_to_stop_fails() -> None:

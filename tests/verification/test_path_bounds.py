@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divided, path_bounds
+from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divide, path_bounds
 from sweeps import examples
 
 ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
@@ -195,7 +195,7 @@ def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw
     scale=st.sampled_from([1e-3, 1.0, 1e6]),
 )
 @examples(40)
-def test_intervals_of_a_rounding_are_divided_into_equal_times(
+def test_intervals_of_a_rounding_are_divide_into_equal_times(
     parts: list[int], ulps: int, scale: float
 ) -> None:
     """Each time that was given is found once among those that divide, however equal these are."""
@@ -206,7 +206,7 @@ def test_intervals_of_a_rounding_are_divided_into_equal_times(
             after = float(np.nextafter(after, np.inf))
         t.append(after if i % 2 else 1.5 * t[-1])
     times = np.array(t)
-    finer, old = _divided(times, np.array(parts, float), np.ones(len(parts)), 1000)
+    finer, old = _divide(times, np.array(parts, float), np.ones(len(parts)), 1000)
     assert (np.diff(finer) >= 0.0).all()
     np.testing.assert_array_equal(finer[old], times)
     assert len(finer) == 1 + sum(parts)

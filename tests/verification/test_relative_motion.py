@@ -80,7 +80,7 @@ def test_solids_come_no_nearer_along_a_direction_than_is_proved(arm: str) -> Non
                 normal = rng.normal(size=3)
                 normal /= np.linalg.norm(normal)
                 at, one = np.array([k]), np.array([combo])
-                along = motions.along(at, one, normal[None])[0]
+                along = motions.approach(at, one, normal[None])[0]
                 gaps = []
                 for t in np.linspace(start[k], start[k] + LENGTHS[k], 21):
                     corners = placed_corners(table, model, curve(t))

@@ -96,9 +96,13 @@ def read_motions(
     if reference is None and robot is None:
         reference = planned_scenario(log)
     if reference is not None:
-        checked = read_checked(source, reference, log)
+        checked_motions = read_checked(source, reference, log)
         against = log.against if log is not None else None
-        return [checked] if against is None else [checked, read_checked(against, reference)]
+        return (
+            [checked_motions]
+            if against is None
+            else [checked_motions, read_checked(against, reference)]
+        )
     if log is None:
         return [_read_unchecked(source, robot, strict, instead)]
     if robot is not None and log.against is None:
@@ -187,14 +191,14 @@ def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Pl
     return plans
 
 
-def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
+def checked_motions(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
     """The motions that were checked against a scenario."""
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 
 
 def print_failures(motions: Iterable[Motion]) -> None:
     """Print failed checks and their first failures on standard error."""
-    for motion in checked(motions):
+    for motion in checked_motions(motions):
         report = motion.report
         if not report.ok:
             motion_name = f"{report.scenario}, {motion.trajectory.planner}"

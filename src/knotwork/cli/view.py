@@ -21,7 +21,7 @@ from knotwork.cli.parameters import (
     package_path_option,
     port_option,
 )
-from knotwork.cli.sources import Motion, checked, print_failures, read_motions, refuse
+from knotwork.cli.sources import Motion, checked_motions, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -119,7 +119,7 @@ def view(
         refuse({"--html": out, **given, "--port": port}, "--meshcat plays in Meshcat's own page")
         shown = read_motions(source, reference, options, log=log)
         print_failures(shown)
-        if not checked(shown[:1]):
+        if not checked_motions(shown[:1]):
             raise InputError("Meshcat needs a task with its motion: give --scenario")
         play_in_meshcat(shown[0], meshcat, no_open)
         return PASSED
@@ -166,7 +166,7 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
 
 def _beside(source: str, other: str, reference: str | None, options: PlanOptions) -> Page:
     """The page of two motions."""
-    shown = checked([read_motions(one, reference, options)[0] for one in (source, other)])
+    shown = checked_motions([read_motions(one, reference, options)[0] for one in (source, other)])
     if len(shown) < 2:
         raise InputError("side by side, two motions need their tasks: give --scenario")
     names = [one.scenario.name for one in shown]
@@ -189,7 +189,7 @@ def _scene(
     first, *others = shown
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
-        compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
+        compared = {one.trajectory.planner: one.trajectory for one in checked_motions(others)}
         return scene_of(first, compared, before)
     if robot is None:
         raise InputError(

@@ -74,7 +74,7 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     listed, more = names, ""
     if len(names) > MOST_LISTED:  # the most similar ones
         alike = difflib.get_close_matches(str(name).casefold(), written, MOST_LISTED, cutoff=0.0)
-        listed = [written[one] for one in alike]
+        listed = [written[name] for name in alike]
         more = f" and {len(names) - MOST_LISTED} more"
     listing = f"accepted: {', '.join(listed)}{more}" if names else "none is available"
     meant = f"did you mean {written[near[0]]!r}? " if near else ""

@@ -161,9 +161,9 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """
     for name in options:
         if name not in form.options:
-            takers = ", ".join(other.name for other in _ALL if name in other.options)
-            others = f"; formats that do: {takers}" if takers else ""
-            raise InputError(f"format {form.name!r} takes no option {name!r}{others}")
+            takers = ", ".join(known.name for known in _ALL if name in known.options)
+            advice = f"; formats that do: {takers}" if takers else ""
+            raise InputError(f"format {form.name!r} takes no option {name!r}{advice}")
     return dict(options)
 
 
@@ -200,8 +200,8 @@ def content(
     Raises:
         InputError: The format has no file, or as for `export`.
     """
-    made: str | bytes = file_format(name).make(motion, file=True, **options)
-    return made
+    text: str | bytes = file_format(name).make(motion, file=True, **options)
+    return text
 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:

@@ -20,7 +20,7 @@ from knotwork.spline.polynomial.extrema import candidates
 from knotwork.spline.polynomial.refined import split_at
 from knotwork.spline.polynomial.two_point import raise_degree, two_point_coefficients
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, IndexArray
 
 LOSSLESS = 1e-12
 """Points are lossless if the error of their curve is below this, relative to the largest term of
@@ -167,6 +167,13 @@ def largest_difference(
     return np.asarray(np.abs(candidates(times, difference)[0]).max(axis=0))
 
 
+def split_evenly(times: FloatArray, parts: IndexArray) -> FloatArray:
+    """Times that divide each interval into a number of equal parts, shape (sum of parts + 1,)."""
+    index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    step = np.repeat(np.diff(times) / parts, parts)
+    return np.append(np.repeat(times[:-1], parts) + index * step, times[-1])
+
+
 def _scale(trajectory: JointTrajectory) -> FloatArray:
     """Largest term of each joint's polynomials [rad or m], shape (d,)."""
     c = trajectory.polynomial.c
@@ -252,8 +259,5 @@ def _refine(
                 f"a fit within {tolerance:g} takes more than {MOST_POINTS} points; choose a "
                 "larger tolerance"
             )
-        start = np.repeat(times[:-1], parts)
-        index = np.arange(start.size) - np.repeat(np.cumsum(parts) - parts, parts)
-        step = np.repeat(np.diff(times) / parts, parts)
-        times = np.append(start + index * step, times[-1])
+        times = split_evenly(times, parts)
         joined = _receiver_pieces(trajectory, times, order)

@@ -71,12 +71,12 @@ def to_pvt(
             velocity = knots.velocity[:, i] * per
         if not np.isfinite([position, velocity]).all():
             raise InputError(f"scale of joint {name!r} is {factor!r}, which exceeds all numbers")
-        own = factor == 1.0 and shift == 0.0
-        label = unit if own else "drive"
+        is_joint_unit = factor == 1.0 and shift == 0.0
+        label = unit if is_joint_unit else "drive"
         columns[f"{name}.position_{label}"] = position
         columns[f"{name}.velocity_{label}_per_s"] = velocity
         text = f"joint {name!r} [{unit}], velocity [{unit}/s]"
-        if not own:
+        if not is_joint_unit:
             text += f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)

@@ -69,10 +69,10 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Ta
     data: dict[str, Any] = {
         "format": JSON_FORMAT,
         "version": 1,
-        "planner": table.planner,
+        "planner": table.trajectory.planner,
         "note": table.note,
-        "joint_names": list(table.joint_names),
-        "units": {"time": "s", "joints": list(table.joint_units)},
+        "joint_names": list(table.trajectory.joint_names),
+        "units": {"time": "s", "joints": list(table.trajectory.joint_units)},
         "time": table.time.tolist(),
     }
     for quantity, values in table.joints.items():
@@ -102,8 +102,8 @@ def to_npz(
     (3, 1)
     """
     table = _table(motion, **options)
-    names = {"joint_names": table.joint_names, "joint_units": table.joint_units}
-    labels = {key: np.array(value) for key, value in (names | {"planner": table.planner}).items()}
+    names = ("joint_names", "joint_units", "planner")
+    labels = {name: np.array(getattr(table.trajectory, name)) for name in names}
     labels |= {key: np.array(values) for key, values in table.labels.items()}
     return npz_bytes({"time": table.time, **table.joints, **table.tool, **labels})
 
@@ -131,7 +131,7 @@ def to_parquet(
     arrow = import_package("pyarrow", "Parquet", how)
     parquet = import_package("pyarrow.parquet", "Parquet", how)
     columns = arrow.table({**table.columns(), **table.labels})
-    about = {"planner": table.planner, "note": table.note}
+    about = {"planner": table.trajectory.planner, "note": table.note}
     columns = columns.replace_schema_metadata(about)
     sink = arrow.BufferOutputStream()
     parquet.write_table(columns, sink)

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import finite_number
-from knotwork.export.lossless import MOST_POINTS, largest_difference
+from knotwork.export.lossless import MOST_POINTS, largest_difference, split_evenly
 from knotwork.spline.polynomial.extrema import candidates
 from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.spline.trajectory import JointTrajectory
@@ -190,11 +190,7 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
         raise InputError(
             f"lines within {tolerance:g} take more than {MOST_POINTS} points; give a larger fit"
         )
-    parts = parts.astype(int)
-    index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    return np.append(
-        np.repeat(breaks[:-1], parts) + index * np.repeat(h / parts, parts), breaks[-1]
-    )
+    return split_evenly(breaks, parts.astype(int))
 
 
 def refuse_moving(trajectory: JointTrajectory) -> None:

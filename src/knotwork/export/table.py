@@ -41,42 +41,35 @@ class MotionTable:
     """A motion at a sequence of times.
 
     Attributes:
-        joint_names: Names of the joints, length d.
-        joint_units: `"rad"` or `"m"` for each joint.
-        planner: Planner or source of the motion.
+        trajectory: The motion itself.
         time: Times [s], shape (s,).
         joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
         tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
             robot.
         note: Accuracy of the motion defined by the rows.
         labels: `"segment"` and `"event"`, a text for each row; or empty.
-        trajectory: The motion itself.
     """
 
-    joint_names: tuple[str, ...]
-    joint_units: tuple[str, ...]
-    planner: str
+    trajectory: JointTrajectory
     time: FloatArray
     joints: Mapping[str, FloatArray]
     tool: Mapping[str, FloatArray]
     note: str
     labels: Mapping[str, list[str]]
-    trajectory: JointTrajectory
 
     def columns(self) -> dict[str, FloatArray]:
         """All columns by name, each of shape (s,).
 
         Names end in the units of their values: `time_s` [s], `elbow.velocity_rad_per_s` [rad/s].
         """
-        columns = {"time_s": self.time}
-        for order, quantity in enumerate(DERIVATIVES):
+        columns, motion = {"time_s": self.time}, self.trajectory
+        for quantity, table in self.joints.items():
+            order = DERIVATIVES.index(quantity)
             per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
-            if quantity in self.joints:
-                for i, (name, unit) in enumerate(
-                    zip(self.joint_names, self.joint_units, strict=True)
-                ):
-                    label = f"{name}.{quantity}_{unit}{per}"
-                    columns[label] = self.joints[quantity][:, i]
+            for name, unit, values in zip(
+                motion.joint_names, motion.joint_units, table.T, strict=True
+            ):
+                columns[f"{name}.{quantity}_{unit}{per}"] = values
         for key, values in self.tool.items():
             name, components, unit = TOOL[key]
             for i, component in enumerate(components):
@@ -135,17 +128,8 @@ def motion_table(
         time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
     tool = {} if robot is None else _tool(trajectory, robot, time)
     named = bool(trajectory.events) if labels is None else flag(labels, "labels")
-    return MotionTable(
-        trajectory.joint_names,
-        trajectory.joint_units,
-        trajectory.planner,
-        time,
-        joints,
-        tool,
-        note,
-        labels_at(trajectory, time) if named else {},
-        trajectory,
-    )
+    texts = labels_at(trajectory, time) if named else {}
+    return MotionTable(trajectory, time, joints, tool, note, texts)
 
 
 def _samples(

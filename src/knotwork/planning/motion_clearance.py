@@ -46,8 +46,8 @@ def clearance_between(
     robot = OtherRobot(**other)
     name = Path(robot.scenario).stem
     scene = scenario.task.scene
-    both = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
-    resolved_scene = resolved(scenario.task.replace(scene=both), scenario.places).scene
+    with_other = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
+    resolved_scene = resolved(scenario.task.replace(scene=with_other), scenario.places).scene
     space = space if space is not None else joint_space(scenario)
     nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
     if nearest is None:

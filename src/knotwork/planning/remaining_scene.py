@@ -9,8 +9,8 @@ import numpy as np
 from knotwork.planning.speed_override import SAME_TIME
 from knotwork.scenario import GraspedObject, Scenario
 from knotwork.task import SceneObject, Task
+from knotwork.task.scene_shapes import SHAPES
 from knotwork.task.si_units import si_factors
-from knotwork.task.surroundings import SHAPES
 from knotwork.task.task_part import plain
 
 if TYPE_CHECKING:

@@ -88,11 +88,11 @@ def _load(time: float, robot: Robot) -> Load:
     payloads = [*robot.held, *([] if robot.payload is None else [robot.payload])]
     bodies = [pin.Inertia(load.mass, load.centre_of_mass, load.inertia) for load in payloads]
     placed = [robot.tool_offset.act(body) for body in bodies[: len(robot.held)]]
-    whole = sum([*placed, *bodies[len(placed) :]], pin.Inertia.Zero())
+    total_body = sum([*placed, *bodies[len(placed) :]], pin.Inertia.Zero())
     # point masses are reported as one
     has_inertia = any(np.any(load.inertia) for load in payloads)
-    total = np.array(whole.inertia) if has_inertia else np.zeros((3, 3))
-    mass, centre = float(whole.mass), np.array(whole.lever)
+    total = np.array(total_body.inertia) if has_inertia else np.zeros((3, 3))
+    mass, centre = float(total_body.mass), np.array(total_body.lever)
     x, y, z = centre.tolist()
     moments = (*np.diag(total).tolist(), total[0, 1].item(), total[0, 2].item(), total[1, 2].item())
     return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)

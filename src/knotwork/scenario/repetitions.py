@@ -106,22 +106,22 @@ class _Expansion:
             )
         names = {step.name for step in block.repeat}
         known = [PLACE_FRAME, "base", *self.task.frames]
-        for j, given in enumerate(block.repeat):
-            frame_name = getattr(given, "frame", None)
+        for j, template in enumerate(block.repeat):
+            frame_name = getattr(template, "frame", None)
             if frame_name is not None and frame_name not in (*known, *self.frames):
                 raise self._unknown_frame(frame_name, (*place, "repeat", j, "frame"), known)
         for turn, frame in enumerate(frames, start=1):
-            for j, given in enumerate(block.repeat):
+            for j, template in enumerate(block.repeat):
                 changes: dict[str, Any] = {}
-                if given.name is not None:
-                    changes["name"] = f"{given.name} {turn}"
+                if template.name is not None:
+                    changes["name"] = f"{template.name} {turn}"
                 for key in ("frame", "orientation_in"):
-                    if getattr(given, key, None) == PLACE_FRAME:
+                    if getattr(template, key, None) == PLACE_FRAME:
                         changes[key] = frame
-                velocity: Any = getattr(given, "velocity", None)
+                velocity: Any = getattr(template, "velocity", None)
                 if getattr(velocity, "axes", None) == PLACE_FRAME:
                     changes["velocity"] = velocity.model_copy(update={"axes": frame})
-                self._add(given.model_copy(update=changes), (*place, "repeat", j))
+                self._add(template.model_copy(update=changes), (*place, "repeat", j))
             for name, held in block.holds.items():
                 ends = {key: getattr(held, key) for key in ("take", "leave", "appears")}
                 changes = {

@@ -25,7 +25,7 @@ from knotwork.scenario.scene_model import (
 )
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.task import Tool
-from knotwork.task.surroundings import (
+from knotwork.task.scene_shapes import (
     SHAPES,
     HeldObject,
     OtherRobot,
@@ -74,8 +74,8 @@ class _SceneReader:
         if isinstance(tool.shape, ToolShape):
             shapes = [self._shape(tool.shape, place, moves=True)]
         else:
-            given = enumerate(tool.shape or ())
-            shapes = [self._shape(shape, (*place, i), moves=True) for i, shape in given]
+            numbered = enumerate(tool.shape or ())
+            shapes = [self._shape(shape, (*place, i), moves=True) for i, shape in numbered]
         frames = ((name, self._frame(name)) for name in file.frames)
         return Scene(
             objects=objects,

@@ -123,8 +123,12 @@ def _collision_meshes(
     ros: tuple[Path, ...],
 ) -> tuple[tuple[_MeshName, Path | None], ...]:
     """Names of the meshes of all collision shapes, each once, and their files."""
-    given = _shapes(files, changed)
-    shapes = (shape for link in given.links for shape in given.link_shapes(link, "collision")[0])
+    urdf_shapes = _shapes(files, changed)
+    shapes = (
+        shape
+        for link in urdf_shapes.links
+        for shape in urdf_shapes.link_shapes(link, "collision")[0]
+    )
     names = dict.fromkeys((shape.urdf, shape.mesh) for shape in shapes if shape.kind == "mesh")
     return tuple((name, _find_mesh_file(name, packages, ros)) for name in names)
 
@@ -168,15 +172,15 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
     Raises:
         InputError: A mesh file exists and can't be read whole.
     """
-    given = _shapes(sources.files, sources.changed)
+    urdf_shapes = _shapes(sources.files, sources.changed)
     bodies, missing, bare = [], [], []
     for link, joint, *numbers in sources.placed:
-        if link not in given.links:
+        if link not in urdf_shapes.links:
             continue
         carrier = pin.SE3(np.array(numbers).reshape(4, 4))
-        shapes, lost = given.link_shapes(link, "collision")
+        shapes, lost = urdf_shapes.link_shapes(link, "collision")
         missing += [f"link {link!r}: {fault}" for fault in lost]
-        if not shapes and not lost and any(given.link_shapes(link, "visual")):
+        if not shapes and not lost and any(urdf_shapes.link_shapes(link, "visual")):
             bare.append(link)
         solids = []
         for shape in shapes:

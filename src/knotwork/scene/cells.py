@@ -51,14 +51,14 @@ class Cells:
     @cached_property
     def outermost(self) -> FloatArray:
         """Corners whose convex hull is that of all cubes [m], shape (m, 3)."""
-        kept = self.index
+        extreme = self.index
         for axis in range(3):  # a cube between two others in a row is not a corner of the hull
-            order = np.lexsort((kept[:, axis], kept[:, axis - 1], kept[:, axis - 2]))
-            kept = kept[order]
-            row = np.delete(kept, axis, axis=1)
+            order = np.lexsort((extreme[:, axis], extreme[:, axis - 1], extreme[:, axis - 2]))
+            extreme = extreme[order]
+            row = np.delete(extreme, axis, axis=1)
             first = np.append(True, (row[1:] != row[:-1]).any(axis=1))
-            kept = kept[first | np.append(first[1:], True)]
-        corners = np.unique((kept[:, None] + CUBE_CORNERS).reshape(-1, 3), axis=0)
+            extreme = extreme[first | np.append(first[1:], True)]
+        corners = np.unique((extreme[:, None] + CUBE_CORNERS).reshape(-1, 3), axis=0)
         return np.asarray(corners * self.edge)
 
     @cached_property

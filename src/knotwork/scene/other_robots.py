@@ -45,21 +45,21 @@ class OtherMotion:
     held: frozenset[str]
 
 
-def other_motion(other: PlacedRobot) -> OtherMotion:
+def other_motion(placed: PlacedRobot) -> OtherMotion:
     """Plan or read the motion of another robot; cached.
 
     Raises:
         InputError: Its scenario is wrong, fails its own check, or needs itself.
     """
-    source = str(other.scenario)
+    source = str(placed.scenario)
     if source in _under_way:
         circle = " needs ".join((*_under_way[_under_way.index(source) :], source))
         raise InputError(f"robots need one another: {circle}; accepted: an independent one")
-    files = (Path(other.scenario), other.motion) if other.motion else (Path(other.scenario),)
+    files = (Path(placed.scenario), placed.motion) if placed.motion else (Path(placed.scenario),)
     changed = tuple(file.stat().st_mtime_ns for file in files if file.is_file())
     _under_way.append(source)
     try:
-        return _motion(source, other.motion, changed)
+        return _motion(source, placed.motion, changed)
     finally:
         _under_way.pop()
 

@@ -153,10 +153,10 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
             f"{path} was begun by version {data.get('knotwork')} of knotwork, and this is "
             f"{own_version()}, whose rows may differ; give another folder"
         )
-    there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
-    if there != here:
+    old, new = data.get("study"), json.loads(json.dumps(spec.to_dict()))
+    if old != new:
         raise InputError(
-            f"{path} has another study: {first_difference(there, here)}; give the same scenario "
+            f"{path} has another study: {first_difference(old, new)}; give the same scenario "
             "and values, or another folder"
         )
     folder = open_study(path)
@@ -178,9 +178,9 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f"{path / STUDY}: is not the description of a study")
     study = data.get("study")
-    found = study.get("version") if isinstance(study, dict) else None
-    if found != VERSION:
+    number = study.get("version") if isinstance(study, dict) else None
+    if number != VERSION:
         raise InputError(
-            f"{path / STUDY}: has version {found}, and {VERSION} is accepted; run the study again"
+            f"{path / STUDY}: has version {number}, and {VERSION} is accepted; run the study again"
         )
     return data

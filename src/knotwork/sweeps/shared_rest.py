@@ -20,7 +20,7 @@ from knotwork.planning import Plan
 from knotwork.scenario import ScenarioWaypoint
 from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.sweeps.figures import FIGURES, RowFigure
-from knotwork.verification.bounds.clearance import PARTS
+from knotwork.verification.bounds.clearance import CLEARANCE_INTERVALS
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import collisions
 from knotwork.verification.effort_checks import effort_limits
@@ -30,7 +30,7 @@ from knotwork.waypoints import CartesianWaypoint
 
 INSTANT = 1e-3
 """Length of motion examined for one time [s]."""
-SAME_PLACE = 1 / PARTS
+SAME_PLACE = 1 / CLEARANCE_INTERVALS
 """Precision of the place of a worst value, as a fraction of the motion."""
 SAME_VALUE = 1e-6
 """Relative tolerance of equal values."""

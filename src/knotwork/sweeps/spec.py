@@ -44,8 +44,8 @@ class StudySpec:
     def __post_init__(self) -> None:
         seen: dict[Location, str] = {}
         for path, location in zip(self.paths, self.locations, strict=True):
-            for other, name in seen.items():
-                if location[: len(other)] == other or other[: len(location)] == location:
+            for earlier, name in seen.items():
+                if location[: len(earlier)] == earlier or earlier[: len(location)] == location:
                     raise InputError(f"{path} and {name} vary the same value; leave out one")
             seen[location] = path
 
@@ -139,10 +139,10 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
     return Document(scenario.task.to_dict(), scenario.source)
 
 
-def first_difference(there: Any, here: Any) -> str | None:
+def first_difference(stored: Any, requested: Any) -> str | None:
     """Describe the first difference between two studies."""
-    for location, value in differences(there, here).items():
-        old = there
+    for location, value in differences(stored, requested).items():
+        old = stored
         for key in location:
             if isinstance(old, Mapping) and key not in old:
                 return f"{field_path(location)} is only here"

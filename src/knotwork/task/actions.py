@@ -90,12 +90,12 @@ class Action(TaskPart):
 
     @model_validator(mode="after")
     def _one_thing(self) -> Action:
-        own = [key for key in ("output", "wait") if getattr(self, key) is not None]
-        given = [*self.signals, *own]
-        if len(given) != 1:
-            found = f"does {' and '.join(given)} at once" if given else "does nothing"
+        actions = [key for key in ("output", "wait") if getattr(self, key) is not None]
+        names = [*self.signals, *actions]
+        if len(names) != 1:
+            fault = f"does {' and '.join(names)} at once" if names else "does nothing"
             raise ValueError(
-                f"{found}; give one of a signal ({{gripper: close}}), output and wait, with at, "
+                f"{fault}; give one of a signal ({{gripper: close}}), output and wait, with at, "
                 "after or before if it is not at the waypoint; for more, give a list"
             )
         if "" in self.signals:

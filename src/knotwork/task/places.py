@@ -34,7 +34,7 @@ def moved_paths(
     if isinstance(data, dict | list):
         parts = data.items() if isinstance(data, dict) else enumerate(data)
         inner = [moved_paths(value, old, new, (*place, key)) for key, value in parts]
-        return {location: path for found in inner for location, path in found.items()}
+        return {location: path for moved in inner for location, path in moved.items()}
     key = next((part for part in reversed(place) if isinstance(part, str)), "")
     if not isinstance(data, str) or key not in PATH_KEYS:
         return {}

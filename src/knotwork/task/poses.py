@@ -120,8 +120,8 @@ class FrameMotion(TaskPart):
     def _one_form(self) -> FrameMotion:
         speeds = self.linear is not None or self.angular is not None
         if speeds == (self.file is not None):
-            found = "gives a file and speeds" if speeds else "gives no motion"
-            raise ValueError(f"{found}; give linear, angular or both, or file")
+            fault = "gives a file and speeds" if speeds else "gives no motion"
+            raise ValueError(f"{fault}; give linear, angular or both, or file")
         return self
 
 

@@ -9,7 +9,7 @@ from pydantic import Field, Tag
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import Forms, Several, optional
 from knotwork.task.poses import Frame
-from knotwork.task.surroundings import HeldObject
+from knotwork.task.scene_shapes import HeldObject
 from knotwork.task.task_part import TaskPart
 from knotwork.task.task_waypoints import (
     KINDS,

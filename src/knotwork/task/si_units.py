@@ -26,12 +26,12 @@ _KIND = re.compile(r"/s²?$")
 @cache
 def units_of(part: type[TaskPart]) -> dict[str, tuple[str, str]]:
     """The key and the unit of each field with exactly one unit, by name."""
-    found = {}
+    units_by_name = {}
     for name, field in part.model_fields.items():
         units = set(_UNIT.findall(field.description or ""))
         key = str(field.validation_alias or name)
-        found[name] = key, units.pop() if len(units) == 1 else ""
-    return found
+        units_by_name[name] = key, units.pop() if len(units) == 1 else ""
+    return units_by_name
 
 
 def numbers(
@@ -55,9 +55,9 @@ def _numbers(
     if isinstance(value, TaskPart):
         yield from numbers(value, units, place)
     elif isinstance(value, dict | tuple):
-        for key, one in value.items() if isinstance(value, dict) else enumerate(value):
-            if unit in units or not isinstance(one, float):
-                yield from _numbers(one, units, (*place, key), unit)
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            if unit in units or not isinstance(item, float):
+                yield from _numbers(item, units, (*place, key), unit)
     elif isinstance(value, float) and unit in units:
         yield place, unit, value
 
@@ -73,15 +73,15 @@ def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = No
         location: Location of the value.
         joints: `"rad"` or `"m"` by joint name, where known.
     """
-    found = set(_UNIT.findall(description_of(Task, data, location)))
-    unit = found.pop() if len(found) == 1 else ""
+    units = set(_UNIT.findall(description_of(Task, data, location)))
+    unit = units.pop() if len(units) == 1 else ""
     if " or " in unit:
         kind = (joints or {}).get(str(location[-1]))
         choices = dict(zip(("rad", "m"), unit.split(" or "), strict=True))
         unit = choices.get(kind or "", "")
-    given = data.get("units") or {}
-    own = {"length": given.get("length", "m"), "angle": given.get("angle", "rad")}
-    return re.sub("length|angle", lambda word: own[word[0]], unit)
+    file_units = data.get("units") or {}
+    own_units = {"length": file_units.get("length", "m"), "angle": file_units.get("angle", "rad")}
+    return re.sub("length|angle", lambda word: own_units[word[0]], unit)
 
 
 def si_factors(units: TaskUnits) -> tuple[float, float]:
@@ -104,9 +104,9 @@ def in_si(part: PartT, length: float, angle: float) -> PartT:
         if isinstance(value, TaskPart):
             return in_si(value, length, angle)
         if isinstance(value, dict):
-            return {key: scaled(one, factor) for key, one in value.items()}
+            return {key: scaled(item, factor) for key, item in value.items()}
         if isinstance(value, tuple):
-            return tuple(scaled(one, factor) for one in value)
+            return tuple(scaled(item, factor) for item in value)
         return factor * value if isinstance(value, float) and factor != 1.0 else value
 
     if length == angle == 1.0:

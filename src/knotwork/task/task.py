@@ -26,7 +26,7 @@ from knotwork.task.open_values import ChosenMotion, Way, Weights
 from knotwork.task.places import moved_paths, read_document
 from knotwork.task.poses import Frame
 from knotwork.task.repeat_blocks import Step
-from knotwork.task.surroundings import Collisions, Surroundings
+from knotwork.task.scene_shapes import Collisions, Surroundings
 from knotwork.task.task_options import (
     Balanced,
     Branch,
@@ -232,5 +232,5 @@ class PlainTask(Task):
         Raises:
             DocumentError: A value is unknown or wrong.
         """
-        given = enumerate(self.waypoints)
-        return self.replace(waypoints=[one.replace(**changes.get(i, {})) for i, one in given])
+        steps = enumerate(self.waypoints)
+        return self.replace(waypoints=[step.replace(**changes.get(i, {})) for i, step in steps])

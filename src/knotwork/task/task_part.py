@@ -57,8 +57,8 @@ class TaskPart(StrictModel):
         Raises:
             DocumentError: A value is unknown or wrong.
         """
-        given = {name: getattr(self, name) for name in self.model_fields_set} | changes
-        return type(self)(**{name: value for name, value in given.items() if value is not None})
+        values = {name: getattr(self, name) for name in self.model_fields_set} | changes
+        return type(self)(**{name: value for name, value in values.items() if value is not None})
 
     def __repr_args__(self) -> list[tuple[str, Any]]:
         fields = type(self).model_fields

@@ -46,8 +46,11 @@ class _Waypoint(TaskPart):
 
     @model_validator(mode="after")
     def _one_wait(self) -> _Waypoint:
-        excluded = ["wait", *(key for one in self.ALTERNATIVES if "wait" in one for key in one)]
-        if any(one.wait for one in self.actions):
+        excluded = [
+            "wait",
+            *(key for names in self.ALTERNATIVES if "wait" in names for key in names),
+        ]
+        if any(action.wait for action in self.actions):
             for key in excluded:
                 if getattr(self, key) is not None:
                     raise ValueError(f"gives {key} and a wait in do; give one of them")

@@ -12,7 +12,7 @@ from knotwork.files.documents.values import Forms, LimitsFile, Positive, Several
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.open_values import FreePose
 from knotwork.task.poses import Placement
-from knotwork.task.surroundings import HeldObject, Shapes
+from knotwork.task.scene_shapes import HeldObject, Shapes
 from knotwork.task.task_part import TaskPart
 
 
@@ -78,5 +78,5 @@ class Limits(TaskPart, LimitsFile):
     @property
     def frame_speeds(self) -> Sequence[FrameSpeed]:
         """All limits on the speeds of links."""
-        given = self.frame_speed or ()
-        return (given,) if isinstance(given, FrameSpeed) else given
+        limits = self.frame_speed or ()
+        return (limits,) if isinstance(limits, FrameSpeed) else limits

@@ -98,7 +98,7 @@ class ToolPath:
             if gap > JUNCTION_GAP:
                 raise geometry_error(
                     f"curve {i} ends at {{end}} and curve {i + 1} starts {{gap}} away, at "
-                    "{other}; each must start where the one before ends",
+                    "{start}; each must start where the one before ends",
                     end=end,
                     gap=gap,
                     start=start,

@@ -21,7 +21,7 @@ WHOLE_MESSAGES = 2
 NOTABLE_USE = 0.01
 """Minimum use of a limit that gets its own row."""
 NARROWEST_LINE = 20
-INDENT = "  "
+BRIEF_INDENT = "  "
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
 """A number stays in a line with its unit."""
@@ -67,18 +67,18 @@ def group_lines(
         elif ok or (texts and not required):
             rows[heading] = texts or _tightest(findings, units)
     most = min(MOST_GROUP_TEXTS, max(MOST_GROUP_LINES // max(len(rows), 1), 1))
-    indent = max(map(len, rows), default=0) + len(INDENT) + 2
+    indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
     lines: list[BriefLine] = []
     for heading, texts in rows.items():
         if len(texts) > most:
             texts = [*texts[:most], f"and {len(texts) - most} more"]
-        head = f"{INDENT}{heading}"
+        head = f"{BRIEF_INDENT}{heading}"
         for text in texts:
             lines += wrap("group", text, width, " " * indent, f"{head:<{indent}}")
             head = ""
     if listed:
-        text = f"{INDENT}{'well within limits' if ok else 'met'}: {', '.join(listed)}"
-        lines += wrap("group", text, width, 2 * INDENT)
+        text = f"{BRIEF_INDENT}{'well within limits' if ok else 'met'}: {', '.join(listed)}"
+        lines += wrap("group", text, width, 2 * BRIEF_INDENT)
     return lines
 
 

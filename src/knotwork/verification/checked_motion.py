@@ -44,7 +44,7 @@ class Motion:
         return float(self.curve.x[-1])
 
 
-def between(scenario: Scenario, time: float) -> str:
+def place_of_time(scenario: Scenario, time: float) -> str:
     """Text of the position of a time among the waypoints."""
     before = None
     for waypoint in scenario.waypoints:

@@ -12,7 +12,7 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
+from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, place_of_time
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import absurdity
 from knotwork.waypoints import FloatArray
@@ -171,7 +171,7 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
             f"never nearer than {scale * pair.bound:.4g} {unit}"
         )
     start, end = pair.interval or (pair.time, pair.time)
-    where = f"{at}, {between(scenario, pair.time)}{keep}"
+    where = f"{at}, {place_of_time(scenario, pair.time)}{keep}"
     if pair.verdict == "undecided":
         return (
             f"it is not decided whether {second} comes too near to {first}: "

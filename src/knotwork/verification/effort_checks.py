@@ -16,7 +16,7 @@ from knotwork.verification.limits import (
     WorstValue,
     add_slack,
     bounded_value,
-    limit_finding,
+    joint_finding,
     velocity_jumps,
 )
 from knotwork.verification.remedies import joint_remedy
@@ -51,7 +51,7 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
             time, sign = jumps[i]
             worst, limit = WorstValue(sign * np.inf, time), sign * float(limits[i])
         margin = abs(limit) - abs(worst.value) - (worst.excess if bound.ok else 0.0)
-        finding = limit_finding(space, i, "effort", worst, limit, margin)
+        finding = joint_finding(space, i, "effort", worst, limit, margin)
         yield replace(finding, remedy=joint_remedy(finding, motion, scenario, space))
 
 

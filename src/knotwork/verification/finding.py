@@ -130,7 +130,7 @@ class Finding:
             required: Whether a larger value fails; otherwise the finding is information.
             more: Other attributes.
         """
-        margin, verdict = limit - abs(value), judged(abs(value) <= limit, required=required)
+        margin, verdict = limit - abs(value), verdict_on(abs(value) <= limit, required=required)
         return cls(group, subject, name, quantity, verdict, fact, value, limit, margin, **more)
 
     @property
@@ -218,7 +218,7 @@ def unite_intervals(spans: Iterable[tuple[float, float]]) -> list[tuple[float, f
     return merged
 
 
-def judged(ok: bool, *, required: bool = True) -> Verdict:
+def verdict_on(ok: bool, *, required: bool = True) -> Verdict:
     """Verdict on a requirement, or on a value without one."""
     if not required:
         return "information"

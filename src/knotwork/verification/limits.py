@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,7 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.jumps import measured_jumps
 from knotwork.units import Units
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding, Proof, judged
+from knotwork.verification.finding import Finding, Proof, verdict_on
 from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 
@@ -63,7 +63,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
             if i in jumps and np.isfinite(limit):
                 time, sign = jumps[i]
                 worst, limit, margin = WorstValue(sign * np.inf, time), sign * upper[i], -np.inf
-            yield limit_finding(space, i, quantity, worst, float(limit), margin)
+            yield joint_finding(space, i, quantity, worst, float(limit), margin)
 
 
 def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -140,40 +140,55 @@ def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> st
         text = f"reaches {units.text(worst.value, unit)} at {worst.time:.6g} s, {allowed}"
     if worst.proof != "sampled":
         return text
-    from knotwork.verification.bounds.adaptive import BUDGET
+    from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET
 
-    return f"{text}; sampled only: a proof takes more than {BUDGET} evaluations"
+    return f"{text}; sampled only: a proof takes more than {EVALUATION_BUDGET} evaluations"
 
 
 def limit_finding(
-    space: JointSpace, i: int, quantity: str, worst: WorstValue, limit: float, margin: float
+    subject: tuple[str, str, str],
+    quantity: str,
+    label: str,
+    worst: WorstValue,
+    limit: float,
+    margin: float,
+    unit: str,
+    units: Units,
+    *,
+    ok: bool | None = None,
+    **more: Any,
 ) -> Finding:
-    """Make the finding of the worst value of one quantity of one joint.
+    """Make the finding of the worst value of a quantity.
 
     Args:
-        space: The joints.
-        i: Index of the joint.
-        quantity: A name in `JOINT_QUANTITIES`.
+        subject: Group, kind of subject and name.
+        quantity: Name of the quantity.
+        label: Text of subject and quantity.
         worst: The worst value.
         limit: The limit with the sign of that side; infinite if none is given.
         margin: Distance to the limit, negative beyond it.
+        unit: SI unit.
+        units: Units of the text.
+        ok: Whether the limit is kept, by default within rounding.
+        more: Other attributes.
     """
-    joint = space.joint_names[i]
-    unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     required = bool(np.isfinite(limit))
-    text = compare_text(worst, limit, unit, space.shown_in) if required else "has no limit given"
+    text = compare_text(worst, limit, unit, units) if required else "has no limit given"
+    ok = keeps_limit(margin, limit) if ok is None else ok
     return Finding(
-        group=JOINT_LIMITS,
-        subject="joint",
-        name=joint,
-        quantity=quantity,
-        verdict=judged(keeps_limit(margin, limit), required=required),
-        fact=f"joint {joint!r}: {quantity} {text}",
-        limit=limit if required else None,
-        margin=margin if required else None,
-        unit=unit,
-        **worst._asdict(),
-    )
+        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}",
+        limit=limit if required else None, margin=margin if required else None, unit=unit,
+        **(worst._asdict() | more),
+    )  # fmt: skip
+
+
+def joint_finding(
+    space: JointSpace, i: int, quantity: str, worst: WorstValue, limit: float, margin: float
+) -> Finding:
+    """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`."""
+    name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
+    subject, label = (JOINT_LIMITS, "joint", name), f"joint {name!r}: {quantity}"
+    return limit_finding(subject, quantity, label, worst, limit, margin, unit, space.shown_in)
 
 
 def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding, judged
+from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     )
 
 TOOL_PATHS = "Tool paths"
-SAME_POSE = 1e-9
+POSE_TOLERANCE = 1e-9
 """Relative difference below which poses are equal."""
 
 
@@ -66,7 +66,7 @@ def _stays(scenario: Scenario, first: int, second: int) -> bool:
     a, b = scenario.waypoints[first : second + 1]
     if not (isinstance(a, CartesianWaypoint) and isinstance(b, CartesianWaypoint)):
         return False
-    return bool(a.pose.isApprox(b.pose, SAME_POSE))
+    return bool(a.pose.isApprox(b.pose, POSE_TOLERANCE))
 
 
 class _FollowedStretch(NamedTuple):
@@ -150,7 +150,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             subject="path",
             name=name,
             quantity=quantity,
-            verdict=judged(bound.proved and bound.value <= limit),
+            verdict=verdict_on(bound.proved and bound.value <= limit),
             fact=fact,
             value=bound.value,
             limit=limit,
@@ -184,21 +184,21 @@ def _criteria(
     bounds, kind, progress = followed.bounds, stretch.kind, followed.bounds.progress
     tolerances, (scale, length) = scenario.tolerances, scenario.shown_length
 
-    def shown(value: float, unit: str = "rad") -> str:
+    def text_of(value: float, unit: str = "rad") -> str:
         return scenario.units.text(value, unit, ".3g")
 
     off, at_most = (f"{scale * x:.3g}" for x in (bounds.position.value, limits.position))
     text = f"the tool leaves the {kind} by {off} {length}, tolerance {at_most} {length}"
     yield "path_deviation", bounds.position, limits.position, "m", text
     turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
-    off = shown(bounds.orientation.value)
-    text = f"the tool is turned off by {off}, tolerance {shown(turned)}"
+    off = text_of(bounds.orientation.value)
+    text = f"the tool is turned off by {off}, tolerance {text_of(turned)}"
     yield "path_orientation", bounds.orientation, turned, "rad", text
     if bounds.turn is not None and freedom is not None:
         side = "beyond" if bounds.turn.value > 0.0 else "within"
         text = (
-            f"the tool is {shown(abs(bounds.turn.value))} {side} what is free, "
-            f"{_ranges(freedom, scenario.units)}, tolerance {shown(limits.orientation)}"
+            f"the tool is {text_of(abs(bounds.turn.value))} {side} what is free, "
+            f"{_ranges(freedom, scenario.units)}, tolerance {text_of(limits.orientation)}"
         )
         yield "path_turn", bounds.turn, limits.orientation, "rad", text
     most = max(tolerances.path, tolerances.position)
@@ -218,11 +218,8 @@ def _criteria(
     speeds = _speeds(bounds, scenario, 5)
     text = f"the speed is {speeds}, asked for {asked} from {start} to {end}, {within}"
     yield "path_speed", bounds.speed, limits.speed, "m/s", text
-    slowest = round(scale * bounds.ramp_slowest, 9) + 0.0
-    text = (
-        f"where the speed changes it is {slowest:.5g} to {scale * bounds.ramp_fastest:.5g} "
-        f"{length}/s along the {kind}, accepted 0 to {asked}, {within}"
-    )
+    beyond = text_of(0.0 if bounds.ramp is None else max(bounds.ramp.value, 0.0), "m/s")
+    text = f"where the speed changes it is {beyond} beyond 0 to {asked}, {within}"
     yield "path_ramp", bounds.ramp, limits.speed, "m/s", text
 
 

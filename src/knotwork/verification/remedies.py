@@ -12,7 +12,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial.least_durations import feasible_durations
 from knotwork.units import rounded_up
-from knotwork.verification.checked_motion import Motion, between
+from knotwork.verification.checked_motion import Motion, place_of_time
 from knotwork.verification.finding import Finding
 
 EASING = 1.05
@@ -61,7 +61,7 @@ def joint_remedy(finding: Finding, motion: Motion, scenario: Scenario, space: Jo
         or (_slower_ramp(time, use, order, scenario) if bends else "")
         or _slower_weave(time, use, order, scenario)
         or _move_too_short(time, motion, scenario, space, joint)
-        or f"it is broken {between(scenario, time)}; {slower_remedy(use, order, scenario)}"
+        or f"it is broken {place_of_time(scenario, time)}; {slower_remedy(use, order, scenario)}"
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from knotwork.errors import CheckFailedError
 from knotwork.units import Units
 from knotwork.verification.brief import (
-    INDENT,
+    BRIEF_INDENT,
     NOTABLE_USE,
     BriefLine,
     group_lines,
@@ -21,8 +21,8 @@ from knotwork.verification.finding import TRIED, Finding
 REPORT_VERSION = 2
 """Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
 
-LINE_WIDTH = 80
-MOST_FAILURE_KINDS = 5
+REPORT_WIDTH = 80
+MOST_FAILURE_KINDS = 8
 MOST_WARNING_KINDS = 3
 
 
@@ -142,7 +142,7 @@ class Report:
         tightest = f"; tightest {use_text(tight[0], self.units)}" if tight and self.ok else ""
         return f"{met} of {required} met{self.reservations}{tightest}"
 
-    def brief(self, width: int = LINE_WIDTH) -> list[BriefLine]:
+    def brief(self, width: int = REPORT_WIDTH) -> list[BriefLine]:
         """The report in some 15 lines: the verdict, failures, the tightest case of each group.
 
         Args:
@@ -154,7 +154,7 @@ class Report:
             f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {met} of {required} "
             f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
         )
-        lines = wrap("passed" if self.ok else "failed", verdict, width, INDENT)
+        lines = wrap("passed" if self.ok else "failed", verdict, width, BRIEF_INDENT)
         for kind, mark, findings, most in (
             ("failure", "FAIL ", self.failures, MOST_FAILURE_KINDS),
             ("tried", "", self.tried, MOST_FAILURE_KINDS),

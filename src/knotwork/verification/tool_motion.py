@@ -11,7 +11,7 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding, judged
+from knotwork.verification.finding import Finding
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SINGULARITY,
@@ -19,8 +19,8 @@ from knotwork.verification.limits import (
     WorstValue,
     add_slack,
     bounded_value,
-    compare_text,
     keeps_limit,
+    limit_finding,
     velocity_jumps,
 )
 from knotwork.verification.remedies import slower_remedy
@@ -59,23 +59,14 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         if jump is not None:
             worst = WorstValue(np.inf, jump)
         margin = limit - worst.value - (worst.excess if bound.ok else 0.0)
-        ok, unit = keeps_limit(margin, limit), rate_unit("m", order)
-        subject, words = "tool" if frame is None else f"link {frame!r}", quantity.partition("_")[2]
-        yield Finding(
-            group=TOOL_LIMITS,
-            subject=subject.partition(" ")[0],
-            name=frame or "",
-            quantity=quantity,
-            verdict=judged(ok),
-            fact=f"{subject}: {words} {compare_text(worst, limit, unit, scenario.units)}",
-            limit=limit,
-            margin=margin,
-            unit=unit,
-            **worst._asdict(),
-            remedy=""
-            if ok or np.isinf(worst.value)
-            else slower_remedy(worst.value / limit, order, scenario),
-        )
+        remedy = ""
+        if not keeps_limit(margin, limit) and np.isfinite(worst.value):
+            remedy = slower_remedy(worst.value / limit, order, scenario)
+        kind, label = ("tool", "tool") if frame is None else ("link", f"link {frame!r}")
+        yield limit_finding(
+            (TOOL_LIMITS, kind, frame or ""), quantity, f"{label}: {quantity.partition('_')[2]}",
+            worst, limit, margin, rate_unit("m", order), scenario.units, remedy=remedy,
+        )  # fmt: skip
 
 
 def _tool_jump(motion: Motion, robot: Robot) -> float | None:
@@ -95,24 +86,17 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     limit = scenario.motion_limits.singular_value
     least = None if limit is None else limit * (1.0 - LIMIT_SLACK)
     bound = singular_value_bound(space.robot, motion.trajectory, limit=least)
-    worst, margin, brief = bounded_value(bound), None, ""
+    worst, subject = bounded_value(bound), (SINGULARITY, "tool", "")
+    quantity = "smallest_singular_value"
+    label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
-        text = compare_text(worst, limit, "", scenario.units)
         margin = bound.value - limit - (worst.excess if bound.ok else 0.0)
-    else:
-        text = f"is {bound.value:.4g} at {bound.time:.6g} s"
-        if bound.value < ALMOST_SINGULAR:
-            value = f"smallest singular value {bound.value:.4g}"
-            brief = f"almost singular: {value} at {bound.time:.3f} s"
+        yield limit_finding(
+            subject, quantity, label, worst, limit, margin, "", scenario.units, ok=bound.ok
+        )
+        return
+    brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
     yield Finding(
-        group=SINGULARITY,
-        subject="tool",
-        name="",
-        quantity="smallest_singular_value",
-        verdict=judged(bound.ok, required=limit is not None),
-        fact=f"tool: the smallest singular value (metres and radians mixed) {text}",
-        limit=limit,
-        margin=margin,
-        brief=brief,
-        **worst._asdict(),
-    )
+        *subject, quantity, "information", f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
+        **worst._asdict(), brief=brief if bound.value < ALMOST_SINGULAR else "",
+    )  # fmt: skip

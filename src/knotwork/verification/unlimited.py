@@ -13,7 +13,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.distinct import distinct
-from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
+from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, place_of_time
 from knotwork.verification.finding import Finding
 from knotwork.verification.remedies import rounded_corner
 from knotwork.waypoints import FloatArray
@@ -80,7 +80,7 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
                 continue
             time = float(extrema.peak_time[i])
             window = _sustained_time(time, motion, scenario) * (JERK_SHARE if order == 3 else 1.0)
-            most = float(sustained(motion.curve, order, window)[units == units[i]].max())
+            most = float(sustained_peaks(motion.curve, order, window)[units == units[i]].max())
             allowed = max(SPIKE_RATIO * most, SMALLEST_SPIKE[order])
             if value <= allowed:
                 continue
@@ -97,7 +97,7 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
                 quantity=f"{quantity}_spike",
                 verdict="failed" if fails else "warning",
                 fact=f"joint {name!r}: {quantity} peaks at {peak} at {time:.6g} s, "
-                f"{between(scenario, time)}: {ratio} {usual} that any joint keeps up for "
+                f"{place_of_time(scenario, time)}: {ratio} {usual} that any joint keeps up for "
                 f"{window:.3g} s; {cause}",
                 value=value,
                 limit=allowed,
@@ -117,7 +117,7 @@ def _sustained_time(time: float, motion: Motion, scenario: Scenario) -> float:
     return min(SUSTAINED_TIME, MOTION_SHARE * (motion.end_time - motion.start_time), *moves)
 
 
-def sustained(curve: PiecewisePolynomial, order: int, window: float) -> FloatArray:
+def sustained_peaks(curve: PiecewisePolynomial, order: int, window: float) -> FloatArray:
     """Maximum accelerations (order 2) or jerks (order 3) sustained over a window [s].
 
     Differences of positions give them: a short spike hardly changes positions, but it changes

@@ -14,7 +14,7 @@ from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding, judged
+from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
 
 def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
     """Make a finding about the whole motion."""
-    return Finding("Motion", "motion", "", quantity, judged(ok), message)
+    return Finding("Motion", "motion", "", quantity, verdict_on(ok), message)
 
 
 def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -156,12 +156,12 @@ def _tool_findings(
         )  # fmt: skip
 
 
-def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
+def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> float:
     """Minimum rotation [rad] into the free range, of the axis or of both."""
-    R = asked.T @ found
+    R = asked.T @ reached
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
     tilt = max(tilt - freedom.tilt, 0.0)
-    excess = max(float(turned_beyond(freedom, asked[None], found[None])[0]), 0.0)
+    excess = max(float(turned_beyond(freedom, asked[None], reached[None])[0]), 0.0)
     # for a tilt and a turn about the axis: cos(φ/2) = cos(tilt/2) cos(turn/2)
     half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
     return float(2.0 * np.arcsin(min(half, 1.0)))

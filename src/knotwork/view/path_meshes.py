@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.robot import Robot
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.verification.metrics.deviation import deviation_from_path
+from knotwork.verification.bounds.path_samples import follow_stretch
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
 from knotwork.view.scene_parts import SceneParts
@@ -216,10 +216,8 @@ def _deviation_mesh(shown: ShownMotion, size: float) -> Mesh | None:
     base = robot.base_placement
     for path, stretch, start, end in stretches(shown.scenario, curve):
         time = times_along(curve, start, end)
-        q = curve(time)
-        off, _ = deviation_from_path(robot, q, path, stretch, time)
-        points = np.array([(base * robot.forward(row)).translation for row in q])
-        share = off / tolerance
+        points = np.array([(base * robot.forward(q)).translation for q in curve(time)])
+        share = follow_stretch(robot, curve, path, stretch, time).distance / tolerance
         colours = np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))
         lines.append(line_mesh(points, colours, DEVIATION_WIDTH * size))
     return _merged_lines(lines)

@@ -10,7 +10,7 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import brief_texts_by_group, short_text
-from knotwork.verification.checked_motion import OUTSIDE, between
+from knotwork.verification.checked_motion import OUTSIDE, place_of_time
 from knotwork.verification.worst import group_alike
 
 
@@ -69,7 +69,7 @@ def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, An
 
 
 def _where(scenario: Scenario, time: float) -> str:
-    place = between(scenario, time)
+    place = place_of_time(scenario, time)
     return f", {place}" if place != OUTSIDE else ""
 
 

@@ -13,10 +13,9 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.verification.bounds.path_samples import follow_stretch
 from knotwork.verification.metrics.deviation import (
     deviation_from_line,
-    deviation_from_path,
-    speed_along_path,
     straight_legs,
 )
 from knotwork.view.clearance_curve import clearance_curve
@@ -114,8 +113,7 @@ def speed_errors(motion: ShownMotion) -> Curve:
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in full_speeds(motion):
         time = times_along(motion.curve, start, end)
-        q, v = motion.curve(time), motion.curve(time, 1)
-        speed = speed_along_path(robot, q, v, path, stretch, time)
+        speed = follow_stretch(robot, motion.curve, path, stretch, time).along
         parts.append((time, (speed / stretch.speed - 1.0)[:, np.newaxis]))
     return _join_curves(parts, 1)
 
@@ -125,8 +123,8 @@ def path_deviations(motion: ShownMotion) -> Curve:
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         time = times_along(motion.curve, start, end)
-        off = deviation_from_path(robot, motion.curve(time), path, stretch, time)
-        parts.append((time, np.stack(off, axis=1)))
+        samples = follow_stretch(robot, motion.curve, path, stretch, time)
+        parts.append((time, np.stack((samples.distance, samples.angle), axis=1)))
     return _join_curves(parts, 2)
 
 

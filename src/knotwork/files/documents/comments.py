@@ -25,16 +25,16 @@ class _Comment(NamedTuple):
 
 def with_comments(text: str, changes: Sequence[Change]) -> list[Change]:
     """The changes, each with the comments of the replaced text in front, one a line."""
-    if not any("#" in text[one.start : one.end] for one in changes):
+    if not any("#" in text[change.start : change.end] for change in changes):
         return list(changes)
     comments = _comments(text)
-    return [_with_comments(text, comments, one) for one in changes]
+    return [_with_comments(text, comments, change) for change in changes]
 
 
 def _with_comments(text: str, comments: Sequence[_Comment], change: Change) -> Change:
     start, end, new = change
-    kept = [one.text for one in comments if start <= one.start < end]
-    if not kept:
+    texts = [comment.text for comment in comments if start <= comment.start < end]
+    if not texts:
         return change
     old = text[start:end]
     spaces = old[: len(old) - len(old.lstrip(" "))]
@@ -44,17 +44,17 @@ def _with_comments(text: str, comments: Sequence[_Comment], change: Change) -> C
     if start and not spaces and not text[start - 1].isspace():
         spaces = " "  # required before a comment
     below = "" if new.startswith("\n") else "\n" if old.endswith("\n") else line
-    return Change(start, end, spaces + line.join(kept) + below + new)
+    return Change(start, end, spaces + line.join(texts) + below + new)
 
 
 def _comments(text: str) -> list[_Comment]:
     """All comments, in order; they are between the tokens."""
-    found: list[_Comment] = []
+    comments: list[_Comment] = []
     done = 0
     for token in yaml.scan(text, Loader=yaml.SafeLoader):
         while (start := text.find("#", done, token.start_mark.index)) >= 0:
             done = text.find("\n", start)
             done = len(text) if done < 0 else done
-            found.append(_Comment(start, text[start:done].rstrip()))
+            comments.append(_Comment(start, text[start:done].rstrip()))
         done = max(done, token.end_mark.index)
-    return found
+    return comments

@@ -102,11 +102,11 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
     def lines() -> Iterator[str]:
         for at, line in enumerate(io.StringIO(text), 1):
             comment = line.lstrip().startswith("#")
-            if comment and not found:
+            if comment and not rows:
                 comments.append((at, line.lstrip().lstrip("#")))
             yield "\n" if comment else line
 
-    found: list[tuple[int, list[str]]] = []
+    rows: list[tuple[int, list[str]]] = []
     room = MOST_CSV_CELLS
     reader = _reader(lines(), delimiter)
     try:
@@ -115,7 +115,7 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
                 continue
             if delimiter != ",":
                 cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
-            found.append((reader.line_num, cells))
+            rows.append((reader.line_num, cells))
             room -= len(cells)
             if len(cells) > MOST_COLUMNS or room < 0:
                 most = f"at most {MOST_COLUMNS} columns and {MOST_CSV_CELLS} numbers are accepted"
@@ -123,15 +123,15 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
     except csv.Error as error:
         problem = Problem(reader.line_num, "", f"is not valid CSV: {error}")
         raise DocumentError(path, [problem]) from error
-    if not found:
+    if not rows:
         raise DocumentError(path, [Problem(None, "", "has no rows")])
-    if comments and all(map(is_number, found[0][1])):
+    if comments and all(map(is_number, rows[0][1])):
         # headings in a comment, as NumPy's savetxt writes them
         at, above = comments[-1]
         cells = next(_reader(iter([above]), delimiter), [])
-        if len(cells) == len(found[0][1]):
-            found.insert(0, (at, cells))
-    (head, headings), *body = found
+        if len(cells) == len(rows[0][1]):
+            rows.insert(0, (at, cells))
+    (head, headings), *body = rows
     for line_number, cells in body:
         if len(cells) != len(headings):
             problem = Problem(

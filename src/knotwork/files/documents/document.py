@@ -67,8 +67,8 @@ class Places:
         """
         path = (self.file.parent if self.file is not None else Path()) / Path(given).expanduser()
         if not path.is_file():
-            there = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
-            raise self.error(location, there)
+            fault = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
+            raise self.error(location, fault)
         return path
 
     def document(self, data: Any, location: Location) -> Document:

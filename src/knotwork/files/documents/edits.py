@@ -38,9 +38,9 @@ def edited(document: Document, edits: Edits) -> Document:
     """
     data = copy.deepcopy(document.data)
     for location, value in edits.items():
-        *way, last = location
+        *parents, last = location
         part = data
-        for key in way:
+        for key in parents:
             part = part[key]
         if value is REMOVED:
             del part[last]
@@ -63,10 +63,10 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
     else:
         same = old == new and isinstance(old, bool) == isinstance(new, bool)
         return {} if same else {place: new}
-    found: dict[Location, Any] = {}
+    edits: dict[Location, Any] = {}
     for key, before, after in pairs:
-        found |= differences(before, after, (*place, key))
-    return found
+        edits |= differences(before, after, (*place, key))
+    return edits
 
 
 def edited_text(text: str, edits: Edits) -> str:
@@ -192,8 +192,8 @@ def _removal(text: str, part: yaml.MappingNode, key: Any, node: Any) -> Change:
     line_start, line_end = text.rfind("\n", 0, start) + 1, text.find("\n", end) + 1 or len(text)
     if not (text[line_start:start] + text[end:line_end]).strip():
         return Change(line_start, line_end, "")
-    rest = text[end:line_end].rstrip("\n")
-    return Change(start, end + len(rest) - len(rest.lstrip()), "")
+    remainder = text[end:line_end].rstrip("\n")
+    return Change(start, end + len(remainder) - len(remainder.lstrip()), "")
 
 
 def _indent(text: str, node: Any) -> int:
@@ -222,10 +222,12 @@ def flow(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:
 
 def block(value: Mapping[str, Any]) -> str:
     """Plain data in YAML's block style; parts without nested parts in flow style."""
-    styles = {key: None if isinstance(one, Mapping | list) else False for key, one in value.items()}
+    styles = {
+        key: None if isinstance(part, Mapping | list) else False for key, part in value.items()
+    }
     return "".join(
-        _dump_yaml({key: one}, default_flow_style=styles[key], width=LINE_WIDTH - LAST_VALUE_WIDTH)
-        for key, one in value.items()
+        _dump_yaml({key: part}, default_flow_style=styles[key], width=LINE_WIDTH - LAST_VALUE_WIDTH)
+        for key, part in value.items()
     )
 
 

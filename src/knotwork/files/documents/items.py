@@ -52,8 +52,8 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
             place, value, insert = place[:-1], [value] if insert else {place[-1]: value}, False
     around, last = part_of(data, place[:-1]), place[-1]
     inside = isinstance(around, list) and isinstance(last, int) and 0 <= last < len(around) + insert
-    there = part_of(data, place) is not None if value is REMOVED else isinstance(last, str)
-    if not inside and not (isinstance(around, dict) and there and not insert):
+    exists = part_of(data, place) is not None if value is REMOVED else isinstance(last, str)
+    if not inside and not (isinstance(around, dict) and exists and not insert):
         raise InputError(f"nothing can be changed at {field_path(place)}: no such field")
     if not insert and not (value is REMOVED and isinstance(place[-1], int)):
         return edited_text(text, {place: value})
@@ -69,18 +69,22 @@ def _without_aliases(text: str, data: Any, place: Location, *, inner: bool) -> s
         if place[: len(at)] == at or (inner and at[: len(place)] == place):
             shared.setdefault(node.start_mark.index, at)
     events: list[Any] = [*yaml.parse(text, yaml.SafeLoader)]
-    anchored = [one for one in events if getattr(one, "anchor", None)]
-    anchors = {one.anchor: shared.get(one.start_mark.index) for one in anchored if not _alias(one)}
+    anchored = [event for event in events if getattr(event, "anchor", None)]
+    anchors = {
+        event.anchor: shared.get(event.start_mark.index)
+        for event in anchored
+        if not _is_alias(event)
+    }
     result = text
-    for one in reversed([one for one in anchored if _alias(one)]):
-        value_at = anchors[one.anchor]
+    for alias in reversed([event for event in anchored if _is_alias(event)]):
+        value_at = anchors[alias.anchor]
         if value_at is not None:
-            start, end = one.start_mark.index, one.end_mark.index
+            start, end = alias.start_mark.index, alias.end_mark.index
             result = result[:start] + flow(part_of(data, value_at)) + result[end:]
     return written(result, data, field_path(place))
 
 
-def _alias(event: Any) -> bool:
+def _is_alias(event: Any) -> bool:
     return isinstance(event, yaml.AliasEvent)
 
 
@@ -131,7 +135,7 @@ def _in_block(text: str, nodes: Sequence[Any], index: int, value: Any) -> tuple[
         return start, _line_end(text, end_of(node)), ""
     inner = " " * (column + 2)
     lines = (
-        [f"{key}: {flow(one, column + 2)}" for key, one in value.items()]
+        [f"{key}: {flow(item, column + 2)}" for key, item in value.items()]
         if isinstance(value, dict) and value
         else [flow(value, column + 2)]
     )

@@ -38,12 +38,12 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
             document.data, self_instance=instance
         )
     except ValidationError as error:
-        found = [dict(item) for item in error.errors(include_url=False)]
+        errors = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    many = len(found) > MOST_PROBLEMS
-    found = [item for item in found if not _long_enough(item)]
-    problems = [_problem(model, document, item) for item in found[:MOST_PROBLEMS]]
+    many = len(errors) > MOST_PROBLEMS
+    errors = [item for item in errors if not _long_enough(item)]
+    problems = [_problem(model, document, item) for item in errors[:MOST_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 
@@ -158,7 +158,7 @@ def _flat_types(kind: Any) -> list[Any]:
     if typing.get_origin(kind) is typing.Annotated:
         return _flat_types(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        return [one for part in typing.get_args(kind) for one in _flat_types(part)]
+        return [member for part in typing.get_args(kind) for member in _flat_types(part)]
     return [kind]
 
 
@@ -172,4 +172,4 @@ def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
             children.append(typing.get_args(kind)[1])
         else:
             children += [item for item in typing.get_args(kind) if item is not Ellipsis]
-    return [one for child in children for one in _flat_types(child)]
+    return [kind for child in children for kind in _flat_types(child)]

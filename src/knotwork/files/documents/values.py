@@ -79,9 +79,9 @@ class StrictModel(BaseModel):
     @model_validator(mode="after")
     def _one_of_each(self) -> StrictModel:
         for names in self.ALTERNATIVES:
-            given = [name for name in names if getattr(self, name) is not None]
-            if len(given) > 1:
-                raise ValueError(f"gives {' and '.join(given)}; give one of them")
+            keys = [name for name in names if getattr(self, name) is not None]
+            if len(keys) > 1:
+                raise ValueError(f"gives {' and '.join(keys)}; give one of them")
         return self
 
 

@@ -70,9 +70,9 @@ def _value_text(value: Any) -> str:
 
 def hint(description: str | None) -> str:
     """First clause of a field's description, with its unit, as the accepted values."""
-    first, _, rest = (description or "").partition("; ")
-    if rest.endswith("]") and not first.endswith("]"):
-        first = f"{first} {rest[rest.rindex('[') :]}"
+    first, _, others = (description or "").partition("; ")
+    if others.endswith("]") and not first.endswith("]"):
+        first = f"{first} {others[others.rindex('[') :]}"
     if not first or len(first) > LONGEST_HINT:
         return ""
     return first if first[1:2].isupper() else f"{first[0].lower()}{first[1:]}"

@@ -77,7 +77,7 @@ def _columns(rows: Rows, joints: Joints) -> list[Column]:
     names = [re.sub("\r\n?", "\n", name) for name in joints.names]
     read = own_column if any(own_joint(cell) in names for cell in rows.headings) else column
     unknown, problems, columns = 0, list[Problem](), list[Column]()
-    taken: set[tuple[str, int | None]] = set()
+    contents: set[tuple[str, int | None]] = set()
     for i, cell in enumerate(rows.headings):
         try:
             content = read(cell, names, joints.units)
@@ -88,14 +88,14 @@ def _columns(rows: Rows, joints: Joints) -> list[Column]:
             message = f"{error}{of}"
             problems.append(Problem(rows.head, f"column {i + 1}", message, error.accepted))
             continue
-        if content.quantity and (content.quantity, content.joint) in taken:
+        if content.quantity and (content.quantity, content.joint) in contents:
             what = content.quantity
             if content.joint is not None:
                 what = f"the {what} of joint {joints.names[content.joint]!r}"
             message = f"{what} is given twice"
             problems.append(Problem(rows.head, f"column {i + 1}", message))
         columns.append(content)
-        taken.add((content.quantity, content.joint))
+        contents.add((content.quantity, content.joint))
     if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
         accepted = f"its joints are {', '.join(names)}"
         raise rows.error(rows.head, None, f"no column is a joint of {joints.owner}", accepted)

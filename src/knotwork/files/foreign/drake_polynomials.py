@@ -32,16 +32,18 @@ def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
     Raises:
         DocumentError: The shape or the joints differ, or the breaks do not increase.
     """
-    given = validate(_Polynomials, document)
-    names = list(joints.names) if given.joint_names is None else given.joint_names
+    polynomials = validate(_Polynomials, document)
+    names = list(joints.names) if polynomials.joint_names is None else polynomials.joint_names
     if sorted(names) != sorted(joints.names):
         accepted = f"each of {', '.join(joints.names)} once, in any order"
         raise document.error(("joint_names",), f"differs from that of {joints.owner}", accepted)
-    segments, size = given.polynomials, len(joints.names)
-    if len(segments) != len(given.breaks) - 1:
+    segments, size = polynomials.polynomials, len(joints.names)
+    if len(segments) != len(polynomials.breaks) - 1:
         fault = f"has {len(segments)} segments"
-        raise document.error(("polynomials",), fault, f"{len(given.breaks) - 1}, between breaks")
-    degree = max((len(c) for one in segments for row in one for c in row), default=0)
+        raise document.error(
+            ("polynomials",), fault, f"{len(polynomials.breaks) - 1}, between breaks"
+        )
+    degree = max((len(c) for segment in segments for row in segment for c in row), default=0)
     coefficients = np.zeros((max(degree, 1), len(segments), size))
     places = [joints.names.index(name) for name in names]
     for i, segment in enumerate(segments):
@@ -52,11 +54,11 @@ def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
         for j, (row,) in enumerate(segment):
             coefficients[coefficients.shape[0] - len(row) :, i, places[j]] = row[::-1]
     try:
-        curve = PiecewisePolynomial(coefficients, np.array(given.breaks))
+        curve = PiecewisePolynomial(coefficients, np.array(polynomials.breaks))
     except InputError as error:
         raise document.error(("breaks",), str(error)) from error
-    order = "" if given.joint_names else ", rows in the order of the joints"
+    order = "" if polynomials.joint_names else ", rows in the order of the joints"
     file = document.file.name if document.file is not None else ""
-    what = f"{len(segments)} polynomials of degree {len(coefficients) - 1}{order}"
-    planner = f"{file} (Drake), {what}"
+    description = f"{len(segments)} polynomials of degree {len(coefficients) - 1}{order}"
+    planner = f"{file} (Drake), {description}"
     return JointTrajectory(joints.names, curve, joint_units=joints.units, planner=planner)

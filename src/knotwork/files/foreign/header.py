@@ -83,9 +83,9 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
             contradicts itself.
     """
     text = heading.strip()
-    found = _joint(heading, joint_names)
-    if found is not None:
-        joint, beside = found
+    joint_match = _joint(heading, joint_names)
+    if joint_match is not None:
+        joint, beside = joint_match
         return _joint_column(heading, joint, beside, joint_names[joint], joint_units[joint])
     time = _time(heading)
     if time is not None:
@@ -179,8 +179,8 @@ def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str,
     order = time_order(per)
     quantity = DERIVATIVES[order] if order < len(DERIVATIVES) else ""
     if not quantity or (named and named != [quantity]):
-        what = f"a {named[0]} with the unit of another quantity" if named else "of no known unit"
-        raise HeadingError(f"the column {heading!r} is {what}", accepted)
+        fault = f"a {named[0]} with the unit of another quantity" if named else "of no known unit"
+        raise HeadingError(f"the column {heading!r} is {fault}", accepted)
     return quantity, factor
 
 
@@ -189,20 +189,20 @@ def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
 
     Returns its index and the remaining text.
     """
-    found = [
+    matches = [
         (len(name), i, f"{text[: match.start()]} {text[match.end() :]}")
         for i, name in enumerate(joint_names)
         if (match := re.search(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", text))
     ]
-    return max(found)[1:] if found else None
+    return max(matches)[1:] if matches else None
 
 
 def _time(heading: str) -> Column | None:
     """Parse the heading of a column of times; `None` for another heading."""
     parts = words(heading)
-    whole, named = "_".join(parts), "_".join(parts[:-1])
-    if whole in _TIMES:
-        return Column("time", None, 1.0, _TIMES[whole])
+    joined_words, named = "_".join(parts), "_".join(parts[:-1])
+    if joined_words in _TIMES:
+        return Column("time", None, 1.0, _TIMES[joined_words])
     if named not in _TIMES or named in SECONDS:
         return None
     if parts[-1] not in _TIME_UNITS:

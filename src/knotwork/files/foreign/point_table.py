@@ -128,9 +128,9 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
     size = 2 * (int(kinds.max()) + 1)
     c = np.zeros((size, table.time.size - 1, len(table.joints.names)))
     for kind in sorted(set(kinds.tolist())):
-        made = two_point_coefficients(table.time, derivatives[: kind + 1])
+        pieces = two_point_coefficients(table.time, derivatives[: kind + 1])
         of_kind = kinds == kind
-        c[size - len(made) :, of_kind] = made[:, of_kind]
+        c[size - len(pieces) :, of_kind] = pieces[:, of_kind]
     if not np.isfinite(c).all():
         row = int(np.argwhere(~np.isfinite(c))[0][1]) + 1
         raise table.place(row, "time", None)(

@@ -206,8 +206,8 @@ def _unwrap(document: Document) -> Document:
         raise document.error((), f"has a {kind}", "a mapping with joint_names and points")
     _check_units(document, data.get("units"), ("units",))
     for key in _OTHER_MOTIONS:
-        other = data.get(key)
-        if isinstance(other, dict) and (other.get("points") or other.get("joint_names")):
+        extra = data.get(key)
+        if isinstance(extra, dict) and (extra.get("points") or extra.get("joint_names")):
             fault = "moves joints of several degrees of freedom, which is not supported"
             raise document.error((key,), fault, "a file without it, or with an empty one")
     wrapper = next((key for key in WRAPPERS if isinstance(data.get(key), dict | list)), "")

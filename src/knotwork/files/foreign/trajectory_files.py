@@ -150,7 +150,7 @@ def _arrays(path: Path) -> Document:
     """The arrays of an npz as lists; no objects are loaded."""
     try:
         with np.load(path, allow_pickle=False) as file:
-            sizes = sum(one.file_size for one in file.zip.infolist())
+            sizes = sum(entry.file_size for entry in file.zip.infolist())
             if sizes > MOST_CSV_BYTES:
                 raise DocumentError(path, [Problem(None, "", f"has {sizes} bytes", "at most 5e8")])
             return Document({name: file[name].tolist() for name in file.files}, path)

@@ -122,9 +122,9 @@ def _write_one(path: Path, content: str | bytes, place: Path) -> None:
         os.fsync(file.fileno())
 
 
-def _link(existing: Path, other: Path) -> None:
+def _link(existing: Path, copy: Path) -> None:
     """Give a file a second name; copy it where the file system has no links."""
     try:
-        os.link(existing, other, follow_symlinks=False)
+        os.link(existing, copy, follow_symlinks=False)
     except OSError:
-        shutil.copy2(existing, other, follow_symlinks=False)
+        shutil.copy2(existing, copy, follow_symlinks=False)

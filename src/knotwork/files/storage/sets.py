@@ -43,10 +43,10 @@ def set_disagreement(path: Path) -> str | None:
     path = path / "trajectory.json" if path.is_dir() else path
     try:
         stated = _report_beside(path)["files"][path.name]
-        found = _digest(path.read_bytes())
+        actual = _digest(path.read_bytes())
     except (OSError, LookupError, TypeError):
         return None  # no report, or none of this file
-    if stated == found:
+    if stated == actual:
         return None
     return f"is not the file that {REPORT} next to it was written with: it was changed since"
 

@@ -41,7 +41,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
         data["waypoint_times"] = np.asarray(trajectory.waypoint_times).tolist()
     for key in ("events", "loads", "segments"):
         if parts := getattr(trajectory, key):
-            data[key] = [one.to_dict() for one in parts]
+            data[key] = [part.to_dict() for part in parts]
     data["breaks"] = trajectory.breaks.tolist()
     data["coefficients"] = trajectory.polynomial.c.tolist()
     if len(trajectory.polynomial.c) == 4:
@@ -66,7 +66,7 @@ def to_csv(
     if not labels:
         return head + text.getvalue()
     rows = zip(text.getvalue().splitlines(), *labels.values(), strict=True)
-    return head + "".join(",".join([row, *map(_quoted, own)]) + "\n" for row, *own in rows)
+    return head + "".join(",".join([row, *map(_quoted, texts)]) + "\n" for row, *texts in rows)
 
 
 def rows_to_csv(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:

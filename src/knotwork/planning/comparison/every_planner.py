@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import timeit
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from knotwork.planning import Plan, plan
 from knotwork.planning.comparison.scores import Refusal as Refusal
 from knotwork.planning.comparison.scores import Score as Score
 from knotwork.planning.comparison.scores import best as best
-from knotwork.planning.comparison.scores import flat, flat_columns
+from knotwork.planning.comparison.scores import flatten
 from knotwork.planning.infeasibility import FEASIBILITY
 from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
@@ -24,7 +24,7 @@ from knotwork.spline.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
 from knotwork.units import SI, Units
-from knotwork.verification import Report, check, metrics
+from knotwork.verification import check, metrics
 from knotwork.verification.brief import worst_short_text
 from knotwork.waypoints import JointWaypoints
 
@@ -64,7 +64,9 @@ class Comparison:
 
     def to_csv(self) -> str:
         """Write the comparison as CSV, one row per planner; a peak takes four columns."""
-        return storage.rows_to_csv(flat_columns(), [flat(row) for row in self.rows])
+        rows = [flatten(row) for row in self.rows]
+        columns = {name: None for row in sorted(rows, key=len, reverse=True) for name in row}
+        return storage.rows_to_csv(list(columns), rows)
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write `comparison.json` and `comparison.csv` into a folder, both or none.
@@ -79,7 +81,7 @@ class Comparison:
 
 
 _BY_RULE = {"modified-hermite": ("paper", "balanced"), "quintic": ("zero", "estimated")}
-DEFAULT = tuple(
+DEFAULT_PLANNERS = tuple(
     name
     for planner in PLANNERS
     for name in (planner, *(f"{planner}:{rule}" for rule in _BY_RULE.get(planner, ())))
@@ -105,15 +107,15 @@ def compare(
     Args:
         scenario: As for `knotwork.plan`.
         planners: Names of planners; a rule may follow after a colon: `septic:estimated`. By
-            default all of them, and those with a rule in `DEFAULT`, if it makes another
+            default all of them, and those with a rule in `DEFAULT_PLANNERS`, if it makes another
             motion than the scenario's own options.
 
     Raises:
         UnknownNameError: A planner or rule is unknown.
         InputError: The scenario is wrong, or a waypoint is infeasible.
     """
-    given_names = [planners] if isinstance(planners, str) else planners
-    names = list(dict.fromkeys(DEFAULT if given_names is None else given_names))
+    requested = [planners] if isinstance(planners, str) else planners
+    names = list(dict.fromkeys(DEFAULT_PLANNERS if requested is None else requested))
     if not names:
         raise InputError(f"no planner is given; accepted: {', '.join(PLANNERS)}")
     for name in names:
@@ -123,15 +125,15 @@ def compare(
     with scenario.error_context("planner"):
         get_planner(scenario.planner)
     base = _base(scenario)
-    given = planner_options(base.scenario, base.space)
+    own_options = planner_options(base.scenario, base.space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
-        options = given
+        options = own_options
         if name != scenario.planner:
-            options, _ = supported_options(given, scenario.planner, name)
+            options, _ = supported_options(own_options, scenario.planner, name)
         try:
-            trajectory, seconds = _timed(name, base.joint_waypoints, options)
+            trajectory, seconds = _time_planner(name, base.joint_waypoints, options)
         except InputError as error:
             rows.append(Refusal(name, str(error)))
             continue
@@ -156,20 +158,20 @@ def _base(scenario: Scenario) -> Plan:
         return plan(scenario, planner="cubic")
 
 
-def _same_motion(one: JointTrajectory, other: JointTrajectory) -> bool:
-    a, b = one.polynomial, other.polynomial
+def _same_motion(first: JointTrajectory, second: JointTrajectory) -> bool:
+    a, b = first.polynomial, second.polynomial
     return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
 
 
-# The first run of a planner loads its module: the best of a few measures planning alone.
-RUNS = 5
+TIMED_RUNS = 5
+"""The first run of a planner loads its module: the best of a few measures planning alone."""
 
 
-def _timed(
+def _time_planner(
     name: str, waypoints: JointWaypoints, options: PlannerOptions
 ) -> tuple[JointTrajectory, float]:
     planner = get_planner(name)
-    seconds = timeit.repeat(lambda: planner(waypoints, options), number=1, repeat=RUNS)
+    seconds = timeit.repeat(lambda: planner(waypoints, options), number=1, repeat=TIMED_RUNS)
     return planner(waypoints, options), min(seconds)
 
 
@@ -179,13 +181,23 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
     if space.robot is not None:
         from knotwork.verification.metrics.deviation import straight_path_deviation
 
-        deviation = straight_path_deviation(
-            space.robot, trajectory, scenario.waypoints, scenario.paths
-        )
+        paths = scenario.paths
+        deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints, paths)
     report = base.report
     if not _same_motion(trajectory, base.trajectory):
         known = report.select(group=FEASIBILITY)
         report = check(trajectory, scenario, space=space, known=known)
+
+    def values_of(quantity: str) -> list[tuple[float, float]]:
+        """Values and limits of the findings on paths and pairs of bodies."""
+        return [
+            (finding.value, finding.limit)
+            for finding in report.select(quantity=quantity)
+            if finding.subject in ("path", "pair")
+            and finding.value is not None
+            and finding.limit is not None
+        ]
+
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")
@@ -204,28 +216,18 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
-        tool_path_deviation=_greatest(report, "path_deviation", lambda value, _: value),
-        tool_path_speed_error=_greatest(
-            report,
-            "path_speed",
-            lambda value, limit: scenario.tolerances.path_speed * value / limit,
+        tool_path_deviation=max((value for value, _ in values_of("path_deviation")), default=None),
+        tool_path_speed_error=max(
+            (
+                scenario.tolerances.path_speed * value / limit
+                for value, limit in values_of("path_speed")
+            ),
+            default=None,
         ),
-        clearance=_greatest(report, "clearance", lambda value, limit: value - limit, min),
+        clearance=min((value - limit for value, limit in values_of("clearance")), default=None),
         duration=trajectory.duration,
         required=required,
         failed=required - met,
         time_to_plan=seconds,
         reason=worst_short_text(report.failures, scenario.units),
     )
-
-
-def _greatest(
-    report: Report,
-    quantity: str,
-    figure: Callable[[float, float], float],
-    choose: Callable[..., float | None] = max,
-) -> float | None:
-    """The worst figure of the findings on a quantity, from value and limit, or `None`."""
-    found = report.select(quantity=quantity)
-    pairs = [(one.value, one.limit) for one in found if one.subject in ("path", "pair")]
-    return choose((figure(v, m) for v, m in pairs if v is not None and m is not None), default=None)

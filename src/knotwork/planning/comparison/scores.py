@@ -86,29 +86,21 @@ class Refusal:
     reason: str
 
 
-_PEAKS = ("peak_velocity", "peak_acceleration", "peak_jerk")
-_PARTS = tuple(item.name for item in fields(metrics.Peak))
-
-
-def flat_columns() -> list[str]:
-    """Columns of `flat`, in the order of a score."""
-    parts = {name: [f"{name}.{part}" for part in _PARTS] for name in _PEAKS}
-    return [one for item in fields(Score) for one in parts.get(item.name, [item.name])]
-
-
-def flat(row: Score | Refusal) -> dict[str, Any]:
-    """Values by column, with four columns for a peak."""
-    values = asdict(row)
-    for name in _PEAKS:
-        peak = values.pop(name, None) or {}
-        values |= {f"{name}.{part}": value for part, value in peak.items()}
+def flatten(row: Score | Refusal) -> dict[str, Any]:
+    """Known values by column, with four columns for a peak."""
+    values: dict[str, Any] = {}
+    for name, value in asdict(row).items():
+        if isinstance(value, dict):
+            values |= {f"{name}.{part}": number for part, number in value.items()}
+        elif value is not None:
+            values[name] = value
     return values
 
 
 _NOT_RANKED = ("planner", "clearance", "duration", "required", "reason")
 COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
 
-TIE = 0.01
+TIE_TOLERANCE = 0.01
 """Relative tolerance of ties."""
 
 
@@ -128,10 +120,11 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
     winners: dict[str, set[str]] = {}
     for column in COLUMNS:
         values = {score.planner: size(getattr(score, column)) for score in scores if score.passed}
-        given = {name: value for name, value in values.items() if value is not None}
-        if given:
-            least = max(min(given.values()), 0.0 if column == "time_to_plan" else 1e-9)
-            winners[column] = {name for name, value in given.items() if value <= least * (1 + TIE)}
+        known = {name: value for name, value in values.items() if value is not None}
+        if known:
+            least = max(min(known.values()), 0.0 if column == "time_to_plan" else 1e-9)
+            most = least * (1 + TIE_TOLERANCE)
+            winners[column] = {name for name, value in known.items() if value <= most}
     return winners
 
 

@@ -62,7 +62,7 @@ class _Sums(NamedTuple):
     end: FloatArray
     given: FloatArray
 
-    def at(self, a: FloatArray) -> FloatArray:
+    def evaluate(self, a: FloatArray) -> FloatArray:
         """The accelerations at the knots, shape (d, n-1), from those at the waypoints, (d, n)."""
         return a[:, :-1] * self.start + a[:, 1:] * self.end + self.given
 
@@ -107,7 +107,7 @@ def solve_knot_accelerations(
     rhs[:, fixed] = 0.0
     rhs[:, known] = known_values
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
-    right, left = A.at(a), B.at(a)
+    right, left = A.evaluate(a), B.evaluate(a)
     if not known[0]:  # p = 0: neither depends on a[0]
         a[:, 0] = right[:, 0]
     if not known[-1]:

@@ -53,24 +53,24 @@ def plan_modified_hermite(
             accelerations for other waypoints.
     """
     runs = options.chosen or ()
-    placed = [_placed(waypoints, run, i) for i, run in enumerate(runs, 1)]
+    located = [_locate_run(waypoints, run, i) for i, run in enumerate(runs, 1)]
     known = np.full(waypoints.position.shape, np.nan)
     if waypoints.acceleration is not None:
         known[:] = waypoints.acceleration
-    for (rows, _), run in zip(placed, runs, strict=True):
+    for (rows, _), run in zip(located, runs, strict=True):
         _fill(known, rows[[0, -1]], run.acceleration[[0, -1]])
     ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
     if ends is not None:
         _fill(known, [0, -1], np.array(ends))
     parts: list[tuple[FloatArray, FloatArray]] = []
     done = 0
-    for i, ((rows, knots), run) in enumerate(zip(placed, runs, strict=True), 1):
+    for i, ((rows, knots), run) in enumerate(zip(located, runs, strict=True), 1):
         if rows[0] < done:
             raise OptionError("chosen", f"run {i} begins before the end of the previous run")
-        parts += _between(waypoints, known, done, rows[0], options)
-        parts.append(_run(waypoints, known, rows, knots, run, i))
+        parts += _gap_pieces(waypoints, known, done, rows[0], options)
+        parts.append(_run_pieces(waypoints, known, rows, knots, run, i))
         done = rows[-1]
-    parts += _between(waypoints, known, done, len(waypoints.time) - 1, options)
+    parts += _gap_pieces(waypoints, known, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
     return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
@@ -80,7 +80,7 @@ def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -
     known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
 
 
-def _placed(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
+def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
     """The waypoints of a chosen segment, and the index of the knot at each."""
     t, x = waypoints.time, run.times
     if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
@@ -104,7 +104,7 @@ def _placed(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArr
     return rows, knots
 
 
-def _between(
+def _gap_pieces(
     waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Knots and coefficients of the curve between chosen segments, if there is a gap."""
@@ -121,7 +121,7 @@ def _between(
     return [(spline.x, spline.c)]
 
 
-def _run(
+def _run_pieces(
     waypoints: JointWaypoints,
     known: FloatArray,
     rows: IndexArray,

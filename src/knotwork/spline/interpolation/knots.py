@@ -91,11 +91,11 @@ def place_knots(
             raise UnknownNameError("knot rule", rule, KNOT_RULES)
         rule = BalancedKnots() if rule == "balanced" else rule
     if isinstance(rule, BalancedKnots):
-        left, right = _balanced(x, rule.c, known)
+        left, right = _balanced_knots(x, rule.c, known)
     elif isinstance(rule, str):
-        left, right = _paper(x, known)
+        left, right = _paper_knots(x, known)
     else:
-        left, right = _given(x, rule, known)
+        left, right = _validated_knots(x, rule, known)
     left[0], right[-1] = x[0], x[-1]
     if not known[0]:
         right[0] = x[0]
@@ -105,7 +105,7 @@ def place_knots(
     return left, right
 
 
-def _paper(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+def _paper_knots(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
     left, right = x.copy(), x.copy()
     right[:-1] += PAPER_INNER[0] * h
@@ -117,7 +117,9 @@ def _paper(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatAr
     return left, right
 
 
-def _balanced(x: FloatArray, c: float, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+def _balanced_knots(
+    x: FloatArray, c: float, known: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
     before, after = np.insert(h, 0, np.inf), np.append(h, np.inf)
     shorter = np.minimum(before, after)
@@ -137,7 +139,7 @@ def _balanced(x: FloatArray, c: float, known: NDArray[np.bool_]) -> tuple[FloatA
     return x - before, x + after
 
 
-def _given(
+def _validated_knots(
     x: FloatArray, knots: ArrayLike, known: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     n = x.size

@@ -50,7 +50,7 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
     share = np.full(t.size, 0.5)
     share[[0, -1]] = 1.0
     shorter = np.minimum(np.append(h[:1], h), np.append(h, h[-1:]))
-    duration = _resolved(t, share * FRACTION * shorter) / share
+    duration = _round_down(t, share * FRACTION * shorter) / share
     change = np.diff(y, axis=0)
     for end in (0, -1):
         change[end] -= 0.5 * duration[end] * waypoints.velocity[end]
@@ -93,7 +93,7 @@ def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> Piece
     """
     t, y = waypoints.time, waypoints.position
     h = np.diff(t)
-    ramp = _resolved(np.maximum(np.abs(t[:-1]), np.abs(t[1:])), FRACTION * h)
+    ramp = _round_down(np.maximum(np.abs(t[:-1]), np.abs(t[1:])), FRACTION * h)
     # speed is reached at t + τ and left at the next waypoint less τ
     inner = np.stack((t[:-1], t[:-1] + ramp, t[1:] - ramp), axis=1)
     breaks = np.append(np.maximum.accumulate(inner.ravel()), t[-1])
@@ -106,7 +106,7 @@ def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> Piece
     return join_pieces(waypoints, c.reshape(3, -1, y.shape[1]), breaks)
 
 
-def _resolved(time: FloatArray, span: FloatArray) -> FloatArray:
+def _round_down(time: FloatArray, span: FloatArray) -> FloatArray:
     """Round durations down to the resolution of the times that they start or end at.
 
     Then a break is at the same time for both polynomials that meet there, however large the times.

@@ -49,14 +49,14 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
         rounding explains, shape (m-2, d) both. So neither noise about zero, as in the acceleration
         of a straight motion, nor rounding of breaks to whole nanoseconds counts as a jump.
     """
-    sizes = _together(curve.x, np.abs(curve.jumps(nu)))
+    sizes = _sum_in_window(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
-    noise = _together(curve.x, np.maximum(rounding(curve, nu), moved))
+    noise = _sum_in_window(curve.x, np.maximum(jump_rounding(curve, nu), moved))
     allowed = np.maximum(CONTINUITY_TOLERANCE * curve.extrema(nu).peak, noise)
     return sizes, np.minimum(allowed, NEGLIGIBLE[nu]) if nu < len(NEGLIGIBLE) else allowed
 
 
-def rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
+def jump_rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
     """Bound on jumps of the nu-th derivative by rounding at each inner break, shape (m-2, d).
 
     Each term c Hᵏ of a piece of length H has the rounding error of the largest one.
@@ -70,7 +70,7 @@ def rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
     return np.maximum(size[:-1], size[1:])
 
 
-def _together(x: FloatArray, sizes: FloatArray) -> FloatArray:
+def _sum_in_window(x: FloatArray, sizes: FloatArray) -> FloatArray:
     """Add to the size at each inner break those at the breaks that follow within `WINDOW`."""
     inner = x[1:-1]
     if not (np.diff(inner) < WINDOW).any():

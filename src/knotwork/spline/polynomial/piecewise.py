@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 
-KEPT = 524288
+LARGEST_CACHED = 524288
 """Maximum number of coefficients of a derivative that is cached."""
 
 
@@ -95,13 +95,13 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
     def _order(self, nu: int) -> FloatArray:
         """Coefficients of a derivative with the trailing axes as one, shape (≤ k+1, m, d)."""
-        found = self._orders.get(nu)
-        if found is None:
-            c = self.derivative(nu).c if nu else self._c
-            found = c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
-            if found.size <= KEPT or not nu:
-                self._orders[nu] = found
-        return found
+        if nu in self._orders:
+            return self._orders[nu]
+        c = self.derivative(nu).c if nu else self._c
+        flat = c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
+        if flat.size <= LARGEST_CACHED or not nu:
+            self._orders[nu] = flat
+        return flat
 
     def __call__(self, x: ArrayLike, nu: int = 0) -> FloatArray:
         """Evaluate the curve or a derivative of it.
@@ -248,13 +248,9 @@ class PiecewisePolynomial(ReadOnlyArrays):
         """
         nu = checked_order(nu)
         if nu not in self._extrema:
-            self._extrema[nu] = self._find_extrema(nu)
+            flat = piecewise_extrema(self._x, self._order(nu))
+            arrays = (flat.minimum, flat.minimum_time, flat.maximum, flat.maximum_time)
+            for values in arrays:
+                values.setflags(write=False)
+            self._extrema[nu] = Extrema(*(a.reshape(self._c.shape[2:]) for a in arrays))
         return self._extrema[nu]
-
-    def _find_extrema(self, nu: int) -> Extrema:
-        found = piecewise_extrema(self._x, self._order(nu))
-        trailing = self._c.shape[2:]
-        arrays = (found.minimum, found.minimum_time, found.maximum, found.maximum_time)
-        for values in arrays:
-            values.setflags(write=False)
-        return Extrema(*(values.reshape(trailing) for values in arrays))

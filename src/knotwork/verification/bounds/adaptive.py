@@ -25,10 +25,10 @@ from knotwork.waypoints import FloatArray
 FIRST_INTERVALS = 500
 """Approximate number of intervals of the first division, which is also at every break."""
 
-BUDGET = 20_000
+EVALUATION_BUDGET = 20_000
 """Maximum evaluations after the first division; a verdict still open then is not proved."""
 
-BUDGET_PER_PIECE = 8
+EVALUATIONS_PER_PIECE = 8
 """Minimum budget per piece and coefficient, which is enough for every polynomial."""
 
 ABSURD_EXCESS = 10.0
@@ -42,7 +42,7 @@ VALUE_FLOOR = 1e-6
 
 SMALLEST_EXCESS = np.finfo(float).tiny
 
-BLOCK = 8192
+BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""
 
 DIVISION = 4
@@ -100,7 +100,7 @@ def maximum(
     quantity: Quantity,
     limit: FloatArray,
     precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
-    budget: int = BUDGET,
+    budget: int = EVALUATION_BUDGET,
 ) -> Maximum:
     """Compute an upper bound of a quantity over a whole motion.
 
@@ -118,8 +118,8 @@ def maximum(
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
     at_start, at_end = search.evaluate_ends(intervals)
     closed = np.full(len(limit), -np.inf)
-    if budget >= BUDGET:
-        budget = max(budget, BUDGET_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
+    if budget >= EVALUATION_BUDGET:
+        budget = max(budget, EVALUATIONS_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
     allowance = search.count + budget
     while True:
         excess, rounding = search.excess(intervals)
@@ -204,8 +204,8 @@ class _Evaluations:
     def excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
         """Maximum excess of values over those at the ends, and by rounding, shape (n, c) both."""
         blocks = []
-        for low in range(0, intervals.piece.size, BLOCK):
-            block = intervals[low : low + BLOCK]
+        for low in range(0, intervals.piece.size, BLOCK_INTERVALS):
+            block = intervals[low : low + BLOCK_INTERVALS]
             with np.errstate(over="ignore", invalid="ignore"):
                 rates = joint_rates(self.curve, block)
                 sizes = self.quantity.sizes(rates.bounds)

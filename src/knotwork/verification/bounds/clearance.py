@@ -16,7 +16,7 @@ the interval is divided in three, and the middle part keeps its distance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,33 +30,33 @@ from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import horner
-from knotwork.verification.bounds.contacts import ContactTimes
-from knotwork.verification.bounds.division import Looks, divided, first_intervals
+from knotwork.verification.bounds.contacts import contact_intervals
+from knotwork.verification.bounds.division import PairTests, divide_in_three, first_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
-PARTS = 24
+CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
 
-DIGITS = 12
+LENGTH_DIGITS = 12
 """Decimal digits to which lengths [m] are compared when times are chosen, so that rounding on
 another machine does not change the choice."""
 
-PRECISION = 1e-3
-AROUND_PRECISION = 0.2
-OWN_PRECISION = 0.5
+CLEARANCE_PRECISION = 1e-3
+OBJECT_SHARE = 0.2
+LINK_SHARE = 0.5
 """Precision of a pair's minimum clearance [m], or relative if that is more: for objects, and for
 links of the robot, which are always near one another."""
 
-MOMENT = 1e-6
+LAST_MOMENT = 1e-6
 """An object that appears at the last waypoint is checked for this long before the end [s]; one
 released there counts as held until then."""
 
-BLOCK = 2000
+INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
-BUDGET = 100_000
+DISTANCE_BUDGET = 100_000
 """Maximum number of distances measured; verdicts still open then are undecided."""
 
 
@@ -108,7 +108,7 @@ def clearances(
     """
     if not model.pairs:
         return ()
-    return _Search(model, curve, resolution, precision).result()
+    return _ClearanceSearch(model, curve, resolution, precision).result()
 
 
 def least_clearance(
@@ -122,17 +122,17 @@ def least_clearance(
         resolution: See `clearances` [m].
         precision: Precision of the result [m].
     """
-    found = clearances(model, curve, resolution)
-    if not found:
+    rough = clearances(model, curve, resolution)
+    if not rough:
         return None
-    least = min(one.distance - one.margin for one in found)
-    near = {(one.first, one.second) for one in found if one.bound - one.margin < least}
+    least = min(pair.distance - pair.margin for pair in rough)
+    near = {(pair.first, pair.second) for pair in rough if pair.bound - pair.margin < least}
     pairs = [p for p in model.pairs if (model.bodies[p.first], model.bodies[p.second]) in near]
-    found = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision) or found
-    return min(found, key=lambda one: one.distance - one.margin)
+    exact = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision)
+    return min(exact or rough, key=lambda pair: pair.distance - pair.margin)
 
 
-class _Search:
+class _ClearanceSearch:
     """Adaptive division of a motion's time, for all pairs of solids together."""
 
     def __init__(
@@ -149,13 +149,13 @@ class _Search:
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
         start, end = self.table.windows.T
         held = {body.name for body in model.bodies if body.kind == "held"}
-        left = {i for i, one in enumerate(model.bodies) if one.name in held and one.kind != "held"}
-        appears = np.array([not left & {one.first, one.second} for one in model.pairs], dtype=bool)
-        comes_last = appears & (np.abs(start - curve.x[-1]) <= MOMENT) & (end > start)
-        self.windows[comes_last] = curve.x[-1] - MOMENT, curve.x[-1]
-        self.least_part = PRECISION if precision is None else precision
+        released = {i for i, b in enumerate(model.bodies) if b.name in held and b.kind != "held"}
+        appears = [not released & {pair.first, pair.second} for pair in model.pairs]
+        comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
+        self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
+        self.least_part = CLEARANCE_PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
-        part = np.where(around, AROUND_PRECISION, OWN_PRECISION)
+        part = np.where(around, OBJECT_SHARE, LINK_SHARE)
         self.precision = part if precision is None else np.zeros(len(part))
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
@@ -165,24 +165,24 @@ class _Search:
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = first_intervals(self.curve.x, PARTS, self.windows)
-        for low in range(0, len(first.piece), BLOCK):
-            intervals = first[low : low + BLOCK]
-            looks = self._first_looks(intervals)
-            while len(looks.interval):
-                intervals, looks = self._level(intervals, looks)
-        self._look_inside()
-        return self._clearances()
+        first = first_intervals(self.curve.x, CLEARANCE_INTERVALS, self.windows)
+        for low in range(0, len(first.piece), INTERVAL_BLOCK):
+            intervals = first[low : low + INTERVAL_BLOCK]
+            tests = self._first_tests(intervals)
+            while len(tests.interval):
+                intervals, tests = self._level(intervals, tests)
+        self._find_enclosed()
+        return tuple(self._clearances())
 
-    def _first_looks(self, intervals: Intervals) -> Looks:
+    def _first_tests(self, intervals: Intervals) -> PairTests:
         """The pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
         windows = self.windows[self.pair]
-        there = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
-        interval, combo = np.nonzero(there)
-        return Looks(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
+        exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
+        interval, combo = np.nonzero(exist)
+        return PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
 
-    def _level(self, intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
+    def _level(self, intervals: Intervals, tests: PairTests) -> tuple[Intervals, PairTests]:
         """Measure where needed, close decided intervals, and divide the others in three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
@@ -191,26 +191,27 @@ class _Search:
         motions = RelativeMotion(
             self.model.joints, self.table, self.curve, intervals, rotation, origin
         )
-        interval, combo, distance, normal = looks
+        interval, combo, distance, normal = tests
         motion = motions.largest(interval, combo)
         least = self.table.least(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
-        self._measure(looks, time, placed, least - motion, motion)
+        self._measure(tests, time, placed, least - motion, motion)
         lower = np.where(np.isnan(distance), least, distance - DISTANCE_ERROR) - motion
         goal = self._goal()[combo]
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
         where = interval[apart], combo[apart], normal[apart]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
-        lower[apart] = np.maximum(lower[apart], gap - motions.along(*where))
+        lower[apart] = np.maximum(lower[apart], gap - motions.approach(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
-        if self.measurements.sum() >= BUDGET:
+        if self.measurements.sum() >= DISTANCE_BUDGET:
             closed[:] = True
         np.minimum.at(self.bound, combo[closed], lower[closed])
-        left = closed & (lower < self.margin[combo]) & (self.distance[combo] > self.margin[combo])
-        half, at = intervals.length[interval[left]] / 2, time[interval[left]]
-        np.minimum.at(self.undecided_from, combo[left], at - half)
-        np.maximum.at(self.undecided_until, combo[left], at + half)
-        return divided(intervals, looks.where(~closed))
+        margin = self.margin[combo]
+        undecided = closed & (lower < margin) & (self.distance[combo] > margin)
+        half, at = intervals.length[interval[undecided]] / 2, time[interval[undecided]]
+        np.minimum.at(self.undecided_from, combo[undecided], at - half)
+        np.maximum.at(self.undecided_until, combo[undecided], at + half)
+        return divide_in_three(intervals, tests.where(~closed))
 
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
@@ -221,7 +222,7 @@ class _Search:
 
     def _measure(
         self,
-        looks: Looks,
+        tests: PairTests,
         time: FloatArray,
         placed: tuple[FloatArray, FloatArray],
         lower: FloatArray,
@@ -233,82 +234,76 @@ class _Search:
         minimum found.
 
         Args:
-            looks: Pairs of solids over intervals; distances are filled in.
+            tests: Pairs of solids over intervals; distances are filled in.
             time: Middle of each interval [s].
             placed: Rotations and origins of the solids' axes at these times, see `SolidPairs.axes`.
             lower: Lower bound from spheres over the interval of each look [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
         first_goal = self._goal()
-        waiting = np.flatnonzero(np.isnan(looks.distance) & (lower < first_goal[looks.combo]))
-        waiting = waiting[np.argsort(np.round(lower[waiting], DIGITS), kind="stable")]
+        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.combo]))
+        waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
-        columns = (waiting, *(x[waiting] for x in (looks.combo, looks.interval, lower, motion)))
-        for i, c, k, nearest, moved in zip(*(one.tolist() for one in columns), strict=True):
+        columns = (
+            waiting,
+            *(x[waiting] for x in (tests.combo, tests.interval, lower, motion)),
+        )
+        for i, c, k, nearest, moved in zip(*(x.tolist() for x in columns), strict=True):
             if nearest >= goal[c]:
                 continue
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
             d = self.table.measure(c, placed[0][k], placed[1][k], enough)
-            looks.distance[i], looks.normal[i] = d, self.table.normal
+            tests.distance[i], tests.normal[i] = d, self.table.normal
             self.measurements[c] += 1
-            if d < smallest[c] - 10.0**-DIGITS:
+            if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[k]
                 part = max(self.least_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
-    def _look_inside(self) -> None:
+    def _find_enclosed(self) -> None:
         """Find solids inside meshes: if surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero(self.distance > 0.0).tolist():
             table = self.table
             if not table.exact[c]:
                 continue
             start = float(self.windows[self.pair[c]][0])
-            turn, shift = (x[0] for x in table.axes(*self._placed([start])))
+            turn, shift = (x[0] for x in table.axes(*self._place([start])))
             if one_inside_the_other(*table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 
-    def _placed(self, times: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    def _place(self, times: Sequence[float]) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of all joints at some times."""
         return place_joints(self.model.joints, self.curve(np.array(times)))
 
-    def _clearances(self) -> tuple[Clearance, ...]:
-        combos = [np.flatnonzero(self.pair == k) for k in range(len(self.model.pairs))]
-        worst = [int(c[self.distance[c].argmin()]) for c in combos]
-        rotation, origin = self._placed(self.time[worst].tolist())
-        result, times = [], ContactTimes(self.model, self.curve)
-        for k, pair in enumerate(self.model.pairs):
-            if np.isinf(self.distance[worst[k]]):
+    def _clearances(self) -> Iterator[Clearance]:
+        """The clearance of each pair of bodies that exist together."""
+        solids = [np.flatnonzero(self.pair == k) for k in range(len(self.model.pairs))]
+        worst = [int(of_pair[self.distance[of_pair].argmin()]) for of_pair in solids]
+        rotation, origin = self._place(self.time[worst].tolist())
+        for k, (pair, of_pair) in enumerate(zip(self.model.pairs, solids, strict=True)):
+            distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
+            if np.isinf(distance):
                 continue  # they never exist together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
-            distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
-            if nearest.distance < distance - 10.0**-DIGITS:
+            if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
                 distance = nearest.distance  # of solids that were not measured at that time
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
-            low, high = self.undecided_from[combos[k]].min(), self.undecided_until[combos[k]].max()
+            low, high = self.undecided_from[of_pair].min(), self.undecided_until[of_pair].max()
             if distance <= pair.margin:
                 start, end = self.windows[k].tolist()
-                verdict, contacts = "collides", times.of(k, start, end, time)
-                interval = next((one for one in contacts if one[0] <= time <= one[1]), (time, time))
+                verdict = "collides"
+                contacts = contact_intervals(self.model, self.curve, k, start, end, time)
+                interval = next((span for span in contacts if span[0] <= time <= span[1]), None)
+                interval = interval or (time, time)
             elif low <= high:
                 verdict, interval = "undecided", (float(low), float(high))
-            result.append(
-                Clearance(
-                    first,
-                    second,
-                    distance,
-                    float(self.bound[combos[k]].min()),
-                    pair.margin,
-                    pair.around,
-                    time,
-                    nearest,
-                    verdict,
-                    interval,
-                    contacts,
-                    int(self.measurements[combos[k]].sum()),
-                )
-            )
-        return tuple(result)
+            bound = float(self.bound[of_pair].min())
+            count = int(self.measurements[of_pair].sum())
+            yield Clearance(
+                first, second, distance, bound, pair.margin, pair.around, time, nearest, verdict,
+                interval, contacts, count,
+            )  # fmt: skip

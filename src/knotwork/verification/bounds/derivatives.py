@@ -34,7 +34,7 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
     return result
 
 
-def turning(angular: FloatArray, constant: float = 1.0) -> FloatArray:
+def unit_bounds(angular: FloatArray, constant: float = 1.0) -> FloatArray:
     """Bound the derivatives of a unit vector fixed in a body, from its angular velocity.
 
     Args:

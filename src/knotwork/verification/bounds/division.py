@@ -12,7 +12,7 @@ from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.waypoints import FloatArray, IndexArray
 
 
-class Looks(NamedTuple):
+class PairTests(NamedTuple):
     """m pairs of solids to test, each over an interval.
 
     Attributes:
@@ -27,10 +27,10 @@ class Looks(NamedTuple):
     distance: FloatArray
     normal: FloatArray
 
-    def where(self, chosen: NDArray[np.bool_]) -> Looks:
+    def where(self, chosen: NDArray[np.bool_]) -> PairTests:
         """Select pairs by a mask."""
         item = self.interval[chosen], self.combo[chosen]
-        return Looks(*item, self.distance[chosen], self.normal[chosen])
+        return PairTests(*item, self.distance[chosen], self.normal[chosen])
 
 
 def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Intervals:
@@ -48,11 +48,13 @@ def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Interval
     return Intervals(piece, edges[:-1] - x[piece], span).split(parts)
 
 
-def divided(intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
+def divide_in_three(intervals: Intervals, tests: PairTests) -> tuple[Intervals, PairTests]:
     """Divide open intervals in three parts; the middle parts keep their distances."""
-    used, place = np.unique(looks.interval, return_inverse=True)
+    indices, place = np.unique(tests.interval, return_inverse=True)
     interval = (3 * place[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
-    distance[:, 1], normal[:, 1] = looks.distance, looks.normal
-    combo = np.repeat(looks.combo, 3)
-    return intervals[used].split(3), Looks(interval, combo, distance.ravel(), normal.reshape(-1, 3))
+    distance[:, 1], normal[:, 1] = tests.distance, tests.normal
+    combo = np.repeat(tests.combo, 3)
+    return intervals[indices].split(3), PairTests(
+        interval, combo, distance.ravel(), normal.reshape(-1, 3)
+    )

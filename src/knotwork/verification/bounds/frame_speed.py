@@ -11,8 +11,8 @@ import pinocchio as pin
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.link_motion import carried, tree_motion
+from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, maximum
+from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds
 from knotwork.waypoints import FloatArray
 
@@ -23,7 +23,7 @@ def tool_speed_bound(
     *,
     frame: str | None = None,
     limit: float | None = None,
-    budget: int = BUDGET,
+    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Bound the speed of the tool centre point, or of a frame's origin, over all time [m/s].
 
@@ -47,9 +47,7 @@ def tool_speed_bound(
     >>> speed.ok, speed.proved
     (True, True)
     """
-    most = checked_limit(limit, "tool speed")
-    quantity = speed_quantity(robot.model, _index(robot, frame), 1)
-    return _bound(robot, trajectory, quantity, most, budget)
+    return _bound(robot, trajectory, frame, 1, checked_limit(limit, "tool speed"), budget)
 
 
 def tool_acceleration_bound(
@@ -58,7 +56,7 @@ def tool_acceleration_bound(
     *,
     frame: str | None = None,
     limit: float | None = None,
-    budget: int = BUDGET,
+    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Bound the acceleration of the tool centre point, or of a frame's origin [m/s²].
 
@@ -71,9 +69,7 @@ def tool_acceleration_bound(
     >>> found.ok, found.proved, found.value < found.bound < 1.0
     (True, True, True)
     """
-    most = checked_limit(limit, "tool acceleration")
-    quantity = speed_quantity(robot.model, _index(robot, frame), 2)
-    return _bound(robot, trajectory, quantity, most, budget)
+    return _bound(robot, trajectory, frame, 2, checked_limit(limit, "tool acceleration"), budget)
 
 
 def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
@@ -81,14 +77,14 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     moved: Callable[..., Any] = (
         pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
     )
-    joints, data, (joint, lever) = joint_tree(model), model.createData(), carried(model, frame)
+    joints, data, (joint, lever) = joint_tree(model), model.createData(), carrier_of(model, frame)
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        found = np.empty((len(q), 1))
-        for row, state in zip(found, zip(q, v, a, strict=True), strict=True):
+        sizes = np.empty((len(q), 1))
+        for row, state in zip(sizes, zip(q, v, a, strict=True), strict=True):
             pin.forwardKinematics(model, data, *state)
             row[0] = np.linalg.norm(moved(model, data, frame).linear)
-        return found
+        return sizes
 
     def bounds(rates: FloatArray) -> FloatArray:
         return tree_motion(joints, rates).point(joint, lever)[order : order + 3, None]
@@ -96,13 +92,15 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     return Quantity(values, bounds, joints.angles)
 
 
-def _index(robot: Robot, frame: str | None) -> int:
-    return robot.require_tool() if frame is None else robot.frame_index(frame)
-
-
 def _bound(
-    robot: Robot, trajectory: JointTrajectory, quantity: Quantity, limit: float, budget: int
+    robot: Robot,
+    trajectory: JointTrajectory,
+    frame: str | None,
+    order: int,
+    limit: float,
+    budget: int,
 ) -> Bound:
-    most = np.array([limit])
-    found = maximum(curve_of(robot, trajectory), quantity, most, budget=budget)
-    return upper_bounds(found, most)[0]
+    index = robot.require_tool() if frame is None else robot.frame_index(frame)
+    quantity, limits = speed_quantity(robot.model, index, order), np.array([limit])
+    worst = maximum(curve_of(robot, trajectory), quantity, limits, budget=budget)
+    return upper_bounds(worst, limits)[0]

@@ -11,28 +11,30 @@ def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, floa
     """Free ranges by name and unit [rad or m], as in the file."""
     spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
     if freedom.torch is not None:
-        (low, high), own = freedom.torch.travel, freedom.torch.own
-        spans["travel angle", "rad"] = (own + low, own + high)
-        (low, high), own = freedom.torch.work, freedom.torch.own_work
-        spans["work angle", "rad"] = (own + low, own + high)
+        torch = freedom.torch
+        for name, (low, high), angle in (
+            ("travel angle", torch.travel, torch.own),
+            ("work angle", torch.work, torch.own_work),
+        ):
+            spans[name, "rad"] = (angle + low, angle + high)
     else:
         spans["tilt", "rad"] = (0.0, freedom.tilt)
     spans |= {(axis, "m"): span for axis, span in zip("xyz", freedom.box, strict=True)}
     return {key: (low, high) for key, (low, high) in spans.items() if low < high}
 
 
-def turned_beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
+def turned_beyond(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> FloatArray:
     """Excess of single poses over their ranges [rad], negative inside; shape (k,).
 
     Args:
         freedom: The ranges; unlimited ones are never exceeded.
         asked: Reference rotations, shape (k, 3, 3).
-        found: Rotations of the tool, shape (k, 3, 3).
+        reached: Rotations of the tool, shape (k, 3, 3).
     """
-    return beyond_ranges(freedom, nearest_turns(freedom, free_angles(freedom, asked, found)))
+    return excess_over_ranges(freedom, nearest_turns(freedom, free_angles(freedom, asked, reached)))
 
 
-def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
+def free_angles(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> FloatArray:
     """Turn, and travel and work angle of a torch (otherwise zero), relative to the reference [rad].
 
     The turn is the yaw of roll, pitch and yaw in the reference axes: the tool turns about z and
@@ -41,12 +43,12 @@ def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> F
     Args:
         freedom: The freedom, with or without a torch.
         asked: Reference rotations, shape (k, 3, 3).
-        found: Rotations of the tool, shape (k, 3, 3).
+        reached: Rotations of the tool, shape (k, 3, 3).
 
     Returns:
         Shape (k, 3), turns within half a turn.
     """
-    R = asked.transpose(0, 2, 1) @ found
+    R = asked.transpose(0, 2, 1) @ reached
     if freedom.torch is not None:
         return torch_angles(freedom.torch, R).T
     turn = np.arctan2(R[:, 1, 0], R[:, 0, 0])
@@ -60,19 +62,19 @@ def nearest_turns(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
     return np.column_stack((turn, angles[:, 1:]))
 
 
-def followed_turns(angles: FloatArray, start: float) -> FloatArray:
+def continue_turns(angles: FloatArray, start: float) -> FloatArray:
     """Angles (k, 3) with continuous turns, the first as near `start` as possible [rad]."""
     turn = np.unwrap(np.concatenate(([start], angles[:, 0])))[1:]
     return np.column_stack((turn, angles[:, 1:]))
 
 
-def beyond_ranges(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
+def excess_over_ranges(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
     """Largest excess of angles (k, 3) over their ranges [rad], shape (k,)."""
     torch = freedom.torch
     spans = [freedom.turn] if torch is None else [freedom.turn, torch.travel, torch.work]
     worst = np.full(len(angles), -np.inf)
-    for (low, high), one in zip(spans, angles.T, strict=False):
-        worst = np.maximum(worst, np.maximum(low - one, one - high))
+    for (low, high), angle in zip(spans, angles.T, strict=False):
+        worst = np.maximum(worst, np.maximum(low - angle, angle - high))
     return worst
 
 

@@ -1,9 +1,9 @@
 """Bounds on the derivatives of the motion of every link of a tree of joints.
 
 One recursion from the base to the tips. With W the bounds of a link's angular velocity, a unit
-vector fixed in the link has the bounds `turning(W)`. The axis of a joint is fixed in the parent, so
-joint adds |q'| times those of the parent's unit vectors to the parent's W. The offset between two
-joints is also fixed in the parent.
+vector fixed in the link has the bounds `unit_bounds(W)`. The axis of a joint is fixed in the
+parent, so a joint adds |q'| times those of the parent's unit vectors to the parent's W. The offset
+between two joints is also fixed in the parent.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.robot.joint_tree import JointTree
-from knotwork.verification.bounds.derivatives import product, turning
+from knotwork.verification.bounds.derivatives import product, unit_bounds
 from knotwork.waypoints import FloatArray
 
-ORDERS = 5
+RATE_ORDERS = 5
 """Derivatives 0 … 4 of joint positions are bounded: two for torque, and two more for its bound."""
 
 
-def carried(model: Any, frame: int) -> tuple[int, float]:
+def carrier_of(model: Any, frame: int) -> tuple[int, float]:
     """The joint that carries a frame, and the distance of the frame from it [m]."""
     placed = model.frames[frame]
     return int(placed.parentJoint), float(np.linalg.norm(placed.placement.translation))
@@ -64,9 +64,9 @@ def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
         rates: Bounds of |q|, |q'|, … |q''''| of each joint, shape (5, d, n).
     """
     n = rates.shape[2]
-    still = np.zeros((ORDERS - 1, n))
-    fixed = turning(still)
-    nowhere = np.zeros((ORDERS, n))
+    still = np.zeros((RATE_ORDERS - 1, n))
+    fixed = unit_bounds(still)
+    nowhere = np.zeros((RATE_ORDERS, n))
     angular, unit, offset, origin = [still], [fixed], [nowhere], [nowhere]
     for i, parent in enumerate(joints.parent[1:], 1):
         q = rates[:, joints.column[i]]
@@ -76,7 +76,7 @@ def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
             step = step + abs(joints.slides[i]) * product(q, axis)
         if joints.turns[i]:
             angular.append(angular[parent] + joints.turns[i] * product(q[1:], axis))
-            unit.append(turning(angular[i]))
+            unit.append(unit_bounds(angular[i]))
         else:
             angular.append(angular[parent])
             unit.append(axis)

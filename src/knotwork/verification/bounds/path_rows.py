@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.tool_paths.tool_path import CORNER_ANGLE
-from knotwork.verification.bounds.free_turn import beyond_ranges, followed_turns, nearest_turns
+from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
 from knotwork.waypoints import FloatArray, PoseFreedom
 
@@ -44,7 +44,7 @@ class PathRows(NamedTuple):
 
 def path_rows(
     path: ToolPath,
-    found: PathSamples,
+    samples: PathSamples,
     t: FloatArray,
     sizes: PathSizes,
     full: tuple[float, float],
@@ -56,7 +56,7 @@ def path_rows(
 
     Args:
         path: The path.
-        found: Samples of the motion.
+        samples: Samples of the motion.
         t: Times of the samples [s], shape (n + 1,).
         sizes: Bounds on the intervals between them.
         full: Interval of full speed [s].
@@ -65,16 +65,16 @@ def path_rows(
         turn: Turn of the tool at the first time, approximately [rad].
     """
     square = np.diff(t) ** 2
-    bend = path.bend(found.s[:-1], found.s[1:])
-    turn_bend = path.turn_bend(found.s[:-1], found.s[1:])
+    bend = path.bend(samples.s[:-1], samples.s[1:])
+    turn_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
     change = square * sizes.jerk / 8.0 + sizes.rounding
-    size = np.linalg.norm(found.velocity, axis=1)
+    size = np.linalg.norm(samples.velocity, axis=1)
     too_fast, floors = size - speed, np.array([[speed], [0.0]])
-    speeds = np.maximum(too_fast, floors - found.along)
-    beyond, most_beyond, turned = _turns(path, found, t, sizes, freedom, turn)
-    samples = np.vstack((found.distance, found.gap, speeds, beyond))
-    ends = np.maximum(samples[:, :-1], samples[:, 1:])
-    least = _least_along(found, bend, change)
+    speeds = np.maximum(too_fast, floors - samples.along)
+    beyond, most_beyond, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
+    errors = np.vstack((samples.distance, samples.gap, speeds, beyond))
+    ends = np.maximum(errors[:, :-1], errors[:, 1:])
+    least = _least_velocity(samples, bend, change)
     greatest = np.maximum(size[:-1], size[1:]) + change
     upper = np.vstack(
         (
@@ -90,13 +90,13 @@ def path_rows(
     rows[4] = np.isfinite(ends[4])
     ends[~rows] = upper[~rows] = 0.0
     known = np.pad(rows, ((0, 0), (0, 1))) | np.pad(rows, ((0, 0), (1, 0)))
-    samples[~known] = -np.inf
-    return PathRows(samples, ends, upper, least, greatest, rows, turned)
+    errors[~known] = -np.inf
+    return PathRows(errors, ends, upper, least, greatest, rows, turned)
 
 
-def _turns(
+def _follow_turn(
     path: ToolPath,
-    found: PathSamples,
+    samples: PathSamples,
     t: FloatArray,
     sizes: PathSizes,
     freedom: PoseFreedom | None,
@@ -115,44 +115,44 @@ def _turns(
     if freedom is None:
         nowhere = np.full(len(t), -np.inf)
         return nowhere, nowhere[1:], (0.0, 0.0)
-    low, high = np.minimum(found.s[:-1], found.s[1:]), np.maximum(found.s[:-1], found.s[1:])
+    low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
     turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
-        apart = np.maximum(found.gap[:-1], found.gap[1:]) + turned * np.sqrt(2.0)
+        apart = np.maximum(samples.gap[:-1], samples.gap[1:]) + turned * np.sqrt(2.0)
         slower = np.maximum(1.0 - apart**2 / 4.0, 1e-12)  # cos(φ), as apart is 2 √2 sin(φ/2)
     else:
-        travel = np.abs(found.angles[:, 1] + freedom.torch.own)
+        travel = np.abs(samples.angles[:, 1] + freedom.torch.own)
         steep = np.minimum(np.maximum(travel[:-1], travel[1:]) + turned, 0.5 * np.pi)
         slower = np.maximum(np.cos(steep), 1e-12)
     change = turned / slower
-    angles, known = followed_turns(found.angles, start), change < np.pi
+    angles, known = continue_turns(samples.angles, start), change < np.pi
     ends = float(angles[0, 0]), float(angles[-1, 0])
     if not known.all():  # then a sample is outside only if no whole turn brings it inside
-        angles = nearest_turns(freedom, found.angles)
-    beyond = beyond_ranges(freedom, angles)
+        angles = nearest_turns(freedom, samples.angles)
+    beyond = excess_over_ranges(freedom, angles)
     most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
-    furthest = beyond_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
+    furthest = excess_over_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
         furthest = np.inf  # every turn alone would be within
     return beyond, np.where(known, most, np.maximum(most, furthest)), ends
 
 
-def _least_along(found: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:
+def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:
     """Lower bound of the velocity along the path on each interval, shape (n,).
 
     The tangent is within half of its turn of the bisector of the tangents at both ends, and the
     velocity is near its chord, so that their components along and across the bisector are bounded.
 
     Args:
-        found: Samples at n + 1 times.
+        samples: Samples at n + 1 times.
         bend: See `ToolPath.bend`, shape (n,).
         change: Upper bound on the deviation of the velocity from its chord [m/s], shape (n,).
     """
-    step = np.abs(np.diff(found.s))
+    step = np.abs(np.diff(samples.s))
     turn = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + CORNER_ANGLE
-    middle = found.tangent[:-1] + found.tangent[1:]
+    middle = samples.tangent[:-1] + samples.tangent[1:]
     middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
-    ends = np.stack((found.velocity[:-1], found.velocity[1:]))
+    ends = np.stack((samples.velocity[:-1], samples.velocity[1:]))
     along = (ends * middle).sum(axis=2)
     across = np.linalg.norm(ends - along[:, :, None] * middle, axis=2).max(axis=0) + change
     low = along.min(axis=0) - change

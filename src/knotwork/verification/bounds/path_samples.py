@@ -12,14 +12,16 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths.path_progress import progress
+from knotwork.tool_paths.rotations import angle_of
 from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
-from knotwork.verification.bounds.link_motion import carried, tree_motion
+from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
-from knotwork.verification.bounds.seen_from import seen_from, with_known
+from knotwork.verification.bounds.relative_tree import append_known, tree_from
 from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
+    from knotwork.scenario import ScenarioPath, Stretch
     from knotwork.tool_paths import TimedPath
 
 
@@ -41,6 +43,11 @@ class PathSamples(NamedTuple):
     velocity: FloatArray
     tangent: FloatArray
     angles: FloatArray
+
+    @property
+    def angle(self) -> FloatArray:
+        """Angles from the orientation of the path [rad], shape (k,)."""
+        return angle_of(self.gap)
 
     @property
     def along(self) -> FloatArray:
@@ -84,12 +91,12 @@ class PathStretch:
     ) -> None:
         self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
         self.joints, self.known = joint_tree(robot.model), curve
-        self.joint, self.lever = carried(robot.model, robot.require_tool())
+        self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
         if motion.carrier is not None:
             base = robot.base_placement.inverse()
-            self.joints = seen_from(motion.carrier.joints, self.joints, base)
+            self.joints = tree_from(motion.carrier.joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
-            self.known = with_known(curve, motion.carrier.joints)
+            self.known = append_known(curve, motion.carrier.joints)
         ends = motion.arc_length(np.array([start, end]))
         self.low, self.high = float(ends[0]), float(ends[1])
 
@@ -101,7 +108,7 @@ class PathStretch:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""
         position, rotation, velocity = self._tool(t)
         s = progress(self.motion.path, position, self.asked_at(t), (self.low, self.high))
-        return self._compared(s, position, rotation, velocity)
+        return self._compare(s, position, rotation, velocity)
 
     def sample_more(
         self, t: FloatArray, known: NDArray[np.bool_], samples: PathSamples
@@ -112,7 +119,7 @@ class PathStretch:
         guess = np.interp(place[~known], place[known], samples.s)
         s = np.clip(self.motion.path.nearest(position, guess), self.low, self.high)
         columns = []
-        for old, new in zip(samples, self._compared(s, position, rotation, velocity), strict=True):
+        for old, new in zip(samples, self._compare(s, position, rotation, velocity), strict=True):
             merged = np.empty((len(t), *old.shape[1:]))
             merged[known], merged[~known] = old, new
             columns.append(merged)
@@ -124,7 +131,7 @@ class PathStretch:
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
         return self.motion.relative_motion(t, tip.T, columns.transpose(2, 1, 0), velocity)
 
-    def _compared(
+    def _compare(
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> PathSamples:
         path = self.motion.path
@@ -148,3 +155,23 @@ class PathStretch:
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
         return PathSizes(point[2], point[3], spin, turn, rounding)
+
+
+def follow_stretch(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    path: ScenarioPath,
+    stretch: Stretch,
+    times: FloatArray,
+) -> PathSamples:
+    """Samples of the tool, and the nearest points of a stretch of a path.
+
+    Args:
+        robot: The arm.
+        curve: Joint positions, trailing shape (d,).
+        path: The path.
+        stretch: The stretch of the path.
+        times: Increasing times in the stretch [s], shape (k,).
+    """
+    ends = stretch.start, stretch.end
+    return PathStretch(robot, curve, path.motion, *ends, path.freedom).sample(times)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import to_bernstein
-from knotwork.verification.bounds.link_motion import ORDERS
+from knotwork.verification.bounds.link_motion import RATE_ORDERS
 from knotwork.waypoints import FloatArray
 
 EVALUATION_ROUNDING = 2.0**-10
@@ -75,13 +75,13 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
         intervals: The intervals.
     """
     sizes = _term_sizes(curve)[:, intervals.piece]
-    shifted = _shifted(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
+    shifted = _shift_origin(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
     degree = curve.degree
     powers = np.ones((degree + 1, len(intervals.length), 1))
     for r in range(degree):
         powers[r + 1, :, 0] = powers[r, :, 0] * intervals.length
-    bounds = np.zeros((ORDERS, *shifted.shape[1:]))
-    for order in range(min(ORDERS, degree + 1)):
+    bounds = np.zeros((RATE_ORDERS, *shifted.shape[1:]))
+    for order in range(min(RATE_ORDERS, degree + 1)):
         terms = shifted[order:] * powers[: degree + 1 - order]
         values = _derived_bernstein(degree, order) @ terms.reshape(len(terms), -1)
         bounds[order] = np.abs(values, out=values).max(axis=0).reshape(shifted.shape[1:])
@@ -101,14 +101,14 @@ def _term_sizes(curve: PiecewisePolynomial) -> FloatArray:
     """Sum of |term| at the end of each piece for the derivatives 0 … 4, shape (5, m, d)."""
     span = np.diff(curve.x)[:, None]
     c = np.abs(curve.c[::-1])
-    sizes = np.zeros((ORDERS, *c.shape[1:]))
-    for order in range(ORDERS):
+    sizes = np.zeros((RATE_ORDERS, *c.shape[1:]))
+    for order in range(RATE_ORDERS):
         for r in range(len(c) - 1, order - 1, -1):
             sizes[order] = sizes[order] * span + perm(r, order) * c[r]
     return sizes
 
 
-def _shifted(c: FloatArray, start: FloatArray) -> FloatArray:
+def _shift_origin(c: FloatArray, start: FloatArray) -> FloatArray:
     """Coefficients about another point of the piece, highest power first (repeated Horner)."""
     c = np.array(c)
     if start.any():

@@ -71,12 +71,12 @@ class RelativeMotion:
         k, n = self.origin.shape[:2]
         levers = np.zeros((k, n, len(self.table.solids)))
         for j in range(1, n):
-            own = np.flatnonzero(carriers[:, j])
-            arm = self.corners[:, own] - self.origin[:, j, None, :, None]
+            carried = np.flatnonzero(carriers[:, j])
+            arm = self.corners[:, carried] - self.origin[:, j, None, :, None]
             along = (self.axis[:, j, None, None, :] @ arm)[:, :, 0]
             square = (arm * arm).sum(axis=2) - along * along
             off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
-            levers[:, j, own] = joints.turns[j] * off + abs(joints.slides[j])
+            levers[:, j, carried] = joints.turns[j] * off + abs(joints.slides[j])
         return levers
 
     def largest(self, item: IndexArray, combo: IndexArray) -> FloatArray:
@@ -91,7 +91,7 @@ class RelativeMotion:
         total += (self.moves[:, :, self.table.second] * b.T).sum(axis=1)
         return np.asarray(total[item, combo])
 
-    def along(self, item: IndexArray, combo: IndexArray, normal: FloatArray) -> FloatArray:
+    def approach(self, item: IndexArray, combo: IndexArray, normal: FloatArray) -> FloatArray:
         """Upper bound on the approach of two solids along a direction [m], shape (m,).
 
         Args:
@@ -100,12 +100,12 @@ class RelativeMotion:
             normal: Unit vectors, shape (m, 3).
         """
         a, b = self.between
-        low_a, high_a, bend_a = self._along(item, self.table.first[combo], a[combo], normal)
-        low_b, high_b, bend_b = self._along(item, self.table.second[combo], b[combo], normal)
+        low_a, high_a, bend_a = self._speeds_along(item, self.table.first[combo], a[combo], normal)
+        low_b, high_b, bend_b = self._speeds_along(item, self.table.second[combo], b[combo], normal)
         rate, half = np.maximum(high_a - low_b, high_b - low_a), self.half[item]
         return np.asarray(rate * half + (bend_a + bend_b) * half * half / 2)
 
-    def _along(
+    def _speeds_along(
         self, item: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Minimum and maximum speed of points along a direction, and a bound on accelerations.

@@ -49,23 +49,23 @@ class Bound(NamedTuple):
         return abs(self.bound - abs(self.value))
 
 
-def upper_bounds(found: Maximum, limits: np.ndarray) -> tuple[Bound, ...]:
+def upper_bounds(worst: Maximum, limits: np.ndarray) -> tuple[Bound, ...]:
     """Results for the limits of all components (infinite: none)."""
     return tuple(
         Bound(
-            float(found.value[i]),
-            float(found.time[i]),
-            float(found.bound[i]),
+            float(worst.value[i]),
+            float(worst.time[i]),
+            float(worst.bound[i]),
             float(limit) if math.isfinite(limit) else None,
-            bool(abs(found.value[i]) <= limit),
-            bool(found.proved[i]),
-            found.evaluations,
+            bool(abs(worst.value[i]) <= limit),
+            bool(worst.proved[i]),
+            worst.evaluations,
         )
         for i, limit in enumerate(limits)
     )
 
 
-def checked_limit(limit: float | None, what: str) -> float:
+def checked_limit(limit: float | None, quantity: str) -> float:
     """Return a limit as a number, infinite for none.
 
     Raises:
@@ -73,7 +73,7 @@ def checked_limit(limit: float | None, what: str) -> float:
     """
     if limit is None or (isinstance(limit, float) and limit == math.inf):
         return math.inf
-    return finite_number(limit, f"the limit of the {what}", positive=True)
+    return finite_number(limit, f"the limit of the {quantity}", positive=True)
 
 
 def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:

@@ -10,16 +10,16 @@ import pinocchio as pin
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
+from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, maximum
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
 
-PRECISION = 1e-2
+VALUE_PRECISION = 1e-2
 """Relative tightness of the bound."""
 
-RESOLUTION = 1e-3
+VALUE_RESOLUTION = 1e-3
 """Absolute tightness of the bound that is always sufficient."""
 
 
@@ -28,7 +28,7 @@ def singular_value_bound(
     trajectory: JointTrajectory,
     *,
     limit: float | None = None,
-    budget: int = BUDGET,
+    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Lower bound of the smallest singular value σ of the tool Jacobian, over all time.
 
@@ -54,29 +54,29 @@ def singular_value_bound(
     (True, True)
     """
     allowed = None if limit is None else checked_limit(limit, "smallest singular value")
-    found = maximum(
+    worst = maximum(
         curve_of(robot, trajectory),
         _quantity(robot),
         np.array([math.inf if allowed is None else -allowed * allowed]),
         _precision,
         budget,
     )
-    value = -float(found.value[0])
+    value = -float(worst.value[0])
     smallest = math.sqrt(max(value, 0.0)) if math.isfinite(value) else value
     return Bound(
         value=smallest,
-        time=float(found.time[0]),
-        bound=math.sqrt(max(-float(found.bound[0]), 0.0)),
+        time=float(worst.time[0]),
+        bound=math.sqrt(max(-float(worst.bound[0]), 0.0)),
         limit=allowed,
         ok=allowed is None or smallest >= allowed,
-        proved=bool(found.proved[0]),
-        evaluations=found.evaluations,
+        proved=bool(worst.proved[0]),
+        evaluations=worst.evaluations,
     )
 
 
 def _precision(value: FloatArray, _scale: FloatArray) -> FloatArray:
     smallest = np.sqrt(np.maximum(-value, 0.0))
-    step = np.maximum(PRECISION * smallest, RESOLUTION)
+    step = np.maximum(VALUE_PRECISION * smallest, VALUE_RESOLUTION)
     return np.asarray(np.maximum(smallest**2 - np.maximum(smallest - step, 0.0) ** 2, step**2))
 
 

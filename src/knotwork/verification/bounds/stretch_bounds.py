@@ -26,20 +26,20 @@ from knotwork.waypoints import FloatArray, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
 
-BUDGET = 100_000
+SAMPLE_BUDGET = 100_000
 """Maximum samples of one stretch; a verdict still open then is not proved."""
 
-BUDGET_PER_PIECE = 20
+SAMPLES_PER_PIECE = 20
 """Minimum budget per piece of the motion."""
 
-FIRST = 64
+FIRST_PARTS = 64
 """Minimum number of intervals of the first division of a stretch."""
 
-PRECISION = 0.05
+BOUND_SHARE = 0.05
 """Tightness of a bound, relative to the tolerance."""
 
-MOST_PARTS = 16
-ROUNDS = 12
+MOST_DIVISION = 16
+MOST_ROUNDS = 12
 
 
 class PathLimits(NamedTuple):
@@ -68,12 +68,12 @@ class PathBound(NamedTuple):
     where: tuple[float, float]
 
 
-class Progress(NamedTuple):
-    """Progress of the tool along the path in a stretch, including whole turns.
+class PathProgress(NamedTuple):
+    """PathProgress of the tool along the path in a stretch, including whole turns.
 
     Attributes:
         length: Length of the stretch [m].
-        start, end: Progress of the tool at both ends [m].
+        start, end: PathProgress of the tool at both ends [m].
         start_off, end_off: Errors of the progress at both ends [m].
         back: Maximum backward motion [m].
         time: Time of the largest of these three errors [s].
@@ -99,14 +99,13 @@ class StretchBounds(NamedTuple):
     Attributes:
         position: Distance from the path [m].
         orientation: Angle from the orientation on it [rad].
-        progress: Progress along the path, proved if the distance is.
+        progress: PathProgress along the path, proved if the distance is.
         speed: Difference from the full speed, where it is required [m/s]; `None` if nowhere.
         turn: Excess of the free turn over its range [rad]; `None` without one.
         turned: Turn at the start and at the end of the stretch, including whole turns [rad].
         ramp: Excess over the full speed in ramps, or backward speed [m/s]; `None` without ramps.
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where
             full speed is required [m/s]; infinite if nowhere.
-        ramp_slowest, ramp_fastest: Minimum and maximum samples of them in ramps [m/s].
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
         use: Upper bound on the error of each interval relative to the limits, shape (n,). If a
             sample violates a limit, that of the samples.
@@ -114,15 +113,13 @@ class StretchBounds(NamedTuple):
 
     position: PathBound
     orientation: PathBound
-    progress: Progress
+    progress: PathProgress
     speed: PathBound | None
     turn: PathBound | None
     turned: tuple[float, float]
     ramp: PathBound | None
     slowest: float
     fastest: float
-    ramp_slowest: float
-    ramp_fastest: float
     times: FloatArray
     use: FloatArray
 
@@ -135,7 +132,7 @@ def path_bounds(
     full_speed: tuple[float, float],
     speed: float,
     limits: PathLimits,
-    budget: int = BUDGET,
+    budget: int = SAMPLE_BUDGET,
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
 ) -> StretchBounds:
@@ -156,36 +153,36 @@ def path_bounds(
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom)
     t = _first_times(curve, interval, full_speed)
-    if budget >= BUDGET:
+    if budget >= SAMPLE_BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
-        budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
+        budget = max(budget, SAMPLES_PER_PIECE * int(inside.sum()))
     angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
     most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
     # the bounds alone give the required density of samples
     sizes = stretch.sizes(t)
     for _ in range(4):
         rough = np.diff(t) ** 2 / 8.0 * np.array([sizes[0], sizes[2], sizes[1]])
-        needed = np.sqrt((rough / (PRECISION * most[:3, None])).max(axis=0))
-        finer, old = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
+        needed = np.sqrt((rough / (BOUND_SHARE * most[:3, None])).max(axis=0))
+        finer, old = _divide(t, np.clip(np.ceil(needed), 1, MOST_DIVISION), needed, budget // 4)
         if old.all():
             break
         t, sizes = finer, stretch.sizes(finer)
-    found = stretch.sample(t)
-    for left in range(ROUNDS, -1, -1):
-        rows = path_rows(motion.path, found, t, sizes, full_speed, speed, freedom, turn)
+    samples = stretch.sample(t)
+    for remaining in range(MOST_ROUNDS, -1, -1):
+        rows = path_rows(motion.path, samples, t, sizes, full_speed, speed, freedom, turn)
         is_open = (rows.upper > most[:, None]) & ~(rows.ends.max(axis=1) > most)[:, None]
-        if not left or not is_open.any():
+        if not remaining or not is_open.any():
             break
         gap = np.maximum(most[:, None] - rows.ends, 1e-3 * most[:, None])
         excess = np.maximum(rows.upper - rows.ends, 0.0)
         needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
-        parts = np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_PARTS), 1)
-        finer, old = _divided(t, parts, needed, budget)
+        parts = np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_DIVISION), 1)
+        finer, old = _divide(t, parts, needed, budget)
         if old.all():
             break
-        t, found = finer, stretch.sample_more(finer, old, found)
+        t, samples = finer, stretch.sample_more(finer, old, samples)
         sizes = stretch.sizes(t)
-    return _summed(stretch, t, found, rows, most)
+    return _summarize(stretch, t, samples, rows, most)
 
 
 def _first_times(
@@ -198,11 +195,11 @@ def _first_times(
     before = np.nextafter(inner, -np.inf)
     ends = np.concatenate(([low], inner, [high]))
     middle = 0.5 * (ends[1:] + ends[:-1])  # every piece has an inner sample
-    grid = np.linspace(low, high, FIRST + 1)
+    grid = np.linspace(low, high, FIRST_PARTS + 1)
     return distinct(grid, inner, before, middle, known)
 
 
-def _divided(
+def _divide(
     t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Divide intervals into parts; if the budget is not sufficient, those that need it most.
@@ -221,51 +218,47 @@ def _divided(
     return np.append(inner, t[-1]), np.append(step == 0, True)
 
 
-def _summed(
-    stretch: PathStretch, t: FloatArray, found: PathSamples, rows: PathRows, most: FloatArray
+def _summarize(
+    stretch: PathStretch, t: FloatArray, samples: PathSamples, rows: PathRows, most: FloatArray
 ) -> StretchBounds:
     broken = (rows.ends.max(axis=1) > most)[:, None]
     use = (np.where(broken, rows.ends, rows.upper) / most[:, None]).max(axis=0)
     position, orientation, speed, ramp, turn = (
-        _worst(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
+        _worst_bound(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
     )
     value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
     in_full, in_ramps = rows.rows[2], np.isfinite(rows.samples[3])
-    size = np.linalg.norm(found.velocity, axis=1)
     return StretchBounds(
         position=position,
         orientation=orientation._replace(value=value, bound=bound),
-        progress=_progress(stretch, t, found.s),
+        progress=_path_progress(stretch, t, samples.s),
         speed=speed if in_full.any() else None,
         turn=turn if rows.rows[4].any() else None,
         turned=rows.turned,
         ramp=ramp if in_ramps.any() else None,
         slowest=float(rows.least[in_full].min(initial=np.inf)),
         fastest=float(rows.greatest[in_full].max(initial=-np.inf)),
-        ramp_slowest=float(found.along[in_ramps].min(initial=np.inf)),
-        ramp_fastest=float(size[in_ramps].max(initial=-np.inf)),
         times=t,
         use=use,
     )
 
 
-def _worst(t: FloatArray, samples: FloatArray, upper: FloatArray, most: float) -> PathBound:
+def _worst_bound(t: FloatArray, samples: FloatArray, upper: FloatArray, most: float) -> PathBound:
     i, j = int(samples.argmax()), int(upper.argmax())
     value, bound = float(samples[i]), float(upper[j])
     proved = bound <= most or value > most
     return PathBound(value, float(t[i]), bound, proved, (float(t[j]), float(t[j + 1])))
 
 
-def _progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> Progress:
-    back = np.maximum.accumulate(s) - s
-    i = int(back.argmax())
-    asked = stretch.asked_at(t[[0, -1]])
-    off = s[[0, -1]] - asked
-    worst = int(np.argmax([abs(off[0]), abs(off[1]), back[i]]))
-    start, end = (float(one - stretch.low) for one in s[[0, -1]])
+def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathProgress:
+    backward = np.maximum.accumulate(s) - s
+    i = int(backward.argmax())
+    start_off, end_off = (s[[0, -1]] - stretch.asked_at(t[[0, -1]])).tolist()
+    back = float(backward[i])
+    worst = int(np.argmax([abs(start_off), abs(end_off), back]))
+    start, end = (s[[0, -1]] - stretch.low).tolist()
     time = float((t[0], t[-1], t[i])[worst])
-    length = stretch.high - stretch.low
-    return Progress(length, start, end, float(off[0]), float(off[1]), float(back[i]), time)
+    return PathProgress(stretch.high - stretch.low, start, end, start_off, end_off, back, time)
 
 
 def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:

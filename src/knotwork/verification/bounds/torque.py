@@ -12,8 +12,8 @@ from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.derivatives import product, turning
+from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, maximum
+from knotwork.verification.bounds.derivatives import product, unit_bounds
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
 from knotwork.verification.bounds.result import Bound, curve_of, upper_bounds
 from knotwork.waypoints import FloatArray
@@ -24,7 +24,7 @@ def torque_bound(
     trajectory: JointTrajectory,
     *,
     limit: ArrayLike | None = None,
-    budget: int = BUDGET,
+    budget: int = EVALUATION_BUDGET,
 ) -> tuple[Bound, ...]:
     """Bound every joint's torque (its force, if prismatic) over all time [N m or N].
 
@@ -137,7 +137,7 @@ def torque_sizes(motion: TreeMotion, bodies: Masses, rates: FloatArray) -> Float
 
 def _spin(angular: FloatArray, largest: float, spread: float) -> FloatArray:
     """Bound (I ω)' and its first two derivatives."""
-    tensor = spread * turning(angular, 2.0)[:4]
+    tensor = spread * unit_bounds(angular, 2.0)[:4]
     tensor[0] = largest
     return product(tensor, angular)[1:]
 

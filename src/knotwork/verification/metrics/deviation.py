@@ -10,15 +10,13 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.scenario import ScenarioPath, Stretch
+from knotwork.scenario import ScenarioPath
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.tool_paths.path_progress import progress
-from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-SAMPLES = 40
-# Length equivalent to a radian where the tool moves and turns at once [m].
-RADIAN = 0.1
+LINE_SAMPLES = 40
+RADIAN_LENGTH = 0.1
+"""Length equivalent to a radian where the tool moves and turns at once [m]."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +55,12 @@ def straight_path_deviation(
     Returns:
         The largest deviations, or `None` if no two poses follow each other.
     """
-    position = orientation = 0.0
-    found = False
-    for before, after in straight_legs(waypoints, paths):
-        found = True
-        for q in trajectory.position(np.linspace(before.time, after.time, SAMPLES + 1)):
-            off, turned = deviation_from_line(robot.forward(q), before.pose, after.pose)
-            position, orientation = max(position, off), max(orientation, turned)
-    return PathDeviation(position, orientation) if found else None
+    deviations = [
+        deviation_from_line(robot.forward(q), before.pose, after.pose)
+        for before, after in straight_legs(waypoints, paths)
+        for q in trajectory.position(np.linspace(before.time, after.time, LINE_SAMPLES + 1))
+    ]
+    return PathDeviation(*np.max(deviations, axis=0).tolist()) if deviations else None
 
 
 def straight_legs(
@@ -97,69 +93,9 @@ def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[fl
     turn = pin.log3(start.rotation.T @ end.rotation)
     moved = pose.translation - start.translation
     turned = pin.log3(start.rotation.T @ pose.rotation)
-    whole = float(line @ line) + RADIAN**2 * float(turn @ turn)
-    come = float(moved @ line) + RADIAN**2 * float(turned @ turn)
-    along = min(max(come / max(whole, np.finfo(float).tiny), 0.0), 1.0)
+    square = float(line @ line) + RADIAN_LENGTH**2 * float(turn @ turn)
+    product = float(moved @ line) + RADIAN_LENGTH**2 * float(turned @ turn)
+    along = min(max(product / max(square, np.finfo(float).tiny), 0.0), 1.0)
     straight = pin.SE3(start.rotation @ pin.exp3(along * turn), start.translation + along * line)
     off = float(np.linalg.norm(pose.translation - straight.translation))
     return off, float(np.linalg.norm(pin.log3(straight.rotation.T @ pose.rotation)))
-
-
-def deviation_from_path(
-    robot: Robot, q: FloatArray, path: ScenarioPath, stretch: Stretch, times: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Distances [m] and angles [rad] of the tool from the nearest points of a stretch of a path.
-
-    Args:
-        robot: The arm.
-        q: Joint positions at the times [rad or m], shape (k, d).
-        path: The path.
-        stretch: The stretch of the path.
-        times: Times in order, guesses of the nearest points [s], shape (k,).
-    """
-    poses = [robot.forward(row) for row in q]
-    place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
-    rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-    place, rotation, _ = path.motion.relative_motion(times, place, rotation, place)
-    along = _progress(place, path, stretch, times)
-    free = path.freedom is not None
-    off, gap = path.motion.path.gaps(place, rotation, along, axis=free)
-    return off, angle_of(gap)
-
-
-def speed_along_path(
-    robot: Robot,
-    q: FloatArray,
-    v: FloatArray,
-    path: ScenarioPath,
-    stretch: Stretch,
-    times: FloatArray,
-) -> FloatArray:
-    """Velocity of the tool along a stretch of a path [m/s], negative backwards, shape (k,).
-
-    Args:
-        robot: The arm.
-        q: Joint positions at the times [rad or m], shape (k, d).
-        v: Joint velocities [rad/s or m/s], shape (k, d).
-        path: The path.
-        stretch: The stretch of the path.
-        times: Times in order [s], shape (k,).
-    """
-    poses = [robot.forward(row) for row in q]
-    place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
-    rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-    velocity = np.array([robot.twist(*row).linear for row in zip(q, v, strict=True)])
-    place, _, velocity = path.motion.relative_motion(
-        times, place, rotation, velocity.reshape(-1, 3)
-    )
-    s = _progress(place, path, stretch, times)
-    return np.asarray((velocity * path.motion.path.position(s, 1)).sum(axis=1))
-
-
-def _progress(
-    place: FloatArray, path: ScenarioPath, stretch: Stretch, times: FloatArray
-) -> FloatArray:
-    motion = path.motion
-    low, high = motion.arc_length(np.array([stretch.start, stretch.end]))
-    guess = motion.arc_length(np.clip(times, stretch.start, stretch.end))
-    return progress(motion.path, place, guess, (float(low), float(high)))

@@ -171,8 +171,8 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     mean = np.diff(curve(waypoints.time), axis=0) / np.diff(waypoints.time)[:, np.newaxis]
     v0, v1 = waypoints.velocity[:-1], waypoints.velocity[1:]
     forced = np.abs(mean - v0) + np.abs(mean - v1)
-    made = np.abs(start - v0) + total + np.abs(v1 - end)
-    return np.asarray(np.maximum(made - forced, 0.0).sum(axis=0))
+    actual = np.abs(start - v0) + total + np.abs(v1 - end)
+    return np.asarray(np.maximum(actual - forced, 0.0).sum(axis=0))
 
 
 def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:

@@ -143,7 +143,7 @@ def _shifted_part(
     return PiecewisePolynomial(cut.c, np.concatenate(([start], cut.x[1:-1] - ahead, [end])))
 
 
-def _extended(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
+def _extend_plan(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
     """The plan at any times; at rest before and after its own."""
     inside = np.clip(time, reference.start_time, reference.end_time)
     values = reference(inside, order)
@@ -156,7 +156,7 @@ def _coarse_shift(curve: Smoothed, reference: JointTrajectory) -> float:
     """The shift with the smallest sum of squares, in steps."""
     length = curve.log.time[-1]
     step = max(curve.log.period, reference.duration / COARSE_STEPS)
-    plan = _extended(reference, np.arange(reference.start_time, reference.end_time + step, step))
+    plan = _extend_plan(reference, np.arange(reference.start_time, reference.end_time + step, step))
     log = curve.trajectory.position(np.clip(np.arange(0.0, length + step, step), 0.0, length))
     middle, margin = plan.mean(axis=0), len(plan) - 1
     log, plan = np.pad(log - middle, ((margin, margin), (0, 0)), mode="edge"), plan - middle
@@ -171,8 +171,8 @@ def _refine_shift(curve: Smoothed, reference: JointTrajectory, shift: float) -> 
     """The shift by least squares of all samples (Gauss-Newton), and its error."""
     time, q = curve.log.time, curve.log.position
     for _ in range(MOST_SHIFT_STEPS):
-        slopes = _extended(reference, time - shift, 1)
-        residuals = q - _extended(reference, time - shift)
+        slopes = _extend_plan(reference, time - shift, 1)
+        residuals = q - _extend_plan(reference, time - shift)
         weight = float((slopes**2).sum())
         if weight == 0.0:
             return shift, np.inf

@@ -17,7 +17,7 @@ STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
 PREFERRED_TOPIC = "joint_states"
 
 _INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
-_SEPARATORS = re.compile(r"[./:]")
+_TOPIC_SEPARATORS = re.compile(r"[./:]")
 _MEASURED = ("actual", "measured", "state")
 _REQUESTED = ("target", "desired", "reference", "command", "commanded", "error", "output")
 
@@ -124,7 +124,7 @@ def _numbered_positions(
     names_by_topic: dict[str, dict[int, str]] = {}
     groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
     for index, heading in enumerate(headings):
-        topic, _, last = _SEPARATORS.sub("/", heading.strip()).rpartition("/")
+        topic, _, last = _TOPIC_SEPARATORS.sub("/", heading.strip()).rpartition("/")
         match = _INDEXED.fullmatch(last)
         if match is None:
             continue
@@ -189,7 +189,7 @@ def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: 
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
     """Columns of the time: the stamp of the messages, or else of their reception."""
     paths, topic_path = (
-        [_SEPARATORS.sub("/", text.strip()).lower() for text in texts]
+        [_TOPIC_SEPARATORS.sub("/", text.strip()).lower() for text in texts]
         for texts in (headings, [topic])
     )
     stamps = {path.partition("header/stamp")[0] for path in paths if "header/stamp" in path}

@@ -23,7 +23,7 @@ CHANGE_COST = 10.0
 """Cost of a change of the delay, in squares of the plan's motion per step."""
 EVIDENCE = 0.25
 """Delays count if they reduce the squares of a constant delay below this fraction."""
-LEAST_STEPS = 3.0
+LEAST_DELAY_STEPS = 3.0
 """Delays that differ by fewer steps are equal."""
 
 
@@ -97,7 +97,7 @@ def _constant_spans(steps: FloatArray, time: FloatArray, step: float) -> list[De
     cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
     for i, k in pairwise(cuts):
         late, end = float(steps[i]) * step, float(time[k])
-        if spans and abs(late - spans[-1].late) < LEAST_STEPS * step:
+        if spans and abs(late - spans[-1].late) < LEAST_DELAY_STEPS * step:
             spans[-1] = spans[-1]._replace(end=end)
         else:
             spans.append(Delay(float(time[i]), end, late))

@@ -45,7 +45,7 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
     time, grid = curve.log.time, curve.grid
     if plan.continuity.order < 1:
         return PlanResidual(np.zeros(len(plan.joint_names)), np.zeros_like(curve.errors))
-    position = _extended(plan, time - start, 0)
+    position = _extend(plan, time - start, 0)
     followed = curve.curve_of(position)
     samples = np.abs(position - followed(time))
     # many times in each piece, for the jerk may jump between two
@@ -53,7 +53,7 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
     # the curve extends beyond log and plan
     fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
-    gaps = np.abs([_extended(plan, fine - start, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
+    gaps = np.abs([_extend(plan, fine - start, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
     worst = gaps.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
     # knots that suit the log but not the plan show that the log is of another motion there
     of_log = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
@@ -64,7 +64,7 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
     )
 
 
-def _extended(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
+def _extend(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
     """A plan extended before and after its time, without a jump of velocity."""
     inside = np.clip(time, plan.start_time, plan.end_time)
     beyond = (time - inside)[:, None]

@@ -23,7 +23,7 @@ from knotwork.waypoints import FloatArray
 
 NOISE_SLACK = 1.1
 """Tolerated ratio of true and estimated noise."""
-EXTENSION = 3.0
+EXTENSION_PERIODS = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
 FEWEST_IN_INTERVAL = 4
 """Smallest number of samples in an interval."""
@@ -111,7 +111,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
     """Breaks, their midpoints, and every half period in the extensions."""
     middles = 0.5 * (breaks[1:] + breaks[:-1])
-    beyond = np.arange(0.0, EXTENSION, 0.5) * log.period
+    beyond = np.arange(0.0, EXTENSION_PERIODS, 0.5) * log.period
     ends = (log.time[0] - beyond, log.time[-1] + beyond)
     return np.unique(np.concatenate((breaks, middles, *ends)))
 
@@ -160,6 +160,6 @@ def _halve(cuts: Any, chosen: Any) -> Any:
 
 def _times(log: Recording, cuts: Any) -> FloatArray:
     """Breaks between the samples, and the ends of the curve."""
-    time, inner, more = log.time, cuts[1:-1], EXTENSION * log.period
+    time, inner, more = log.time, cuts[1:-1], EXTENSION_PERIODS * log.period
     middles = 0.5 * (time[inner - 1] + time[inner])
     return np.concatenate((time[:1] - more, middles, time[-1:] + more))

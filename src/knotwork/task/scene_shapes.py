@@ -92,10 +92,10 @@ class _ShapeFields(Placement):
 
     @model_validator(mode="after")
     def _one_shape(self) -> _ShapeFields:
-        given = [name for name in SHAPES if getattr(self, name) is not None]
-        if len(given) != 1:
-            found = f"gives {' and '.join(given)}" if given else "gives no shape"
-            raise ValueError(f"{found}; give one of {', '.join(SHAPES)}")
+        kinds = [name for name in SHAPES if getattr(self, name) is not None]
+        if len(kinds) != 1:
+            fault = f"gives {' and '.join(kinds)}" if kinds else "gives no shape"
+            raise ValueError(f"{fault}; give one of {', '.join(SHAPES)}")
         for name in ("exact", "scale"):
             if self.mesh is None and getattr(self, name) is not None:
                 raise ValueError(f"gives {name}, which is for a mesh")

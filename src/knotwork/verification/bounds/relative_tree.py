@@ -7,6 +7,7 @@ the frame. A joint with the opposite axis is the inverse of a joint.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from knotwork.spline.polynomial.endless import stack_curves
 from knotwork.tool_paths.moving_frame import KnownJoints
 
 
-def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
+def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
     """The joints of an arm relative to a moving frame at its placement with joints at 0.
 
     Args:
@@ -30,32 +31,26 @@ def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
         The joints; positions are those of the arm, followed by those of the carriers in order.
     """
     steps: list[tuple[Any, Any, bool, int]] = []
-    before, column = pin.SE3.Identity(), 0
-    for one in carriers:
-        before = before * one.placement
-    counts = np.cumsum([0, *(len(one.turns) for one in carriers)])
-    for one, column in reversed(list(zip(carriers, counts.tolist(), strict=False))):
-        for k in reversed(range(len(one.turns))):
-            steps.append((before, -one.axis[k], one.turns[k], column + k))
-            before = pin.SE3.Identity()
-        before = before * one.placement.inverse()
+    placement = pin.SE3.Identity()
+    for carrier in carriers:
+        placement = placement * carrier.placement
+    firsts = np.cumsum([0, *(len(carrier.turns) for carrier in carriers)]).tolist()
+    for carrier, first in reversed(list(zip(carriers, firsts, strict=False))):
+        for k in reversed(range(len(carrier.turns))):
+            steps.append((placement, -carrier.axis[k], carrier.turns[k], first + k))
+            placement = pin.SE3.Identity()
+        placement = placement * carrier.placement.inverse()
     placements, axes, turns, columns = zip(*steps, strict=True)
-    chain = serial(placements, np.array(axes), turns)
-    whole = join_trees(chain, arm, before * root, len(steps))
-    n = len(arm.parent) - 1
-    own = [column - len(steps) for column in whole.column[len(steps) + 1 :]]
-    return JointTree(
-        whole.parent,
-        (-1, *(n + column for column in columns), *own),
-        whole.rotation,
-        whole.translation,
-        whole.axis,
-        whole.turns,
-        whole.slides,
-    )
+    tree = join_trees(serial(placements, np.array(axes), turns), arm, placement * root, len(steps))
+    count = len(arm.parent) - 1
+    arm_columns = [column - len(steps) for column in tree.column[len(steps) + 1 :]]
+    columns = -1, *(count + column for column in columns), *arm_columns
+    return replace(tree, column=columns)
 
 
-def with_known(curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]) -> PiecewisePolynomial:
+def append_known(
+    curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]
+) -> PiecewisePolynomial:
     """Positions of an arm's joints followed by those of carriers, over the time of the first."""
     span = curve.x[[0, -1]].tolist()
-    return stack_curves(curve, *(one.curve.between(*span) for one in carriers))
+    return stack_curves(curve, *(carrier.curve.between(*span) for carrier in carriers))
