@@ -27,7 +27,7 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
     for group in ("Tool at the waypoints", "Joints at the waypoints"):
         rows = tab.locator(f"[data-group='{group}'] tbody tr")
         assert rows.count() == len(plan.report.select(group=group)) > 0
-    assert "three four" in tab.inner_text("[data-group='Tool at the waypoints']")
+    assert "three four" in tab.text_content("[data-group='Tool at the waypoints']")
     assert tab.locator("#plots svg").count() == 2
     assert tab.evaluate("[...document.images].every((i) => !i.src || i.naturalWidth > 300)")
     assert "Planar two-link arm through points" in tab.inner_text("#appendix pre")
@@ -44,7 +44,7 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
     tab.set_viewport_size({"width": 390, "height": 800})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     # what matters lies on the screen, not beside it
-    for selector in ("td[data-label=error]", "td[data-label=margin]", "tr td:last-child"):
+    for selector in ("td[data-label=value]", "td[data-label=margin]", "tr td:last-child"):
         for box in tab.locator(f".findings {selector}").all()[:40]:
             place = box.bounding_box()
             assert place is None or place["x"] + place["width"] <= 390

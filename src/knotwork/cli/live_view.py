@@ -13,7 +13,7 @@ from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
 if TYPE_CHECKING:
-    from knotwork.view.page_server import LiveServer
+    from knotwork.view.live_server import LiveServer
 
     Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
 

@@ -30,8 +30,9 @@ from knotwork.robot import Robot, load_robot
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.sweeps.folder import is_study
 from knotwork.sweeps.named_files import named_files
+from knotwork.view.live_server import LiveServer
 from knotwork.view.page import Page, scene_page
-from knotwork.view.page_server import LiveServer, PageServer
+from knotwork.view.page_server import PageServer
 from knotwork.view.picture_files import checked_page_path
 from knotwork.view.plan_pages import scene_of_trajectory
 from knotwork.view.scene_data import scene_of

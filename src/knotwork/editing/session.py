@@ -26,7 +26,7 @@ from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task.si_units import si_factors
-from knotwork.view.edit_server import EditServer
+from knotwork.view.live_server import EditServer
 from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray, read_only

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -30,8 +29,8 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has only joint plots"
     "; name a robot in the scenario to see it move"
 )
-# Number of rows of failures, and of the tightest findings.
-MOST = 6
+MOST_ROWS = 6
+"""Number of rows of failures, and of the tightest findings."""
 MOST_USE = 100.0
 """Uses of a limit above this are not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
@@ -71,14 +70,11 @@ def report_page(plan: PlanLike) -> Page:
         facts=brief_texts_by_group(report.groups),
         failures=failures(report, scenario),
         most_use=MOST_USE,
-        tightest=[_shown(one, report.units) for one in _tightest(report)],
+        tightest=[_in_units(finding, report.units) for finding in _tightest(report)],
         verdicts=_VERDICTS,
         number=_number,
         vector=_vector,
-        groups=[
-            _group(title, [_shown(one, report.units) for one in found])
-            for title, found in _details(report).items()
-        ],
+        groups=_groups(report),
         plots=[(name, _picture(figure)) for name, figure in plots],
         warnings=warnings,
         source=read_text(scenario.source) if scenario.source is not None else None,
@@ -88,36 +84,53 @@ def report_page(plan: PlanLike) -> Page:
 
 def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
-    failing = worst_failures(report.failures)[:MOST]
-    rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE_USE][:MOST]
-    rows += [one for found in report.groups.values() for one in without_use(found)]
-    failed = {(one.subject, one.quantity) for one in failing}
-    first: dict[tuple[str, str], Finding] = {}
-    for found in rows:
-        first.setdefault((found.subject, found.quantity), found)
-    return [*failing, *(found for key, found in first.items() if key not in failed)]
+    failing = worst_failures(report.failures)[:MOST_ROWS]
+    used = [finding for finding in report.tightest if (finding.use or 0.0) >= NOTABLE_USE]
+    unused = [finding for group in report.groups.values() for finding in without_use(group)]
+    rows: dict[tuple[str, str], Finding] = {}
+    for finding in (*failing, *used[:MOST_ROWS], *unused):
+        rows.setdefault((finding.subject, finding.quantity), finding)
+    failed = {(finding.subject, finding.quantity) for finding in failing}
+    return [*failing, *(finding for key, finding in rows.items() if key not in failed)]
 
 
-def _details(report: Report) -> dict[str, list[Finding]]:
-    """Findings by group, without those at the top of the page."""
-    shown = report.tried if report.failures else ()
-    left = {
-        title: [one for one in found if one not in shown] for title, found in report.groups.items()
-    }
-    return {title: found for title, found in left.items() if found}
+def _groups(report: Report) -> list[dict[str, Any]]:
+    """Findings by group, in the displayed units, without those at the top of the page."""
+    at_top = report.tried if report.failures else ()
+    groups = []
+    for title, findings in report.groups.items():
+        shown = [_in_units(one, report.units) for one in findings if one not in at_top]
+        numbers = [finding for finding in shown if finding.value is not None]
+        required = [finding for finding in shown if finding.required]
+        rows = [finding for finding in numbers if finding.limit is not None or finding.required]
+        free = [finding for finding in numbers if finding not in rows]
+        met = f"{sum(one.ok for one in required)} of {len(required)} met" if required else ""
+        group = {"title": title, "rows": rows, "met": met, "ok": all(one.ok for one in shown)}
+        group["vectors"] = any(finding.requested is not None for finding in rows)
+        group["free"] = [_free_text(finding) for finding in free]
+        group["sentences"] = [str(finding) for finding in shown if finding.value is None]
+        groups += [group] if shown else []
+    return groups
 
 
-def _shown(found: Finding, units: Units) -> Finding:
+def _free_text(finding: Finding) -> str:
+    """A finding without a limit, such as the greatest jerk of a joint."""
+    at = f" at {finding.when} s" if finding.when else ""
+    value = f"{_number(finding.value)} {finding.unit}".strip()
+    return f"{finding.name} {finding.title} {value}{at}".strip()
+
+
+def _in_units(finding: Finding, units: Units) -> Finding:
     """A finding with its numbers in the displayed units, with the names of these units."""
-    factor, unit = units.shown(1.0, found.unit)
+    factor, unit = units.shown(1.0, finding.unit)
     changed: dict[str, Any] = {"unit": unit}
     for name in ("value", "limit", "margin", "excess"):
-        value = getattr(found, name)
+        value = getattr(finding, name)
         changed[name] = None if value is None else factor * value
-    for name in () if found.form else ("requested", "achieved"):
-        values = getattr(found, name)
+    for name in () if finding.form else ("requested", "achieved"):
+        values = getattr(finding, name)
         changed[name] = None if values is None else tuple(factor * value for value in values)
-    return replace(found, **changed)
+    return replace(finding, **changed)
 
 
 def _picture(figure: Figure) -> dict[str, str]:
@@ -143,54 +156,17 @@ def _picture(figure: Figure) -> dict[str, str]:
 
 def _limits(plan: PlanLike) -> dict[str, dict[str, dict[str, float]]]:
     """Finite lower and upper limits by joint and quantity, in the displayed units."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    limits: dict[str, dict[str, dict[str, float]]] = {}
     units = plan.trajectory.joint_units
     for order, quantity in enumerate(DERIVATIVES):
         lower, upper = plan.space.bounds(quantity)
         for i, name in enumerate(plan.space.joint_names):
-            own = units[plan.trajectory.joint_names.index(name)]
-            factor = plan.scenario.units.shown(1.0, rate_unit(own, order))[0]
+            unit = units[plan.trajectory.joint_names.index(name)]
+            factor = plan.scenario.units.shown(1.0, rate_unit(unit, order))[0]
             if np.isfinite([lower[i], upper[i]]).all():
                 bounds = {"low": factor * float(lower[i]), "high": factor * float(upper[i])}
-                found.setdefault(name, {})[quantity] = bounds
-    return found
-
-
-def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
-    """A table of findings: its columns, and its rows by name or by quantity."""
-    numbers = [found for found in findings if found.value is not None]
-    order = list(dict.fromkeys(found.name for found in numbers))
-    parts: dict[str, dict[str, Any]] = {}
-    for found in numbers:
-        part = parts.setdefault(found.title, {"title": found.title, "rows": [], "free": []})
-        if found.limit is None and not found.required:
-            named = f"{found.name} {_number(found.value)} {found.unit}".strip()
-            at = f" at {found.when} s" if len(order) == 1 and found.when else ""
-            part["free"].append(named + at)
-        else:
-            part["rows"].append(found)
-    return {
-        "title": title,
-        "subject": numbers[0].subject if numbers else "",
-        "by_name": any(found.requested is not None for found in numbers),
-        "names": [_named(name, [one for one in numbers if one.name == name]) for name in order],
-        "ok": all(found.ok for found in findings),
-        "met": _met(findings),
-        "parts": list(parts.values()),
-        "sentences": [str(found) for found in findings if found.value is None],
-    }
-
-
-def _named(name: str, rows: Sequence[Finding]) -> dict[str, Any]:
-    """The findings of a waypoint, under an expandable row."""
-    ok = all(found.ok for found in rows)
-    return {"name": name, "when": rows[0].when, "ok": ok, "met": _met(rows), "rows": rows}
-
-
-def _met(findings: Sequence[Finding]) -> str:
-    """Number of requirements met."""
-    required = [found for found in findings if found.required]
-    return f"{sum(found.ok for found in required)} of {len(required)} met" if required else ""
+                limits.setdefault(name, {})[quantity] = bounds
+    return limits
 
 
 def _vector(values: tuple[float, ...] | None) -> str:

@@ -8,20 +8,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
-from urllib.parse import parse_qs
 
 import numpy as np
 
 from knotwork.errors import InputError, KnotworkError
 from knotwork.view.page import Page, asset, json_in_html, rendered, scene_page
-from knotwork.view.page_server import PageHandler, PageServer
+from knotwork.view.page_server import Answer, PageServer, Query
 from knotwork.view.scene_data import ROBOT_PARTS
 from knotwork.view.study_plot import DrawnStudy, VariedValue
 from knotwork.view.style import rounded
 
-MOTIONS = 16
+CACHED_PAGES = 16
 """Number of cached pages of rows; others are planned again."""
-MOST_BYTES = 8_000_000
+MOST_MAP_BYTES = 8_000_000
 """Largest size of the motions in a map as one file, to be sent by mail."""
 
 _SceneOf = Callable[[int, Mapping[str, Any] | None], dict[str, Any]]
@@ -40,23 +39,19 @@ class MapServer(PageServer):
     """
 
     def __init__(self, study: Any, page_of: Callable[[int], Page], port: int = 0) -> None:
-        self.rows = len(study)
-        self.page_of = lru_cache(MOTIONS)(lambda row: page_of(row).html.encode())
-        super().__init__(_map(study), port, _MapHandler)
+        super().__init__(_map(study), port)
+        self.routes["/motion"] = self._motion
+        self._rows, self._page_of = len(study), lru_cache(CACHED_PAGES)(page_of)
 
-
-class _MapHandler(PageHandler):
-    server: MapServer
-
-    def answer_other(self, path: str, query: str) -> None:
-        """Send the scene of a row, or the error of a row without a motion."""
-        asked = parse_qs(query).get("row", [""])[0]
-        if path != "/motion" or not asked.isdecimal() or int(asked) >= self.server.rows:
-            return super().answer_other(path, query)
+    def _motion(self, query: Query) -> Answer | None:
+        """The scene of a row, or the error of a row without a motion."""
+        row = query.get("row", "")
+        if not row.isdecimal() or int(row) >= self._rows:
+            return None
         try:
-            self.send_text(self.server.page_of(int(asked)), "text/html")
+            return "text/html", self._page_of(int(row)).html
         except InputError as error:
-            self.send_text(str(error).encode(), "text/plain")
+            return "text/plain", str(error)
 
 
 def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
@@ -84,7 +79,7 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
         moving = {name: part for name, part in scene.items() if name not in ROBOT_PARTS}
         text = scene_page(moving, scripts=False).html
         size += len(text)
-        if size > MOST_BYTES:
+        if size > MOST_MAP_BYTES:
             break
         motions[row] = text
     more = {"command": command, "motions": motions, "page": page if motions else ""}

@@ -1,0 +1,159 @@
+"""Servers of pages that follow their newest scene, and of the editor's page."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from knotwork.view.page import meshcat_viewer, scene_page, waiting_page
+from knotwork.view.page_server import Action, Answer, PageServer, Query
+from knotwork.view.scene_data import ROBOT_PARTS
+
+PULSE = 15.0
+"""Interval of writes by which a closed browser is noticed [s]."""
+
+
+class LiveServer(PageServer):
+    """Serves the last valid scene, and notifies browsers of new ones and of errors.
+
+    Attributes:
+        version: Number of the scene; 0 before the first one.
+        scene: From `make_scene`; `None` before the first one.
+        editing: Whether the page can edit its task.
+    """
+
+    editing = False
+
+    def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
+        """Listen on a port, by default any free one; `ghosts` as for `scene_page`.
+
+        Raises:
+            InputError: The port is in use, or not permitted; or the package `meshcat` is
+                not installed.
+        """
+        meshcat_viewer()
+        super().__init__("", port)
+        self.routes = {"/": self._page, "/scene": self._newest_scene, "/changes": self._changes}
+        self.version = self._robot_version = 0
+        self.scene: dict[str, Any] | None = None
+        self._waiting, self._ghosts = waiting_page(title).html, ghosts
+        self._error = ""
+        self._busy = False
+        self._changed = threading.Condition()
+        self._count = 0
+
+    def show(self, scene: Mapping[str, Any]) -> None:
+        """Serve another scene."""
+        last, version = self.scene, self.version + 1
+        if last is None or any(scene[name] is not last[name] for name in ROBOT_PARTS):
+            self._robot_version = version
+        self.scene = {**scene, "still": self._robot_version}
+        self._set_state(version, "", busy=False)
+
+    def refuse(self, error: str) -> None:
+        """Show an error over the last good page."""
+        self._set_state(self.version, error, busy=False)
+
+    def start(self) -> None:
+        """Announce that the next version is in progress; an error stays until then."""
+        self._set_state(self.version, self._error, busy=True)
+
+    def _set_state(self, version: int, error: str, *, busy: bool) -> None:
+        with self._changed:
+            self.version, self._error, self._busy = version, error, busy
+        self.notify()
+
+    def notify(self) -> None:
+        """Send the state again."""
+        with self._changed:
+            self._count += 1
+            self._changed.notify_all()
+
+    def state(self) -> dict[str, Any]:
+        """State for an open page."""
+        return {"version": self.version, "error": self._error, "busy": self._busy}
+
+    def _page(self, query: Query) -> Answer:
+        """The page at the start of following."""
+        version, scene = self.version, self.scene  # in this order: a page may be newer
+        if scene is None:
+            return "text/html", self._waiting
+        page = scene_page(scene, ghosts=self._ghosts, live=version, editing=self.editing)
+        return "text/html", page.html
+
+    def _newest_scene(self, query: Query) -> Answer | None:
+        """The parts of the newest scene that an open page does not have."""
+        scene = self.scene
+        if scene is None:
+            return None
+        if query.get("still") == str(scene["still"]):
+            scene = {key: part for key, part in scene.items() if key not in ROBOT_PARTS}
+        return "text/html", scene_page(scene, scripts=False).html
+
+    def _changes(self, query: Query) -> Answer:
+        return "text/event-stream", self._events()
+
+    def _events(self) -> Iterator[str]:
+        """Each state as an event, and a pulse where nothing changes."""
+        seen = -1
+        while True:
+            seen, changed = self._next_count(seen)
+            yield f"retry: 1000\ndata: {json.dumps(self.state())}\n\n" if changed else ":\n\n"
+
+    def _next_count(self, seen: int) -> tuple[int, bool]:
+        """Wait for a newer state than a seen one; its number, and whether there was one."""
+        with self._changed:
+            changed = self._changed.wait_for(lambda: self._count != seen, timeout=PULSE)
+            return self._count, changed
+
+
+class EditServer(LiveServer):
+    """Serves an editor page to anyone with its address and token.
+
+    Args:
+        title: Title of the page until there is a scene.
+        actions: Handlers of the page's requests by name; each gets the page's JSON.
+        more_state: Gives the state of the page besides the scene, as plain data.
+        port: Port; 0 for any free one.
+
+    Raises:
+        InputError: As for `LiveServer`.
+    """
+
+    editing = True
+
+    def __init__(
+        self,
+        title: str,
+        actions: Mapping[str, Action],
+        more_state: Callable[[], Mapping[str, Any]],
+        port: int = 0,
+    ) -> None:
+        super().__init__(title, port)
+        self._more_state = more_state
+        self.actions = {name: self._notifying(action) for name, action in actions.items()}
+        self.token = secrets.token_urlsafe(24)
+        self.address += f"?token={self.token}"
+
+    def _notifying(self, action: Action) -> Action:
+        """An action after which the state is sent again, also after an error."""
+
+        def act(request: Mapping[str, Any]) -> Mapping[str, Any]:
+            try:
+                return action(request)
+            finally:
+                self.notify()
+
+        return act
+
+    @property
+    def scene_size(self) -> float:
+        """Size of the present scene [m]."""
+        return float(self.scene["size"]) if self.scene is not None else 1.0
+
+    def state(self) -> dict[str, Any]:
+        """State of a live page, with the draft."""
+        return {**super().state(), **self._more_state()}
