@@ -116,7 +116,7 @@ def _put_down(
     if carrier is not None:
         waypoint = task.waypoints[scenario.index[i]]
         parent = getattr(waypoint, "frame", None) or task.frame or "base"
-        placed = carrier.at(scenario.waypoints[i].time).actInv(placed)
+        placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
     shape = {key: getattr(asked, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
     place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()

@@ -102,7 +102,7 @@ def _chosen_speed(
         return {}
     if robot is None or isinstance(there, JointTarget):
         return {"velocity": units.by_joint(v)}
-    robot, own = robot.seen(standing=there.standing)
+    robot, own = robot.in_frame(standing=there.standing)
     twist = robot.twist(q[own], v[own])
     if kind == "free":
         twist -= there.twist  # velocity of its frame: the file gives relative velocities
