@@ -217,10 +217,10 @@ def sizes(seed: int) -> list[dict[str, Any]]:
         problem = random_motion(np.random.default_rng([seed, n]), n)
         motion, seconds = solved_in(problem)
         loss = None
-        if windows.LONGEST < n <= WHOLE:
-            longest, windows.LONGEST = windows.LONGEST, n
+        if windows.MAX_INTERVALS < n <= WHOLE:
+            longest, windows.MAX_INTERVALS = windows.MAX_INTERVALS, n
             loss = round(motion.duration / solve(problem).duration - 1.0, 6)
-            windows.LONGEST = longest
+            windows.MAX_INTERVALS = longest
         rows.append({"waypoints": n, "seconds": round(seconds, 3), "loss": loss})
     return rows
 

@@ -53,7 +53,7 @@ def score(comparison: Comparison, planner: str) -> Score:
 @pytest.mark.parametrize(
     "name", mostly_exhaustive(SCENARIO_FILES, "panda_pick_place", "planar2_closed_form")
 )
-def test_every_planner_has_its_row_on_every_scenario(name: str) -> None:
+def test_every_planner_has_row_on_every_scenario(name: str) -> None:
     comparison = compared(name)
     rows = [row.planner for row in comparison.rows]
     assert [row for row in rows if ":" not in row] == list(PLANNERS)
@@ -62,7 +62,7 @@ def test_every_planner_has_its_row_on_every_scenario(name: str) -> None:
     assert list(comparison.trajectories) == rows
 
 
-def test_each_row_shows_what_its_planner_says_it_guarantees_and_gives_up(
+def test_rows_show_guarantees_of_planners(
     paper: Comparison,
 ) -> None:
     for row in paper.scores:
@@ -80,7 +80,7 @@ def test_each_row_shows_what_its_planner_says_it_guarantees_and_gives_up(
         )
 
 
-def test_the_jerk_of_a_jumping_acceleration_has_no_bound(paper: Comparison) -> None:
+def test_jumping_acceleration_has_no_peak_jerk(paper: Comparison) -> None:
     for row in paper.scores:
         unbounded = PLANNER_SPECS[row.planner.split(":")[0]].continuity < 2
         assert (row.peak_jerk is None) == unbounded
@@ -88,7 +88,7 @@ def test_the_jerk_of_a_jumping_acceleration_has_no_bound(paper: Comparison) -> N
     assert score(paper, "cubic").planner not in best(paper.scores)["peak_jerk"]
 
 
-def test_the_best_of_a_column_is_its_least_and_rounding_makes_ties(paper: Comparison) -> None:
+def test_best_is_least_with_ties_by_rounding(paper: Comparison) -> None:
     winners = best(paper.scores)
     passing = [row for row in paper.scores if row.passed]
     least = min(row.squared_acceleration for row in passing)
@@ -99,7 +99,7 @@ def test_the_best_of_a_column_is_its_least_and_rounding_makes_ties(paper: Compar
     assert not {"bspline", "trapezoidal"} & winners["velocity_miss"]
 
 
-def test_a_planner_that_can_not_do_a_scenario_keeps_its_row_with_the_reason() -> None:
+def test_refusing_planner_keeps_row_with_reason() -> None:
     scenario = {
         "waypoints": [
             {"joints": {"j": 0.0}},
@@ -115,12 +115,12 @@ def test_a_planner_that_can_not_do_a_scenario_keeps_its_row_with_the_reason() ->
     json.dumps(comparison.to_dict(), allow_nan=False)
 
 
-def test_only_the_planners_asked_for_in_that_order() -> None:
+def test_compares_requested_planners_in_order() -> None:
     rows = compare("paper_case", ["quintic", "cubic", "quintic"]).rows
     assert [row.planner for row in rows] == ["quintic", "cubic"]
 
 
-def test_a_rule_after_a_colon_makes_a_row_of_its_own() -> None:
+def test_rule_after_colon_has_own_row() -> None:
     names = ["modified-hermite:paper", "modified-hermite:balanced", "quintic", "quintic:estimated"]
     rows = {row.planner: row for row in compare("ur5_deburring", names).scores}
     assert list(rows) == names
@@ -141,12 +141,12 @@ def test_a_rule_after_a_colon_makes_a_row_of_its_own() -> None:
         ([], "no planner is given.*modified-hermite"),
     ],
 )
-def test_wrong_planners_are_an_error_before_any_work(names: list[str], says: str) -> None:
+def test_refuses_unknown_planners_first(names: list[str], says: str) -> None:
     with pytest.raises(InputError, match=says):
         compare("no matter", names)
 
 
-def test_whatever_the_check_finds_is_counted(paper: Comparison) -> None:
+def test_counts_all_failed_requirements(paper: Comparison) -> None:
     for row in paper.scores:
         plan = kw.plan("paper_case", planner=row.planner)
         assert (row.required - row.failed, row.required) == plan.report.counts
@@ -161,7 +161,7 @@ def test_whatever_the_check_finds_is_counted(paper: Comparison) -> None:
     assert [row.failed for row in compare(limited, planners).scores] == [0, 1]
 
 
-def test_joint_waypoints_are_those_of_the_plan_where_the_first_choice_collides() -> None:
+def test_uses_joint_waypoints_of_collision_free_plan() -> None:
     plan = kw.plan("ur5_valve")
     assert plan.report.select(quantity="sequences_tried")
     comparison = compare("ur5_valve", ["modified-hermite"])
@@ -172,16 +172,14 @@ def test_joint_waypoints_are_those_of_the_plan_where_the_first_choice_collides()
     np.testing.assert_array_equal(made.c, plan.trajectory.polynomial.c)
 
 
-def test_the_exit_code_says_whether_any_planner_passes(knotwork: Command) -> None:
+def test_exit_code_tells_whether_any_planner_passes(knotwork: Command) -> None:
     assert knotwork("compare", "paper_case", "--planners", "cubic,septic").code == 0
     assert knotwork("compare", "paper_case", "--planners", "cubic,bspline").code == 1
     assert knotwork("compare", "paper_case", "--planners", "cubic", "--json").code == 1
 
 
 @pytest.mark.parametrize("name", ["paper_case", "ur5_deburring", "panda_pick_place"])
-def test_tables_fit_the_terminal_and_name_every_planner(
-    name: str, printed: Callable[..., str]
-) -> None:
+def test_tables_fit_terminal_and_name_every_planner(name: str, printed: Callable[..., str]) -> None:
     out = printed(compared(name))
     tables = out.partition("* best of all that pass")[0].splitlines()
     assert max(map(len, tables)) <= 78
@@ -189,7 +187,7 @@ def test_tables_fit_the_terminal_and_name_every_planner(
         assert re.search(rf"^{re.escape(planner)} +(passed|\d+ fail) ", out, re.MULTILINE)
 
 
-def test_csv_and_json_say_the_same(paper: Comparison, tmp_path: Path) -> None:
+def test_csv_and_json_agree(paper: Comparison, tmp_path: Path) -> None:
     paths = paper.save(tmp_path / "out")
     assert [path.name for path in paths] == ["comparison.json", "comparison.csv"]
     data = json.loads(paths[0].read_text())
@@ -315,7 +313,7 @@ def along_a_path() -> Comparison:
     )
 
 
-def test_what_a_planner_loses_on_a_path_is_what_its_tool_does(along_a_path: Comparison) -> None:
+def test_path_figures_equal_motion_of_tool(along_a_path: Comparison) -> None:
     robot = kw.load_robot("ur5")
     for row in along_a_path.scores:
         motion = along_a_path.trajectories[row.planner]
@@ -335,7 +333,7 @@ def test_what_a_planner_loses_on_a_path_is_what_its_tool_does(along_a_path: Comp
         assert row.tool_path_speed_error >= 0.99 * error - 1e-9
 
 
-def test_paths_have_columns_of_their_own(along_a_path: Comparison, paper: Comparison) -> None:
+def test_tool_paths_have_own_columns(along_a_path: Comparison, paper: Comparison) -> None:
     assert {row.tool_path_deviation for row in paper.scores} == {None}
     assert {row.path_deviation for row in along_a_path.scores} == {None}
     rows = along_a_path.to_dict()["planners"]

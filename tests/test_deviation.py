@@ -32,7 +32,7 @@ distances = st.floats(-2, 2)
     turn=st.floats(-2, 2),
     more=st.floats(-0.3, 0.3),
 )
-def test_it_is_measured_from_the_nearest_pose_of_the_path(
+def test_deviation_is_from_nearest_pose_of_line(
     along: float, off: float, length: float, turn: float, more: float
 ) -> None:
     def path(s: float) -> pin.SE3:
@@ -53,7 +53,7 @@ def test_it_is_measured_from_the_nearest_pose_of_the_path(
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-16, 1e-12])
-def test_at_one_place_the_tool_only_turns_there(apart: float) -> None:
+def test_deviation_at_one_place_is_turn_only(apart: float) -> None:
     start, end = pose(0.5, 0, 0), pose(0.5, apart, 0, 1.0)
     for turned in (0.0, 0.3, 1.0):
         off, angle = deviation_from_line(pose(0.5, 0, 0, turned), start, end)
@@ -83,7 +83,7 @@ def turn_in_place(**second: Any) -> dict[str, Any]:
     }
 
 
-def test_one_point_said_in_two_frames_is_a_turn_in_place() -> None:
+def test_same_point_in_two_frames_has_no_deviation() -> None:
     block = pin.SE3(pin.rpy.rpyToMatrix(0, 0, math.radians(37)), np.array([0.1, -0.3, 0.2]))
     jig = block * pin.SE3(
         pin.rpy.rpyToMatrix(0, 0, math.radians(53)), np.array([-0.07, 0.11, 0.03])

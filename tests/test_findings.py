@@ -70,7 +70,7 @@ def whistle() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("whistle")
-def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
+def test_own_check_shows_in_report_json_pages_and_scene() -> None:
     plan = kw.plan("planar2_closed_form")
     assert not plan.report.ok
     assert [str(found) for found in plan.report.failures] == [FAST]
@@ -102,7 +102,7 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     assert "three four loudness 71.5 of 60 dB" in scene
 
 
-def test_the_report_says_of_a_quantity_once_how_near_its_limit_it_is() -> None:
+def test_page_lists_each_quantity_once() -> None:
     page = report_page(kw.plan("panda_pick_place_fastest")).html
     table = page.partition('id="tightest"')[2].partition("</tbody>")[0]
     titles = re.findall(r'<th scope="row">(.*?)</th>', table)
@@ -110,7 +110,7 @@ def test_the_report_says_of_a_quantity_once_how_near_its_limit_it_is() -> None:
     assert len(set(titles)) == len(titles)
 
 
-def test_a_check_of_ones_own_shows_on_the_terminal_and_in_the_exit_code(tmp_path: Path) -> None:
+def test_own_check_shows_on_terminal_and_in_exit_code(tmp_path: Path) -> None:
     # The command runs with the check registered, as a user's own script would.
     script = tmp_path / "run.py"
     script.write_text(
@@ -135,12 +135,12 @@ def test_a_check_of_ones_own_shows_on_the_terminal_and_in_the_exit_code(tmp_path
         assert said in full.stdout
 
 
-def test_a_finding_that_is_no_number_is_refused() -> None:
+def test_refuses_finding_with_nan() -> None:
     with pytest.raises(kw.InputError, match="on 'play' of joint 'elbow' has the value NaN"):
         Finding("Play", "joint", "elbow", "play", "met", "none", value=float("nan"))
 
 
-def test_requirements_and_failures_are_counted_over_the_same_things() -> None:
+def test_counts_agree_with_failures() -> None:
     report = kw.plan("planar2_closed_form", planner="parabolic-blend").report
     met, required = report.counts
     assert required - met == len(report.failures) > 0
@@ -163,7 +163,7 @@ def too_fast() -> dict[str, Any]:
     }
 
 
-def test_what_no_choice_of_solutions_can_do_is_among_the_failures() -> None:
+def test_infeasible_velocity_is_a_failure() -> None:
     plan = kw.plan(too_fast())
     assert plan.solution is not None
     assert plan.solution.infeasibilities
@@ -180,7 +180,7 @@ def warnings_of(task: dict[str, Any]) -> list[str]:
     return list(data["warnings"])
 
 
-def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
+def test_warns_of_angles_plausibly_in_degrees() -> None:
     def task(angle: float, unit: str) -> dict[str, Any]:
         return {
             "units": {"angle": unit},
@@ -212,7 +212,7 @@ LEFT_OUT: list[dict[str, Any]] = [
 ]
 
 
-def test_a_finding_shows_whatever_it_leaves_out(knotwork: Command) -> None:
+def test_outputs_show_incomplete_findings(knotwork: Command) -> None:
     odd: dict[str, Any] = {"group": "Odd", "verdict": "failed", "subject": "tool", "name": ""}
     findings = [
         Finding(**odd | {"quantity": f"oddity {i}", "fact": f"it is odd ({i})"} | rest)
@@ -234,7 +234,7 @@ def test_a_finding_shows_whatever_it_leaves_out(knotwork: Command) -> None:
     assert failed == {found.quantity for found in findings if found.verdict == "failed"}
 
 
-def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path() -> None:
+def test_scene_marks_failing_interval() -> None:
     def noisy(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
         yield Finding(
             "Whistling", "motion", "", "noise", "failed", "too noisy", value=75.0, limit=60.0,
@@ -256,7 +256,7 @@ def slips(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding
     yield from whistling(motion, scenario, space)
 
 
-def test_words_of_files_are_code_on_pages_and_what_was_tried_is_there_once() -> None:
+def test_pages_mark_code_and_list_attempts_once() -> None:
     with registered(slips):
         plan = kw.plan("planar2_closed_form")
     for page in (report_page(plan).html, plan.view().html):

@@ -84,7 +84,7 @@ def sampled_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints) 
 
 
 @pytest.mark.parametrize("planner", sorted(PLANNERS))
-def test_integrals_of_squares_are_those_of_a_fine_sum(planner: str) -> None:
+def test_integrals_of_squares_equal_fine_sum(planner: str) -> None:
     waypoints = random_waypoints(3, 5)
     trajectory = PLANNERS[planner](waypoints, PlannerOptions())
     for order in (2, 3):
@@ -95,7 +95,7 @@ def test_integrals_of_squares_are_those_of_a_fine_sum(planner: str) -> None:
         assert metrics.integral_of_square(trajectory, order) == pytest.approx(total, rel=1e-5)
 
 
-def test_a_peak_is_of_the_joint_nearest_its_limit_if_there_is_a_limit() -> None:
+def test_peak_is_of_joint_nearest_limit() -> None:
     waypoints = JointWaypoints(("slow", "fast"), [0.0, 1.0], [[0, 0], [1, 4]], np.zeros((2, 2)))
     trajectory = PLANNERS["cubic"](waypoints, PlannerOptions())
     free = metrics.peak(trajectory, 1, np.array([np.inf, np.inf]))
@@ -107,7 +107,7 @@ def test_a_peak_is_of_the_joint_nearest_its_limit_if_there_is_a_limit() -> None:
     assert limited.time == pytest.approx(0.5)
 
 
-def test_misses_and_jumps_of_the_plain_cubic() -> None:
+def test_misses_and_jumps_of_plain_cubic() -> None:
     waypoints = JointWaypoints(("j",), [0.0, 1.0, 3.0], [[0], [1], [0]], [[0], [0.5], [0]])
     cubic = PLANNERS["cubic"](waypoints, PlannerOptions())
     assert metrics.position_miss(cubic, waypoints) < 1e-12

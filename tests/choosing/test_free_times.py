@@ -13,7 +13,7 @@ import trimesh
 
 import knotwork as kw
 from knotwork.errors import InputError
-from knotwork.planning.choosing import choice
+from knotwork.planning.choosing import chosen_times
 from knotwork.planning.timing.budget import Budget
 from knotwork.scenario import load_scenario
 
@@ -130,7 +130,7 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
         to(2),
     )
     best = kw.plan(task)
-    monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
+    monkeypatch.setattr(chosen_times, "Budget", lambda *given: Budget(*given, now=count().__next__))
     # without a share of its own the second would have no time left
     made = kw.plan(task, budget=6)
     made.report.raise_if_failed()

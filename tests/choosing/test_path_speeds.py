@@ -9,7 +9,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import choice, path_choice
+from knotwork.planning.choosing import chosen_times, timed_paths
 from knotwork.planning.timing.budget import Budget
 from sweeps import mostly_exhaustive
 
@@ -218,14 +218,14 @@ def test_a_path_that_the_arm_could_not_leave_at_its_greatest_speed_is_passed_slo
 
 def test_no_at_most_is_named_that_nobody_gave(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
-    solve, calls = path_choice.solve_task, count()
+    solve, calls = timed_paths.solve_task, count()
 
     def fail_at_first_speeds(*given: Any) -> Any:
         if next(calls) == 1:
             raise PathError("the steps would be too small")
         return solve(*given)
 
-    monkeypatch.setattr(path_choice, "solve_task", fail_at_first_speeds)
+    monkeypatch.setattr(timed_paths, "solve_task", fail_at_first_speeds)
     made = kw.plan(along(line("a", 100), limits=LIMITS))
     made.report.raise_if_failed()
     (said,) = made.report.select(quantity="binding_limits")
@@ -238,7 +238,7 @@ def test_the_lowest_speeds_are_taken_when_a_budget_ends(monkeypatch: pytest.Monk
     task = passed(line("a", -117.9), line("b", -31.5), limits=limits)
     task["waypoints"][0]["pose"]["position"][1] = -120
     best = kw.plan(task)
-    monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
+    monkeypatch.setattr(chosen_times, "Budget", lambda *given: Budget(*given, now=count().__next__))
     made = kw.plan(task, budget=1)
     made.report.raise_if_failed()
     assert made.trajectory.duration > best.trajectory.duration

@@ -45,7 +45,7 @@ def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
         ("paper_case", paused(9, 1.4), "1.4 s late from 9 s on"),
     ],
 )
-def test_when_a_log_gets_late_is_said(
+def test_reports_when_log_becomes_late(
     tmp_path: Path, scenario: str, clock: Clock, words: str
 ) -> None:
     made = kw.plan(scenario)
@@ -73,7 +73,7 @@ def test_when_a_log_gets_late_is_said(
         *((paused(20, 0), [one], 2, "0.5mm, 0.1deg") for one in ("-1mm", "1", "1in", "nanmm")),
     ],
 )
-def test_a_log_is_judged_by_given_tolerances(
+def test_log_is_judged_by_given_tolerances(
     knotwork: Command,
     tmp_path: Path,
     deburring: kw.Plan,
@@ -93,9 +93,7 @@ def test_a_log_is_judged_by_given_tolerances(
         assert rows[0].startswith("  Against the plan")
 
 
-def test_places_of_events_are_not_judged_where_tolerances_are_given(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_given_tolerances_replace_places_of_events(knotwork: Command, tmp_path: Path) -> None:
     task = weld(seam=do({"arc": "on"}), end=do({"arc": "off", "at": -20}))
     kw.Task(**task).save(tmp_path / "weld.yaml")
     made = kw.plan(tmp_path / "weld.yaml")
@@ -109,9 +107,7 @@ def test_places_of_events_are_not_judged_where_tolerances_are_given(
     assert (within.code, "not say what is switched" in within.out) == (0, False)
 
 
-def test_tolerances_of_a_tool_need_a_robot(
-    knotwork: Command, tmp_path: Path, deburring: kw.Plan
-) -> None:
+def test_tool_tolerance_needs_robot(knotwork: Command, tmp_path: Path, deburring: kw.Plan) -> None:
     deburring.save(tmp_path / "plan")
     (tmp_path / "plan" / "report.json").unlink()
     log = write(tmp_path / "log.csv", delayed(deburring, paused(20, 0)))

@@ -21,7 +21,7 @@ def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
 
 @pytest.mark.parametrize("before", [0.0, 0.123456, 2.0041])
 @pytest.mark.parametrize("noise", [1e-5, 1e-3])
-def test_the_shift_is_found_to_a_fraction_of_the_period(
+def test_finds_shift_to_fraction_of_period(
     tmp_path: Path, deburring: Plan, before: float, noise: float
 ) -> None:
     samples = record(deburring.trajectory, rate=100.0, noise=noise, before=before)
@@ -33,7 +33,7 @@ def test_the_shift_is_found_to_a_fraction_of_the_period(
     assert found.trajectory.end_time == deburring.trajectory.end_time
 
 
-def test_a_log_that_starts_in_the_middle_is_found(tmp_path: Path, deburring: Plan) -> None:
+def test_aligns_log_that_starts_in_middle(tmp_path: Path, deburring: Plan) -> None:
     whole = record(deburring.trajectory, noise=1e-4)
     late = Samples(whole.names, whole.time[400:] - whole.time[400], whole.position[400:])
     found = align(tmp_path, deburring, late)
@@ -42,9 +42,7 @@ def test_a_log_that_starts_in_the_middle_is_found(tmp_path: Path, deburring: Pla
 
 
 @pytest.mark.parametrize("joint", [0, 4])
-def test_the_worst_deviation_and_its_time_are_found(
-    tmp_path: Path, deburring: Plan, joint: int
-) -> None:
+def test_finds_worst_deviation_and_time(tmp_path: Path, deburring: Plan, joint: int) -> None:
     samples = record(deburring.trajectory, noise=1e-6)
     bump = 0.02 * np.exp(-(((samples.time - 0.5 - 6.2) / 0.2) ** 2))
     samples.position[:, joint] += bump
@@ -66,7 +64,7 @@ def test_the_worst_deviation_and_its_time_are_found(
     assert tool.time == pytest.approx(6.2, abs=0.1)
 
 
-def test_a_plan_that_stands_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
+def test_plan_at_rest_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
     motion = deburring.trajectory
     q = motion.position(np.zeros(2))
     still = kw.JointTrajectory.from_knots(motion.joint_names, [0.0, 1.0], q, 0.0 * q)

@@ -41,7 +41,7 @@ def judge(
         (50.0, 1e-3, 6, 0.0),
     ],
 )
-def test_a_good_motion_passes_however_noisy_its_log(
+def test_good_motion_passes_with_noisy_log(
     tmp_path: Path,
     deburring: Plan,
     rate: float,
@@ -62,7 +62,7 @@ def test_a_good_motion_passes_however_noisy_its_log(
     assert "not judged" not in str(report)
 
 
-def test_a_fault_beyond_the_noise_fails(tmp_path: Path, deburring: Plan) -> None:
+def test_fault_beyond_noise_fails(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, noise=1e-5)
     q = samples.position
     q[:, 2] += 0.005 * np.exp(-(((samples.time - 0.5 - 8.0) / 0.5) ** 2))
@@ -81,7 +81,7 @@ def limited(made: Plan, share: float) -> Scenario:
 @pytest.mark.parametrize(("share", "noise", "verdict"), [
     (0.9, 1e-5, "failed"), (0.9999, 1e-4, "undecided"), (1.1, 1e-5, "met"),
 ])  # fmt: skip
-def test_a_limit_is_broken_undecided_or_kept(
+def test_limit_is_broken_undecided_or_kept(
     tmp_path: Path, deburring: Plan, share: float, noise: float, verdict: str
 ) -> None:
     scenario = limited(deburring, share)
@@ -92,7 +92,7 @@ def test_a_limit_is_broken_undecided_or_kept(
     assert ("undecided" in found.message) == (verdict == "undecided")
 
 
-def test_a_wrong_sample_fails_and_noise_as_large_hides_it(tmp_path: Path, deburring: Plan) -> None:
+def test_wrong_sample_fails_unless_within_noise(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, noise=1e-5)
     samples.position[700, 1] += 0.003
     report = judge(tmp_path, deburring, samples)
@@ -110,7 +110,7 @@ def holes(report: Report) -> list[tuple[str, str]]:
     return [(one.verdict, str(one)) for one in report.select(quantity="hole")]
 
 
-def test_a_hole_in_which_the_plan_moves_is_not_decided(tmp_path: Path, deburring: Plan) -> None:
+def test_gap_while_plan_moves_fails(tmp_path: Path, deburring: Plan) -> None:
     whole = record(deburring.trajectory, noise=1e-4)  # every 8 ms, the plan starts at 0.5 s
     report = judge(tmp_path, deburring, part(whole, (whole.time < 4.5) | (whole.time > 8.0)))
     (hole,) = holes(report)
@@ -132,9 +132,7 @@ def test_a_hole_in_which_the_plan_moves_is_not_decided(tmp_path: Path, deburring
         assert [verdict for verdict, _ in holes(one)] == ["failed"]
 
 
-def test_each_hole_is_said_and_none_before_and_after_the_plan(
-    tmp_path: Path, deburring: Plan
-) -> None:
+def test_reports_gaps_within_plan_only(tmp_path: Path, deburring: Plan) -> None:
     whole = record(deburring.trajectory, noise=1e-4, before=3.0, after=3.0)
     at = whole.time - 3.0
     lost = ((at > -2.5) & (at < -1.0)) | ((at > 14.0) & (at < 15.5))
@@ -151,7 +149,7 @@ def waiting() -> Plan:
     return plan({"name": "wait", "waypoints": [here, {**there, "wait": 3}, {**here, "after": 2}]})
 
 
-def test_what_a_log_does_not_tell_is_not_called_met(tmp_path: Path, deburring: Plan) -> None:
+def test_unresolved_requirements_are_undecided(tmp_path: Path, deburring: Plan) -> None:
     """With a noise of 0.2 rad nobody knows of a clearance of 14 mm, nor of a speed."""
     report = judge(tmp_path, deburring, record(deburring.trajectory, noise=0.2))
     assert report.ok
@@ -166,9 +164,7 @@ def test_what_a_log_does_not_tell_is_not_called_met(tmp_path: Path, deburring: P
 
 
 @pytest.mark.parametrize(("off", "verdict"), [(0.0, "undecided"), (0.01, "failed")])
-def test_a_wait_is_judged_by_what_the_log_can_tell(
-    tmp_path: Path, off: float, verdict: str
-) -> None:
+def test_wait_is_judged_within_noise(tmp_path: Path, off: float, verdict: str) -> None:
     made = waiting()
     samples = record(made.trajectory, noise=1e-4)
     samples.position[:, 0] += off * np.exp(-(((samples.time - 4.0) / 0.3) ** 2))
@@ -176,7 +172,7 @@ def test_a_wait_is_judged_by_what_the_log_can_tell(
     assert found.verdict == verdict
 
 
-def test_a_hole_in_which_the_plan_stands_is_warned_of(tmp_path: Path) -> None:
+def test_gap_while_plan_rests_is_a_warning(tmp_path: Path) -> None:
     made = waiting()
     whole = record(made.trajectory, noise=1e-4)
     report = judge(tmp_path, made, part(whole, (whole.time < 3.0) | (whole.time > 5.0)))
@@ -187,9 +183,7 @@ def test_a_hole_in_which_the_plan_stands_is_warned_of(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("first", "last"), [(0.0, 10.0), (4.0, 20.0)])
-def test_a_log_that_begins_late_or_ends_early_fails(
-    tmp_path: Path, deburring: Plan, first: float, last: float
-) -> None:
+def test_incomplete_log_fails(tmp_path: Path, deburring: Plan, first: float, last: float) -> None:
     whole = record(deburring.trajectory, noise=1e-4)
     cut = part(whole, (whole.time >= first) & (whole.time < last))
     report = judge(tmp_path, deburring, cut)
@@ -204,7 +198,7 @@ def test_a_log_that_begins_late_or_ends_early_fails(
 
 
 @pytest.mark.parametrize(("joints", "end"), [([2], 5.0), ([0, 1, 2, 3, 4, 5], 20.0)])
-def test_a_channel_that_is_stuck_fails(
+def test_stuck_channel_fails(
     tmp_path: Path, deburring: Plan, joints: list[int], end: float
 ) -> None:
     """What the recorder repeats looks as if the robot stood, and then jumped."""
@@ -233,7 +227,7 @@ def ends_suddenly(asked: float) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("rate", [125.0, 500.0])
-def test_what_comes_after_the_last_sample_is_no_failure(tmp_path: Path, rate: float) -> None:
+def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) -> None:
     made = plan(ends_suddenly(1.0))
     samples = record(made.trajectory, rate=rate, before=0.0, after=0.0)
     assert 0.0 < made.trajectory.end_time - samples.time[-1] < 0.004
@@ -246,7 +240,7 @@ def test_what_comes_after_the_last_sample_is_no_failure(tmp_path: Path, rate: fl
 
 
 @pytest.mark.parametrize(("rate", "begin"), [(125.0, 0.0), (500.0, 5.0)])
-def test_what_comes_before_the_first_sample_is_no_failure(
+def test_motion_before_first_sample_is_not_a_failure(
     tmp_path: Path, rate: float, begin: float
 ) -> None:
     """The acceleration leaves zero in the first 3.7 ms, before the first sample."""
@@ -275,7 +269,7 @@ def test_what_comes_before_the_first_sample_is_no_failure(
         ("ur5_palletise", 250.0, 6, 0.5),
     ],
 )
-def test_a_motion_with_rounded_positions_passes(
+def test_rounded_positions_pass(
     tmp_path: Path, scenario: str, rate: float, digits: int, rest: float
 ) -> None:
     made = plan(scenario)
@@ -306,7 +300,7 @@ def jumped(samples: Samples, kind: str, size: float, start: float) -> Samples:
     ],
 )
 @pytest.mark.parametrize("start", mostly_exhaustive([4.53, 7.91], 4.53))
-def test_jumps_of_all_sizes_above_the_noise_are_found(
+def test_finds_jumps_above_noise(
     tmp_path: Path, deburring: Plan, rate: float, noise: float, kind: str, size: float, start: float
 ) -> None:
     samples = jumped(record(deburring.trajectory, rate=rate, noise=noise), kind, size, start)
@@ -316,7 +310,7 @@ def test_jumps_of_all_sizes_above_the_noise_are_found(
     assert deburring.trajectory.joint_names[2] in found
 
 
-def test_bare_joints_have_logs_too(tmp_path: Path, paper_case: Plan) -> None:
+def test_checks_logs_of_joints_without_robot(tmp_path: Path, paper_case: Plan) -> None:
     samples = record(paper_case.trajectory, rate=50.0, noise=1e-4)
     report = judge(tmp_path, paper_case, samples)
     assert report.ok, [str(one) for one in report.failures]
@@ -329,7 +323,7 @@ def test_bare_joints_have_logs_too(tmp_path: Path, paper_case: Plan) -> None:
     ("rate", "noise", "jitter", "digits"),
     [(500.0, 1e-5, 0.0, 6), (125.0, 1e-4, 0.0, 6), (100.0, 1e-5, 3e-4, 4)],
 )
-def test_logs_of_other_scenarios_pass(
+def test_logs_of_shipped_scenarios_pass(
     tmp_path: Path, scenario: str, rate: float, noise: float, jitter: float, digits: int
 ) -> None:
     made = plan(scenario)

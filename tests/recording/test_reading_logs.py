@@ -119,7 +119,7 @@ def rows(kind: str) -> tuple[list[str], list[list[str]], str]:
         "quantity first",
     ],
 )
-def test_every_kind_of_log_gives_its_samples(tmp_path: Path, kind: str) -> None:
+def test_reads_every_kind_of_log(tmp_path: Path, kind: str) -> None:
     head, body, delimiter = rows(kind)
     log = read_log(write_rows(tmp_path / "log.csv", head, body, delimiter), NAMES, UNITS)
     assert log.time == pytest.approx(TIME, abs=3e-7)
@@ -129,7 +129,7 @@ def test_every_kind_of_log_gives_its_samples(tmp_path: Path, kind: str) -> None:
     assert log.resolution == pytest.approx([last, last])
 
 
-def test_the_stamp_of_the_message_counts_and_not_when_it_came(tmp_path: Path) -> None:
+def test_prefers_stamp_to_reception_time(tmp_path: Path) -> None:
     head, body, _ = rows("PlotJuggler")
     log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
     assert log.origin == pytest.approx(START, abs=1e-6)
@@ -141,7 +141,7 @@ def plain(tmp_path: Path, positions: np.ndarray, times: np.ndarray = TIME) -> Pa
     return write_rows(tmp_path / "log.csv", ["time", *NAMES], body)
 
 
-def test_degrees_may_be_said_or_are_noticed(tmp_path: Path) -> None:
+def test_degrees_are_stated_or_noticed(tmp_path: Path) -> None:
     file = plain(tmp_path, np.degrees(Q))
     log = read_log(file, NAMES, UNITS, degrees=True)
     assert log.position == pytest.approx(Q, abs=1e-6)
@@ -152,7 +152,7 @@ def test_degrees_may_be_said_or_are_noticed(tmp_path: Path) -> None:
     assert "column 2 (pan)" in str(error.value)
 
 
-def test_rows_are_put_in_order_and_rows_at_one_time_are_one(tmp_path: Path) -> None:
+def test_sorts_rows_and_averages_equal_times(tmp_path: Path) -> None:
     order = [1, 0, *range(2, 40)]
     times = TIME.copy()
     times[7] = times[8]
@@ -219,7 +219,7 @@ def read_changed(tmp_path: Path, change: str) -> Recording:
         ("one time", ["samples at 1 times", "at least 16"]),
     ],
 )
-def test_what_a_log_lacks_is_said(tmp_path: Path, change: str, said: list[str]) -> None:
+def test_names_what_log_lacks(tmp_path: Path, change: str, said: list[str]) -> None:
     with pytest.raises(InputError) as error:
         read_changed(tmp_path, change)
     for words in said:

@@ -37,20 +37,20 @@ def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-5])
-def test_the_noise_is_found(tmp_path: Path, deburring: Plan, noise: float) -> None:
+def test_estimates_noise(tmp_path: Path, deburring: Plan, noise: float) -> None:
     curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=noise))
     assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
     assert not curve.noise.stated
 
 
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
-def test_the_jitter_of_time_stamps_is_found(tmp_path: Path, deburring: Plan, jitter: float) -> None:
+def test_estimates_jitter(tmp_path: Path, deburring: Plan, jitter: float) -> None:
     samples = record(deburring.trajectory, noise=1e-5, jitter=jitter, rate=100.0)
     curve = curve_of(tmp_path, deburring, samples)
     assert curve.noise.jitter == pytest.approx(jitter, rel=0.25)
 
 
-def test_the_noise_may_be_stated(tmp_path: Path, deburring: Plan) -> None:
+def test_accepts_stated_noise(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, noise=1e-4)
     curve = curve_of(tmp_path, deburring, samples, noise=5e-4)
     assert (curve.noise.position == 5e-4).all()
@@ -65,7 +65,7 @@ def test_the_noise_may_be_stated(tmp_path: Path, deburring: Plan) -> None:
 @pytest.mark.parametrize(
     ("rate", "noise", "jitter"), [(125.0, 1e-4, 0.0), (500.0, 1e-5, 0.0), (100.0, 1e-5, 5e-4)]
 )
-def test_the_curve_is_the_motion_as_far_as_it_is_known(
+def test_curve_is_motion_within_standard_errors(
     tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
@@ -78,7 +78,7 @@ def test_the_curve_is_the_motion_as_far_as_it_is_known(
     assert np.sqrt((share**2).mean()) == pytest.approx(1.0, abs=0.15)
 
 
-def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Plan) -> None:
+def test_curve_equals_least_squares_spline_of_scipy(tmp_path: Path, deburring: Plan) -> None:
     curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=1e-4), noise=1e-4)
     breaks = curve.trajectory.breaks
     knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
@@ -89,9 +89,7 @@ def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Pla
     assert curve.trajectory.continuity.order >= 2
 
 
-def test_its_standard_errors_are_those_of_dense_least_squares(
-    tmp_path: Path, deburring: Plan
-) -> None:
+def test_standard_errors_equal_dense_least_squares(tmp_path: Path, deburring: Plan) -> None:
     """The change by the last halving comes on top."""
     samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
     curve = curve_of(tmp_path, deburring, samples, noise=1e-4)

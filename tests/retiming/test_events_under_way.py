@@ -32,7 +32,7 @@ def seam() -> kw.Plan:
     return kw.plan({"limits": LIMITS, "outputs": outputs, "waypoints": waypoints})
 
 
-def test_slower_motions_keep_names_of_segments_and_places_of_events(seam: kw.Plan) -> None:
+def test_slower_motion_keeps_segments_and_events(seam: kw.Plan) -> None:
     slow = seam.scaled({0: 0.5})
     assert slow.report.ok
     for one, other in ((seam.segments, slow.segments), (seam.events, slow.events)):
@@ -53,7 +53,7 @@ def test_slower_motions_keep_names_of_segments_and_places_of_events(seam: kw.Pla
 
 
 @pytest.mark.parametrize("on_path", [True, False])
-def test_what_is_on_is_on_after_a_stop(seam: kw.Plan, on_path: bool, tmp_path: Path) -> None:
+def test_signals_stay_on_after_stop(seam: kw.Plan, on_path: bool, tmp_path: Path) -> None:
     stop = seam.stop(4.0, on_path=on_path)
     assert [(one.text, one.output, one.time) for one in stop.events] == [
         ("gas on", 8, 0),
@@ -94,7 +94,7 @@ GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "af
         ),
     ],
 )
-def test_another_task_has_what_is_on(
+def test_replacing_task_keeps_signals_on(
     seam: kw.Plan, task: dict[str, Any], said: list[tuple[str, int | None]]
 ) -> None:
     new = seam.replace(4.0, task)
@@ -106,7 +106,7 @@ def test_another_task_has_what_is_on(
     assert new.report.ok
 
 
-def test_the_moment_of_replan_may_have_a_unit(tmp_path: Path, knotwork: Command) -> None:
+def test_replan_time_may_have_unit(tmp_path: Path, knotwork: Command) -> None:
     kw.Task(**GOAL, joint_units={}).save(tmp_path / "goal.yaml")
     moving = {
         "limits": LIMITS,
@@ -117,7 +117,7 @@ def test_the_moment_of_replan_may_have_a_unit(tmp_path: Path, knotwork: Command)
     assert made.code == 0, made.err
 
 
-def test_what_is_taken_where_a_stop_ends_is_not_held_yet() -> None:
+def test_object_grasped_at_end_of_stop_is_not_held() -> None:
     """The stop ends at the rest at which the tool is to take a box."""
 
     def joints(turn: float) -> dict[str, float]:

@@ -23,7 +23,7 @@ def told(plan: kw.Plan) -> list[str]:
     return [one.message for one in plan.report.findings if one.quantity == "override"]
 
 
-def test_an_even_override_keeps_limits_to_the_last_digit(fastest: kw.Plan) -> None:
+def test_constant_override_keeps_limits(fastest: kw.Plan) -> None:
     same = fastest.scaled({0: 1})
     assert same.report.ok
     assert not told(same)
@@ -42,7 +42,7 @@ def test_an_even_override_keeps_limits_to_the_last_digit(fastest: kw.Plan) -> No
         {0: 0.9, 0.1: 0.2, 0.2: 0.9},
     ],
 )
-def test_overrides_up_to_1_keep_limits_and_the_report_says_what_is_run(
+def test_overrides_keep_limits_and_are_reported(
     fastest: kw.Plan, profile: dict[float, float]
 ) -> None:
     plan = fastest.scaled(profile)
@@ -69,5 +69,5 @@ def test_overrides_up_to_1_keep_limits_and_the_report_says_what_is_run(
     assert min(run.values()) == min(profile.values())
 
 
-def test_a_change_that_the_motion_leaves_no_room_for_is_told(fastest: kw.Plan) -> None:
+def test_reports_infeasible_override_change(fastest: kw.Plan) -> None:
     assert told(fastest.scaled({0: 1, 0.8: 1, 0.85: 0.2, 0.9: 1}))

@@ -53,7 +53,7 @@ def by_collocation(
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_no_stop_on_the_path_of_three_joints_is_shorter(seed: int) -> None:
+def test_stop_of_three_joints_is_shortest(seed: int) -> None:
     rng = np.random.default_rng(seed)
     degree = rng.integers(3, 6)
     c = 3 * rng.normal(size=(degree + 1, 3)) / 4.0 ** np.arange(degree, -1, -1)[:, None]
@@ -74,7 +74,7 @@ def test_no_stop_on_the_path_of_three_joints_is_shorter(seed: int) -> None:
 
 
 @pytest.mark.parametrize("at", [0.1, 0.3, 0.5, 0.8, 1.1, 1.25, 1.4])
-def test_one_joint_stops_on_its_path_as_soon_as_it_can_at_all(at: float) -> None:
+def test_stop_of_one_joint_is_shortest(at: float) -> None:
     """Its path leaves it free: the shortest stop is that of the joint by itself, in closed form."""
     task = {
         "limits": {"acceleration": 4, "velocity": 2, "jerk": 40},
@@ -109,7 +109,7 @@ def turns() -> kw.Plan:
 
 
 @pytest.mark.parametrize("before", [0.6, 0.3, 0.05])
-def test_a_rest_of_the_motion_ends_the_stop(before: float) -> None:
+def test_stop_ends_at_rest_of_motion(before: float) -> None:
     plan = turns()
     rest = next(one.time for one in plan.scenario.waypoints if one.name == "there")
     stop = plan.stop(rest - before)
@@ -125,7 +125,7 @@ def test_a_rest_of_the_motion_ends_the_stop(before: float) -> None:
 
 
 @pytest.mark.parametrize("on_path", [True, False])
-def test_nothing_is_to_be_stopped_where_the_motion_stands(on_path: bool) -> None:
+def test_refuses_stop_at_rest(on_path: bool) -> None:
     plan = turns()
     there = next(one.time for one in plan.scenario.waypoints if one.name == "there")
     for at in (0.0, there, there + 0.1, plan.trajectory.end_time):

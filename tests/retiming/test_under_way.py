@@ -38,7 +38,7 @@ def deburring() -> kw.Plan:
     return kw.plan(task.replace(limits=limits))
 
 
-def test_an_override_stays_on_the_path(deburring: kw.Plan) -> None:
+def test_override_stays_on_path(deburring: kw.Plan) -> None:
     slow = deburring.scaled({0: 1.0, 2: 0.3, 4: 1.0})
     assert slow.report.ok
     assert slow.trajectory.continuity.order >= 2
@@ -61,9 +61,7 @@ def test_an_override_stays_on_the_path(deburring: kw.Plan) -> None:
 @settings(max_examples=12)
 @example(speed=1.21875, part=0.796875)
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.0))
-def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
-    speed: float, part: float
-) -> None:
+def test_stop_of_even_motion_is_near_closed_form(speed: float, part: float) -> None:
     plan = swing(speed)
     stop = plan.stop(2.0 + 5 * part)
     shortest = speed / 4 + 4 / 40 if speed >= 16 / 40 else 2 * np.sqrt(speed / 40)
@@ -76,7 +74,7 @@ def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
 
 @pytest.mark.parametrize("at", [0.7, 3.0, 4.9, 8.0, 12.0])
 @pytest.mark.parametrize("on_path", [True, False])
-def test_a_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_path: bool) -> None:
+def test_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_path: bool) -> None:
     stop = deburring.stop(at, on_path=on_path)
     was, now = deburring.trajectory, stop.trajectory
     for nu in range(3):
@@ -95,7 +93,7 @@ def test_a_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_pa
         assert now.duration <= deburring.stop(at).trajectory.duration * (1 + 1e-9)
 
 
-def test_an_override_above_1_fails_where_it_exceeds_a_limit(deburring: kw.Plan) -> None:
+def test_override_above_1_fails_beyond_limit(deburring: kw.Plan) -> None:
     fast = deburring.scaled({0: 2.5})
     assert fast.trajectory.duration == pytest.approx(deburring.trajectory.duration / 2.5)
     failed = {one.quantity for one in fast.report.failures}
@@ -119,7 +117,7 @@ GOAL = {**HOME, "waypoints": [{"joints": "home", "after": "fastest"}]}
         {**GOAL, "units": {"angle": "deg"}, "limits": {"acceleration": 300}},
     ],
 )
-def test_another_goal_goes_on_without_a_jump(deburring: kw.Plan, task: Task) -> None:
+def test_replacing_goal_has_no_jump(deburring: kw.Plan, task: Task) -> None:
     after = deburring.replace(8.0, task)
     assert after.report.ok
     for nu in range(3):
@@ -136,9 +134,7 @@ def test_another_goal_goes_on_without_a_jump(deburring: kw.Plan, task: Task) -> 
         ({**GOAL, "planner": "cubic", "waypoints": [{"joints": "home", "after": 2}]}, "'cubic'"),
     ],
 )
-def test_goals_that_the_motion_can_not_go_on_to(
-    deburring: kw.Plan, task: str | Task, words: str
-) -> None:
+def test_refuses_unreachable_new_goals(deburring: kw.Plan, task: str | Task, words: str) -> None:
     with pytest.raises(InputError, match=words):
         deburring.replace(1.0, task)
 
@@ -169,7 +165,7 @@ def moving_part() -> kw.Plan:
 
 @pytest.mark.parametrize("at", [1.0, 9.0])
 @pytest.mark.parametrize("on_path", [True, False])
-def test_a_stop_keeps_clear_of_what_the_tool_holds_later_or_has_left(
+def test_stop_is_checked_against_objects_of_that_time(
     moving_part: kw.Plan, at: float, on_path: bool
 ) -> None:
     stop = moving_part.stop(at, on_path=on_path)
@@ -187,7 +183,9 @@ def test_a_stop_keeps_clear_of_what_the_tool_holds_later_or_has_left(
     assert stop.report.ok
 
 
-def test_a_part_goes_on_being_held(moving_part: kw.Plan, tmp_path: Path, knotwork: Command) -> None:
+def test_replaced_motion_keeps_held_object(
+    moving_part: kw.Plan, tmp_path: Path, knotwork: Command
+) -> None:
     stop = moving_part.stop(5.5)
     (held,) = stop.scenario.scene.held
     assert (held.take, held.leave) == ("stop from 5.5 s", "stopped")
@@ -203,7 +201,7 @@ def test_a_part_goes_on_being_held(moving_part: kw.Plan, tmp_path: Path, knotwor
 
 
 @pytest.mark.parametrize("at", [0.9, 1.2, 2.0])
-def test_parts_stay_where_they_are_for_good(at: float) -> None:
+def test_released_parts_stay_in_place(at: float) -> None:
     """An override of 0 ends on the way; a stop may begin where a part is taken."""
     plan = kw.plan("panda_pick_place")
     for made in (plan.scaled({0: 1, at: 0}), plan.stop(at), plan.stop(at, on_path=False)):
@@ -212,7 +210,7 @@ def test_parts_stay_where_they_are_for_good(at: float) -> None:
         assert made.report.ok
 
 
-def test_replan_writes_what_check_reads(tmp_path: Path, knotwork: Command) -> None:
+def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> None:
     file = tmp_path / "goal.yaml"
     kw.Task(**GOAL).save(file)
     assert knotwork("plan", "ur5_deburring", "-o", tmp_path / "old").code == 0
@@ -236,23 +234,6 @@ def test_replan_writes_what_check_reads(tmp_path: Path, knotwork: Command) -> No
         assert words in failed.err
 
 
-def test_what_is_switched_keeps_its_place_on_the_path() -> None:
-    inner = {"joints": {"a": 1}, "velocity": {"a": 0.5}, "after": 2}
-    waypoints = [
-        {"joints": {"a": 0}, "do": {"grip": "close"}},
-        {**inner, "do": [{"output": 3, "value": True, "before": 0.2}, {"arc": "on", "after": 0.3}]},
-        {"joints": {"a": 2}, "after": 2, "do": {"arc": "off"}},
-    ]
-    plan = kw.plan({"limits": LIMITS, "outputs": {"arc": 7}, "waypoints": waypoints})
-    slow = plan.scaled({0: 0.5})
-    assert [one.text for one in slow.events] == [one.text for one in plan.events]
-    assert [one.time for one in slow.events] == pytest.approx([2 * one.time for one in plan.events])
-    assert [one.output for one in slow.events] == [None, 3, 7, 7]
-    assert slow.segments[1].start == pytest.approx(4)
-    assert [one.text for one in plan.stop(2.2).events] == ["output 3 on", "arc on"]
-    assert [one.text for one in plan.stop(2.2, on_path=False).events] == ["output 3 on"]
-
-
 @pytest.mark.parametrize(
     ("profile", "words"),
     [
@@ -263,12 +244,12 @@ def test_what_is_switched_keeps_its_place_on_the_path() -> None:
         ({0: 0.0}, "nothing would move"),
     ],
 )
-def test_profiles_that_mean_nothing(profile: dict[float, float], words: str) -> None:
+def test_refuses_meaningless_profiles(profile: dict[float, float], words: str) -> None:
     with pytest.raises(InputError, match=words):
         swing().scaled(profile)
 
 
-def test_stops_that_do_not_exist() -> None:
+def test_refuses_impossible_stops() -> None:
     with pytest.raises(InputError, match="15"):
         swing().stop(15.0)
     joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]

@@ -10,7 +10,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.planning.timing import Dynamics, TimingLimits, TimingProblem, solve
-from knotwork.planning.timing.problem import part_of
+from knotwork.planning.timing.timing_problem import part_of
 from knotwork.robot.payload import Payload
 
 

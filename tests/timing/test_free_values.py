@@ -142,7 +142,7 @@ def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.Monkey
     long = random_problem(8, 32, 2)
     windows = solve(long)
     assert_kept(long, windows)
-    monkeypatch.setattr("knotwork.planning.timing.windows.LONGEST", 1000)
+    monkeypatch.setattr("knotwork.planning.timing.windows.MAX_INTERVALS", 1000)
     assert windows.duration < 1.01 * solve(long).duration
 
 

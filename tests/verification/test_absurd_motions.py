@@ -57,7 +57,7 @@ def proofs(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     ("name", "after"),
     mostly_exhaustive(itertools.product(AT, MISTYPED), *zip(AT, MISTYPED, strict=True)),
 )
-def test_an_absurd_duration_fails_without_a_proof_of_clearances_or_another_plan(
+def test_absurd_duration_fails_without_clearance_proof(
     name: str, after: float, motions: list[Any], proofs: list[Any]
 ) -> None:
     report = kw.plan(mistyped(name, after)).report
@@ -71,9 +71,7 @@ def test_an_absurd_duration_fails_without_a_proof_of_clearances_or_another_plan(
         assert "is far beyond its limit" in said.message
 
 
-def test_the_command_tells_the_least_time_of_a_move_that_has_none(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_command_reports_minimum_time_of_too_short_move(knotwork: Command, tmp_path: Path) -> None:
     file = tmp_path / "mistyped.yaml"
     file.write_text(yaml.safe_dump(mistyped("kinova_dispense", 1e-12)))
     ran = knotwork("plan", file)
@@ -83,7 +81,7 @@ def test_the_command_tells_the_least_time_of_a_move_that_has_none(
 
 
 @pytest.mark.parametrize("given", ["approach", "edge start"])
-def test_free_times_beside_an_absurd_one_are_not_searched_for(given: str) -> None:
+def test_free_times_next_to_absurd_one_are_not_searched(given: str) -> None:
     """With rests between its waypoints the motion is hardly longer than any other."""
     task = shipped("ur5_deburring") | {"times": "fastest"}
     for one in task["waypoints"]:
@@ -98,7 +96,7 @@ def test_free_times_beside_an_absurd_one_are_not_searched_for(given: str) -> Non
     assert first.trajectory.duration <= 1.001 * first.lower_bound
 
 
-def test_clearances_that_are_not_looked_for_never_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unexamined_clearances_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the check that finds the broken limit is taken out."""
     plan = kw.plan(mistyped("kinova_dispense", 1e-3))
     monkeypatch.delitem(CHECKS, "joint_limits")
@@ -106,7 +104,7 @@ def test_clearances_that_are_not_looked_for_never_pass(monkeypatch: pytest.Monke
     assert not said.ok
 
 
-def test_what_breaks_its_limit_many_times_over_is_not_bounded() -> None:
+def test_value_far_beyond_limit_is_not_bounded() -> None:
     """The verdict is certain with the first samples."""
     for name in AT:
         plan = kw.plan(mistyped(name, 1e-6))
@@ -120,7 +118,7 @@ def test_what_breaks_its_limit_many_times_over_is_not_bounded() -> None:
             assert bound.evaluations < 1000
 
 
-def test_no_other_sequence_is_planned_where_a_waypoint_is_in_an_object(motions: list[Any]) -> None:
+def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> None:
     task = shipped("panda_pick_place")
     task["waypoints"][3]["pose"]["position"] = [0, 0, -0.06]  # in the scales, not above
     report = kw.plan(task).report
@@ -128,7 +126,7 @@ def test_no_other_sequence_is_planned_where_a_waypoint_is_in_an_object(motions: 
     assert len(motions) == 1
 
 
-def test_no_other_sequence_is_planned_where_all_are_too_fast(motions: list[Any]) -> None:
+def test_too_fast_sequences_try_no_other(motions: list[Any]) -> None:
     """The best one collides, another one does not."""
     task = shipped("ur5_valve")
     assert not kw.plan(task).report.failures

@@ -128,14 +128,14 @@ def compare_with_truth(task: dict[str, Any], samples: int) -> int:
 
 @pytest.mark.parametrize(("count", "samples"), [(1, 120)])
 @pytest.mark.parametrize("arm", ["ur5", "panda"])
-def test_no_distance_is_below_the_proved_clearance(arm: str, count: int, samples: int) -> None:
+def test_sampled_distances_stay_above_proved_clearance(arm: str, count: int, samples: int) -> None:
     for seed in range(count):
         task = random_task(arm, np.random.default_rng(seed), boxes=3)
         assert compare_with_truth(task, samples) > 1000
 
 
 @pytest.mark.exhaustive
-def test_a_million_distances_are_not_below_the_proved_clearances(tmp_path: Path) -> None:
+def test_million_distances_stay_above_proved_clearances(tmp_path: Path) -> None:
     ring = tmp_path / "ring.stl"
     trimesh.creation.torus(0.3, 0.04, major_sections=16, minor_sections=8).export(ring)
     measured = 0
@@ -181,7 +181,7 @@ def rod(angle: float, radius: float, thickness: float = 2e-4) -> dict[str, Any]:
     return {"cylinder": {"radius": thickness, "length": 0.2}, "position": place}
 
 
-def test_thin_rods_that_samples_at_1_khz_pass_by_are_found() -> None:
+def test_finds_thin_rods_that_1_khz_samples_miss() -> None:
     angles = np.random.default_rng(1).uniform(0.5, 2.1, 12)
     objects = {f"rod {i}": rod(angle, 0.93) for i, angle in enumerate(angles)}
     plan = swing(objects)
@@ -209,7 +209,7 @@ def test_thin_rods_that_samples_at_1_khz_pass_by_are_found() -> None:
         assert plan.trajectory(one.time)[0] == pytest.approx(angle, abs=2e-3)
 
 
-def test_rods_that_are_just_out_of_the_way_are_clear_and_how_far_is_known() -> None:
+def test_near_rods_are_clear_with_known_distance() -> None:
     gap = 2e-4
     plan = swing({"far": rod(1.3, 1.0 + gap + 2e-4), "near": rod(1.0, 0.9 - gap - 2e-4)})
     for one in pairs(plan.report).values():
@@ -219,7 +219,7 @@ def test_rods_that_are_just_out_of_the_way_are_clear_and_how_far_is_known() -> N
         assert 0 < one.margin <= one.value
 
 
-def test_a_clearance_within_the_error_of_distances_of_the_margin_is_undecided_and_fails() -> None:
+def test_clearance_within_distance_error_of_margin_is_undecided_and_fails() -> None:
     radius = 1.0 + 5e-4 + 2e-4  # the rod's, with the margin
     plan = swing({"rod": rod(1.3, radius + 5e-7)}, margin=5e-4)
     (one,) = plan.report.select(quantity="clearance")
@@ -270,7 +270,7 @@ REACH_OVER: dict[str, Any] = {
 REACH_OVER["waypoints"][0]["stop"] = True
 
 
-def test_a_motion_through_a_wall_says_how_deep_and_where() -> None:
+def test_reports_depth_and_place_of_collision() -> None:
     report = kw.plan(REACH_OVER).report
     said = pairs(report)["tool, wall"]
     assert not said.ok
@@ -282,7 +282,7 @@ def test_a_motion_through_a_wall_says_how_deep_and_where() -> None:
         assert words in said.message
 
 
-def test_a_plan_under_the_floor_fails_once_there_is_a_floor() -> None:
+def test_waypoints_below_floor_collide() -> None:
     down = {
         "units": {"angle": "deg"},
         "robot": "ur5",
@@ -310,7 +310,7 @@ def test_a_plan_under_the_floor_fails_once_there_is_a_floor() -> None:
     assert worst.remedy == "waypoint 'low', waypoint 'also low' themselves collide"
 
 
-def test_a_clear_pair_says_how_near_it_comes(knotwork: Command, tmp_path: Path) -> None:
+def test_reports_distance_of_clear_pair(knotwork: Command, tmp_path: Path) -> None:
     task = {**REACH_OVER, "scene": {"objects": {"post": {"sphere": 50, "position": [500, 0, 900]}}}}
     report = kw.plan(task).report
     assert report.ok
@@ -346,7 +346,7 @@ VIAL: dict[str, Any] = {
 }
 
 
-def test_a_held_object_stands_where_it_was_and_where_it_is_left() -> None:
+def test_released_object_is_an_obstacle() -> None:
     """The arm comes back to where it left the vial, and lower: its wrist hits it."""
     back = [
         *VIAL["waypoints"],
@@ -367,7 +367,7 @@ def test_a_held_object_stands_where_it_was_and_where_it_is_left() -> None:
     assert all(found.at is not None and found.at > 8 for found in failed.values())
 
 
-def test_the_tool_keeps_clear_of_what_it_has_left() -> None:
+def test_tool_collides_with_released_object() -> None:
     """It may touch the vial until the waypoint after it left it; it comes back into it."""
     waypoints = [
         *({**waypoint, "stop": True} for waypoint in VIAL["waypoints"]),
@@ -381,7 +381,7 @@ def test_the_tool_keeps_clear_of_what_it_has_left() -> None:
     assert hit.at == pytest.approx(11, abs=0.5)
 
 
-def test_what_appears_at_the_last_waypoint_is_there_then() -> None:
+def test_object_appearing_at_last_waypoint_is_checked() -> None:
     """The tool stood in it, and nothing was said."""
     at_the_end = {"box": [60, 60, 60], "position": [500, 200, 150], "appears": "there"}
     scene = {"objects": {**VIAL["scene"]["objects"], "late": at_the_end}}
@@ -393,7 +393,7 @@ def test_what_appears_at_the_last_waypoint_is_there_then() -> None:
     assert kw.plan({**VIAL, "scene": {"objects": {**scene["objects"], "late": late}}}).report.ok
 
 
-def test_what_is_allowed_or_ignored_is_not_checked() -> None:
+def test_allowed_and_ignored_pairs_are_not_checked() -> None:
     wall = REACH_OVER["scene"]["objects"]["wall"]
     free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link", "tool0"]}
     allowed = kw.plan({**REACH_OVER, "scene": {"objects": {"wall": free}}}).report
@@ -418,7 +418,7 @@ def test_what_is_allowed_or_ignored_is_not_checked() -> None:
 
 
 @pytest.mark.parametrize("name", kw.robot_names())
-def test_no_shipped_robot_collides_with_itself_at_home(name: str) -> None:
+def test_shipped_robots_are_clear_at_home(name: str) -> None:
     robot = kw.load_robot(name)
     home = dict(zip(robot.joint_names, robot.configurations["home"].tolist(), strict=True))
     still = kw.plan({"robot": name, "waypoints": [{"joints": home}, {"joints": home, "after": 1}]})
@@ -430,7 +430,7 @@ def test_no_shipped_robot_collides_with_itself_at_home(name: str) -> None:
 # The choice of solutions
 
 
-def test_a_sequence_whose_motion_collides_is_not_taken() -> None:
+def test_skips_sequence_whose_motion_collides() -> None:
     """The best sequence of the valve has its wrist in its forearm; with it, the check fails."""
     plan = kw.plan("ur5_valve")
     assert plan.report.ok
@@ -445,7 +445,7 @@ def test_a_sequence_whose_motion_collides_is_not_taken() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_sequence_whose_fastest_motion_collides_is_not_taken() -> None:
+def test_skips_sequence_whose_fastest_motion_collides() -> None:
     task = yaml.safe_load(SCENARIO_FILES["ur5_valve"].read_text(encoding="utf-8"))
     task["waypoints"] = [
         {key: value for key, value in one.items() if key != "after"} for one in task["waypoints"]
@@ -457,7 +457,7 @@ def test_a_sequence_whose_fastest_motion_collides_is_not_taken() -> None:
     assert "the first that has one" in tried.message
 
 
-def test_solutions_that_collide_at_a_waypoint_are_not_taken() -> None:
+def test_skips_solutions_that_collide_at_waypoint() -> None:
     """A ball is where the wrist is in the solution of least travel."""
     place = {"position": [0.45, 0.0, 0.4], "rotation_vector": [math.pi, 0, 0]}
     waypoints = [{"name": "there", "after": 4, "pose": place}]
@@ -474,7 +474,7 @@ def test_solutions_that_collide_at_a_waypoint_are_not_taken() -> None:
     assert np.abs(blocked.joint_waypoints.position[-1] - q).max() > 0.1
 
 
-def test_a_contact_on_a_path_is_named_before_a_joint_limit_behind_it() -> None:
+def test_names_contact_on_path_before_later_joint_limit() -> None:
     here = {**REACH_OVER["waypoints"][0]}
     there = {"name": "there", "along": "line", "speed": 50, "pose": {"position": [500, 200, 150]}}
     scene = {"margin": 5, "objects": {"wall": REACH_OVER["scene"]["objects"]["wall"]}}
@@ -486,7 +486,7 @@ def test_a_contact_on_a_path_is_named_before_a_joint_limit_behind_it() -> None:
     assert error.value.arc_length == pytest.approx(0.165, abs=2e-4)
 
 
-def test_every_contact_of_a_pair_is_told() -> None:
+def test_reports_every_contact_of_pair() -> None:
     plan = kw.plan(REACH_OVER)
     contact = pairs(plan.report)["tool, wall"]
     said = contact.message
@@ -549,7 +549,7 @@ def bowl_task(path: Path, **more: Any) -> dict[str, Any]:
     }
 
 
-def test_a_hull_fills_a_bowl_and_an_exact_mesh_does_not(tmp_path: Path) -> None:
+def test_hull_fills_bowl_and_exact_mesh_does_not(tmp_path: Path) -> None:
     write_bowl(tmp_path / "bowl.stl")
     hull = pairs(kw.plan(bowl_task(tmp_path / "bowl.stl")).report)["tool, bowl"]
     assert not hull.ok
@@ -583,7 +583,7 @@ def shell_of(boxes: list[tuple[float, float, bool]], path: Path) -> None:
         ([(4.0, 0.0, False), (4.0, 0.1, True)], False),
     ],
 )
-def test_which_way_triangles_face_makes_no_difference(
+def test_orientation_of_triangles_makes_no_difference(
     boxes: list[tuple[float, float, bool]], clear: bool, tmp_path: Path
 ) -> None:
     shell_of(boxes, tmp_path / "room.stl")
@@ -594,7 +594,7 @@ def test_which_way_triangles_face_makes_no_difference(
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_every_part_of_a_mesh_is_looked_for_inside_another(order: int, tmp_path: Path) -> None:
+def test_finds_every_part_of_mesh_inside_another(order: int, tmp_path: Path) -> None:
     shell_of([(20, 60, False), (20, 400, False)][::order], tmp_path / "tool.stl")
     shell_of([(200, 0, True)], tmp_path / "shell.stl")
     robot = kw.load_robot("ur5")
@@ -620,9 +620,7 @@ def test_every_part_of_a_mesh_is_looked_for_inside_another(order: int, tmp_path:
 
 
 @pytest.mark.parametrize(("edge", "factor"), [(3.0, "1000"), (10_000.0, "0.001")])
-def test_a_mesh_that_may_be_in_another_unit_is_warned_of(
-    edge: float, factor: str, tmp_path: Path
-) -> None:
+def test_warns_of_mesh_in_plausibly_wrong_unit(edge: float, factor: str, tmp_path: Path) -> None:
     shell_of([(edge, 0, False)], tmp_path / "part.stl")
     part = {"mesh": str(tmp_path / "part.stl"), "position": [0, 0, 9000]}
     report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
@@ -633,7 +631,7 @@ def test_a_mesh_that_may_be_in_another_unit_is_warned_of(
 @pytest.mark.parametrize(
     "scene", [{}, {"objects": {"ball": {"sphere": 0.1, "position": [3, 0, 0]}}}]
 )
-def test_links_without_collision_shapes_are_named(scene: dict[str, Any]) -> None:
+def test_names_links_without_collision_shapes(scene: dict[str, Any]) -> None:
     robot = kw.load_robot("z1")
     home = dict(zip(robot.joint_names, robot.configurations["home"].tolist(), strict=True))
     first = robot.joint_names[0]
@@ -644,7 +642,7 @@ def test_links_without_collision_shapes_are_named(scene: dict[str, Any]) -> None
     assert said.message.startswith("links link01 and link05 have no collision shapes")
 
 
-def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
+def test_reports_tool_touching_link_at_home() -> None:
     tool = {**REACH_OVER["tool"], "shape": {"box": [200, 200, 400]}}
     scene = {"objects": {"ball": {"sphere": 10, "position": [0, 0, 3000]}}}
     report = kw.plan({**REACH_OVER, "tool": tool, "scene": scene}).report
@@ -660,7 +658,7 @@ def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
     assert len(warned) == 3
 
 
-def test_the_distance_told_is_that_of_the_points_told() -> None:
+def test_distance_is_that_of_nearest_points() -> None:
     report = kw.plan("panda_pick_place").report
     for found in pairs(report).values():
         gap = np.linalg.norm(np.subtract(*found.points))

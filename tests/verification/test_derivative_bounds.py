@@ -169,7 +169,7 @@ EXHAUSTIVE = pytest.mark.exhaustive
 
 
 @pytest.mark.parametrize(("seed", "instants"), [(1, 8), pytest.param(3, 300, marks=EXHAUSTIVE)])
-def test_shipped_robots_stay_within_the_bounds(seed: int, instants: int) -> None:
+def test_shipped_robots_stay_within_derivative_bounds(seed: int, instants: int) -> None:
     rng = np.random.default_rng(seed)
     for _, model in robot_models(rng):
         examine(model, rng, instants)
@@ -178,7 +178,7 @@ def test_shipped_robots_stay_within_the_bounds(seed: int, instants: int) -> None
 @pytest.mark.parametrize(
     ("seed", "trees", "instants"), [(2, 25, 6), pytest.param(3, 500, 10, marks=EXHAUSTIVE)]
 )
-def test_trees_of_every_kind_of_joint_stay_within_the_bounds(
+def test_random_joint_trees_stay_within_derivative_bounds(
     seed: int, trees: int, instants: int
 ) -> None:
     rng = np.random.default_rng(seed)
@@ -186,7 +186,7 @@ def test_trees_of_every_kind_of_joint_stay_within_the_bounds(
         examine(random_tree(rng), rng, instants)
 
 
-def test_bounds_of_a_pendulum_are_attained() -> None:
+def test_pendulum_attains_its_bounds() -> None:
     """One link at a steady rate: position and torque turn like vectors, the bounds are exact."""
     model = pin.Model()
     joint = model.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "hinge")
@@ -200,7 +200,7 @@ def test_bounds_of_a_pendulum_are_attained() -> None:
     np.testing.assert_allclose(moved.point(1, 0.5)[:, 0], 0.5 * rate ** np.arange(5))
 
 
-def test_a_joint_with_several_freedoms_is_refused() -> None:
+def test_refuses_joint_with_several_freedoms() -> None:
     model = pin.Model()
     model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
     with pytest.raises(kw.InputError, match="joint 'ball' has 3 degrees of freedom"):

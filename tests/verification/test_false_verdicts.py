@@ -48,9 +48,7 @@ RISE = np.array([-0.25, 0.75, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("gap", [1e-7, 1e-9, 1e-11])
-def test_rows_next_to_one_another_hide_no_jump(
-    knotwork: Command, tmp_path: Path, gap: float
-) -> None:
+def test_adjacent_rows_hide_no_jump(knotwork: Command, tmp_path: Path, gap: float) -> None:
     """A file of the plain cubic, whose acceleration jumps at 5 and 15 s."""
     plan = kw.plan("paper_case", planner="cubic")
     times = np.array([0.0, 5, 5 + gap, 15, 15 + gap, 25])
@@ -65,9 +63,7 @@ def test_rows_next_to_one_another_hide_no_jump(
 
 @pytest.mark.parametrize("start", [0.0, 3.0, 40.0])
 @pytest.mark.parametrize("gap", [1e-13, 1e-10, 1e-7])
-def test_straight_lines_with_short_pieces_at_their_corners_break_an_acceleration_limit(
-    gap: float, start: float
-) -> None:
+def test_short_corner_pieces_break_acceleration_limit(gap: float, start: float) -> None:
     scenario = kw.load_scenario(
         {
             "continuity": 0,
@@ -93,7 +89,7 @@ def test_straight_lines_with_short_pieces_at_their_corners_break_an_acceleration
     assert not kw.check(corner, scenario).ok
 
 
-def test_many_small_jumps_close_together_are_a_large_one() -> None:
+def test_many_close_small_jumps_count_as_large_one() -> None:
     steps, change = 40_000, 0.3
     gap = 1e-14 * 1e3
     x = np.concatenate([[0.0], 1.0 + gap * np.arange(steps), [2.0]])
@@ -111,7 +107,7 @@ def test_many_small_jumps_close_together_are_a_large_one() -> None:
 
 
 @pytest.mark.parametrize("degree", [4, 30, 60])
-def test_a_number_that_overflows_hides_no_limit(degree: int) -> None:
+def test_refuses_overflowing_coefficient(degree: int) -> None:
     """A coefficient of 1.7e308 in a last piece of 5 ns."""
     c = np.zeros((degree + 1, 2))
     c[-4:, 0] = RISE
@@ -121,7 +117,7 @@ def test_a_number_that_overflows_hides_no_limit(degree: int) -> None:
         motion(c, [0.0, 2.0 - 5e-9, 2.0])
 
 
-def test_terms_that_overflow_within_a_long_piece_are_refused() -> None:
+def test_refuses_terms_overflowing_in_long_piece() -> None:
     c = np.zeros((31, 1))
     c[0] = 1.0
     with pytest.raises(kw.InputError, match="terms of piece 0 reach inf within 1e\\+12 s"):
@@ -130,7 +126,7 @@ def test_terms_that_overflow_within_a_long_piece_are_refused() -> None:
         motion(c, [0.0, 1e250])
 
 
-def test_degrees_beyond_the_bound_are_refused(knotwork: Command, tmp_path: Path) -> None:
+def test_refuses_too_high_degree(knotwork: Command, tmp_path: Path) -> None:
     c = np.full((601, 20), 1e-3)
     with pytest.raises(kw.InputError, match="degree is 600; at most"):
         motion(c, np.linspace(0, 2, 21))
@@ -147,7 +143,7 @@ def test_degrees_beyond_the_bound_are_refused(knotwork: Command, tmp_path: Path)
 
 
 @pytest.mark.parametrize("width", [2.0**-20, 2.0**-34, 2.0**-46])
-def test_a_spike_does_not_widen_the_tolerance_of_jumps(width: float) -> None:
+def test_spike_does_not_widen_jump_tolerance(width: float) -> None:
     """A bump of 1e-4 rad within a microsecond or less, and a corner of 0.21 rad/s."""
     loose = {"joint_position": 10, "joint_velocity": 10}
     height = 1e-4
@@ -169,7 +165,7 @@ def test_a_spike_does_not_widen_the_tolerance_of_jumps(width: float) -> None:
 
 
 @pytest.mark.parametrize("where", ["tolerances", "limits"])
-def test_what_is_zero_in_si_is_refused(knotwork: Command, tmp_path: Path, where: str) -> None:
+def test_refuses_values_that_are_zero_in_si(knotwork: Command, tmp_path: Path, where: str) -> None:
     """In the file's unit the number is so small that it is zero in radians: 45° off passed."""
     key = {"tolerances": "joint_position", "limits": "velocity"}[where]
     data = {
@@ -185,7 +181,7 @@ def test_what_is_zero_in_si_is_refused(knotwork: Command, tmp_path: Path, where:
     assert "may round to zero in SI; give at least 1e-100" in ran.err
 
 
-def test_a_tolerance_of_zero_lets_nothing_pass() -> None:
+def test_zero_tolerance_passes_nothing() -> None:
     """A scenario made in Python."""
     data = {
         "waypoints": [
@@ -200,7 +196,7 @@ def test_a_tolerance_of_zero_lets_nothing_pass() -> None:
     assert not kw.check(still, scenario).ok
 
 
-def test_a_singular_arm_that_moves_where_its_tool_is_to_stop_fails() -> None:
+def test_self_motion_at_stop_of_tool_fails() -> None:
     """With its wrist straight, a UR5 moves its joints and holds its tool still."""
     robot = kw.load_robot("ur5")
     q = np.array([0.0, -1.2, 1.4, -0.2, 0.0, 0.3])
@@ -238,7 +234,7 @@ def test_a_singular_arm_that_moves_where_its_tool_is_to_stop_fails() -> None:
         ([[25, 43.3, 0], [75, 43.3, 0], [100, 0, 0], [75, -43.3, 0], [25, -43.3, 0]], False),
     ],
 )
-def test_a_curve_that_swings_out_between_its_points_is_warned_of(
+def test_warns_of_curve_bulging_between_points(
     tmp_path: Path, points: list[list[float]], warned: bool
 ) -> None:
     """The tool keeps to the curve, and the curve not to what its points seem to mean."""

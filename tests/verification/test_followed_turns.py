@@ -68,9 +68,7 @@ def turns(plan: kw.Plan) -> np.ndarray:
 @pytest.mark.parametrize(
     ("axis", "parts", "at_ends"), [(1, 1, {}), (-1, 2, {}), (1, 2, {"stop": True})]
 )
-def test_a_whole_turn_is_not_within_half_a_turn_each_way(
-    axis: int, parts: int, at_ends: dict[str, Any]
-) -> None:
+def test_whole_turn_exceeds_half_turn_range(axis: int, parts: int, at_ends: dict[str, Any]) -> None:
     plan = kw.plan(rim(axis, parts, at_ends=at_ends))
     assert plan.report.ok
     wound = np.abs(turns(plan)).max()
@@ -82,7 +80,7 @@ def test_a_whole_turn_is_not_within_half_a_turn_each_way(
 
 
 @pytest.mark.parametrize(("rounds", "most", "off"), [(1, 361, -1), (1, 350, 10), (2, 361, -1)])
-def test_a_range_of_whole_turns_ends_somewhere_too(rounds: int, most: float, off: float) -> None:
+def test_range_of_several_turns_is_bounded(rounds: int, most: float, off: float) -> None:
     """Two rounds fit into one turn each way, begun at its end."""
     task = rim(-1)
     task["waypoints"][1]["along"]["arc"]["turns"] = rounds - 1
@@ -95,12 +93,12 @@ def test_a_range_of_whole_turns_ends_somewhere_too(rounds: int, most: float, off
 
 
 @pytest.mark.parametrize("free", [HALF, {"turn": [-400, 300]}])
-def test_a_turn_within_a_range_is_planned(free: Any) -> None:
+def test_plans_turn_within_range(free: Any) -> None:
     assert kw.plan(rim(free=free)).report.ok
 
 
 @pytest.mark.parametrize("axis", [1, -1])
-def test_from_one_end_of_the_range_it_may_wind_to_the_other(axis: int) -> None:
+def test_turn_may_wind_across_whole_range(axis: int) -> None:
     plan = kw.plan(rim(axis))
     report = judged(plan.trajectory, rim(axis, yaw=180), HALF)
     assert report.ok, report.failures
@@ -113,7 +111,7 @@ def test_from_one_end_of_the_range_it_may_wind_to_the_other(axis: int) -> None:
     ("at_ends", "more"),
     [({"stop": True}, {}), ({"wait": 0.5}, {}), ({"stop": True}, {"tilt": 5})],
 )
-def test_an_end_of_the_range_is_no_door_to_the_other_between_two_paths(
+def test_turn_does_not_wrap_between_joined_paths(
     at_ends: dict[str, Any], more: dict[str, Any]
 ) -> None:
     """Half a turn each, both within the range if the second began anew at its other end."""

@@ -63,7 +63,7 @@ KEYS = {
 
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
-def test_a_speed_limit_just_above_the_peak_is_met_and_one_just_below_is_not(
+def test_speed_limit_is_decided_close_to_peak(
     key: str, unit: float, knotwork: Command, tmp_path: Path
 ) -> None:
     frame, entry = KEYS[key]
@@ -85,7 +85,7 @@ def test_a_speed_limit_just_above_the_peak_is_met_and_one_just_below_is_not(
         assert (frame or "tool") in ran.out
 
 
-def test_a_list_of_links_is_checked_link_by_link() -> None:
+def test_checks_each_limited_link() -> None:
     limits = {
         "frame_speed": [
             {"frame": "forearm_link", "speed": 10},
@@ -107,7 +107,7 @@ def test_a_list_of_links_is_checked_link_by_link() -> None:
     ]
 
 
-def test_the_acceleration_of_the_tool_has_a_limit() -> None:
+def test_checks_tool_acceleration_limit() -> None:
     plan = kw.plan(move())
     t, step = np.linspace(0.001, 1.999, 20_001), 1e-4
     places = [
@@ -124,7 +124,7 @@ def test_the_acceleration_of_the_tool_has_a_limit() -> None:
     assert str(found).startswith("tool: acceleration reaches")
 
 
-def test_where_velocities_jump_the_tools_acceleration_and_torques_are_infinite() -> None:
+def test_velocity_jump_makes_tool_acceleration_and_torque_infinite() -> None:
     """Straight lines: no piece accelerates, but the corner can't be passed at any torque."""
     q = kw.load_robot("ur5").configuration(HOME)
     names = kw.load_robot("ur5").joint_names
@@ -152,7 +152,7 @@ def test_where_velocities_jump_the_tools_acceleration_and_torques_are_infinite()
     assert "is infinite at the jump at 1 s, limit -150 N m" in str(efforts["shoulder_lift_joint"])
 
 
-def test_nearness_to_a_singularity_has_a_limit(knotwork: Command, tmp_path: Path) -> None:
+def test_checks_singular_value_limit(knotwork: Command, tmp_path: Path) -> None:
     plan = kw.plan(move())
     (free,) = plan.report.select(quantity="smallest_singular_value")
     assert (free.verdict, free.limit) == ("information", None)
@@ -172,7 +172,7 @@ def test_nearness_to_a_singularity_has_a_limit(knotwork: Command, tmp_path: Path
     assert "the smallest singular value (metres and radians mixed) reaches" in ran.out
 
 
-def test_the_share_used_of_a_limit_from_below_grows_towards_it() -> None:
+def test_use_of_lower_limit_grows_towards_it() -> None:
     limits = {"singular_value": 0.05}
     (found,) = kw.plan(move(limits=limits)).report.select(quantity="smallest_singular_value")
     assert found.use == pytest.approx(0.05 / found.value)
@@ -191,7 +191,7 @@ def even_turn() -> dict[str, Any]:
     return {"name": "turn", "robot": "ur5", "limits": {"tool_speed": speed}, "waypoints": turn}
 
 
-def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
+def test_unproved_limit_is_reported_as_sampled() -> None:
     plan = kw.plan(even_turn())
     (found,) = plan.report.select(quantity="tool_speed")
     assert (found.proof, found.excess, found.ok) == ("sampled", 0.0, True)
@@ -208,9 +208,7 @@ def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
     assert plan.report.to_dict()["sampled"] == [str(found)]
 
 
-def test_every_face_of_a_verdict_says_that_it_stands_on_samples(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_all_outputs_mark_sampled_verdict(knotwork: Command, tmp_path: Path) -> None:
     from knotwork.view import report_page
 
     plan = kw.plan(even_turn())
@@ -231,7 +229,7 @@ def test_every_face_of_a_verdict_says_that_it_stands_on_samples(
     assert last == f"PASSED turn: {met} of {required} requirements met, 1 sampled only"
 
 
-def test_a_sweep_has_no_figure_of_what_is_only_sampled() -> None:
+def test_sweep_has_no_figure_of_sampled_value() -> None:
     study = kw.sweep(even_turn(), {"waypoints[1].after": [1.5]}, workers=0)
     assert study["verdict"] == ["passed"]
     assert study["tool_speed_use"] == [None]
@@ -264,7 +262,7 @@ def newton_euler(robot: kw.Robot, q: Any, v: Any, a: Any, gravity: np.ndarray) -
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda", "kinova", "planar2"])
-def test_a_payload_and_gravity_enter_the_torque_by_their_own_mechanics(name: str) -> None:
+def test_payload_and_gravity_enter_torque(name: str) -> None:
     rng = np.random.default_rng(3)
     bare = kw.load_robot(name)
     inertia = np.diag([0.02, 0.03, 0.04]) + 0.002 * (1 - np.eye(3))
@@ -281,7 +279,7 @@ def test_a_payload_and_gravity_enter_the_torque_by_their_own_mechanics(name: str
             np.testing.assert_allclose(added, expected, rtol=1e-4, atol=1e-4)
 
 
-def test_a_payload_and_gravity_of_the_file_enter_the_report(tmp_path: Path) -> None:
+def test_payload_and_gravity_of_file_enter_report(tmp_path: Path) -> None:
     """A heavy tool, an arm on the ceiling: each changes the peaks, and the proof is of these."""
     plans = {
         "bare": kw.plan(move()),
@@ -305,7 +303,7 @@ def test_a_payload_and_gravity_of_the_file_enter_the_report(tmp_path: Path) -> N
     assert lift["loaded"] * lift["hanging"] < 0
 
 
-def test_gravity_in_millimetres_is_plausibly_a_slip() -> None:
+def test_warns_of_gravity_in_millimetres() -> None:
     wide = {"effort": 1e9}
     report = kw.plan(move(gravity=[0, 0, -9810], limits=wide)).report
     assert [one.quantity for one in report.warnings] == ["gravity_unit"]
@@ -313,7 +311,7 @@ def test_gravity_in_millimetres_is_plausibly_a_slip() -> None:
     assert kw.plan(move(gravity=[0, 0, -9.81])).report.warnings == ()
 
 
-def test_gravity_is_in_the_axes_of_the_base_frame() -> None:
+def test_gravity_is_in_base_frame() -> None:
     """UR arms: base_link is turned by half a turn about z against base."""
     turned = kw.load_robot({"urdf": str(kw.load_robot("ur5").urdf), "base_frame": "base"})
     arm = turned.with_tool("tool0").with_gravity([5.0, 0, 0])
@@ -323,7 +321,7 @@ def test_gravity_is_in_the_axes_of_the_base_frame() -> None:
     np.testing.assert_allclose(arm.gravity, [5.0, 0, 0], atol=1e-12)
 
 
-def test_payloads_that_no_body_has_are_refused_in_python() -> None:
+def test_refuses_impossible_payloads() -> None:
     for arguments, said in (
         ((-1.0, [0, 0, 0]), "payload: mass is -1 kg; give a positive number"),
         ((np.nan, [0, 0, 0]), "mass.* is nan; every value must be finite"),
@@ -342,7 +340,7 @@ def test_payloads_that_no_body_has_are_refused_in_python() -> None:
     np.testing.assert_array_equal(nothing.torque(q, q, q), robot.torque(q, q, q))
 
 
-def test_a_payload_belongs_to_its_frame_and_a_copy_keeps_it() -> None:
+def test_copies_keep_payload_of_frame() -> None:
     import pickle
 
     robot = kw.load_robot("ur5").with_tool(payload=Payload(2.0, [0, 0, 0.06]))
@@ -355,7 +353,7 @@ def test_a_payload_belongs_to_its_frame_and_a_copy_keeps_it() -> None:
 
 @pytest.mark.parametrize(("quantity", "limit"), [("acceleration", 1.0), ("jerk", 12.0)])
 @pytest.mark.parametrize("backwards", [False, True])
-def test_a_change_of_speed_beyond_a_limit_names_an_acceleration_of_the_path_that_keeps_it(
+def test_names_path_acceleration_that_keeps_limit(
     quantity: str, limit: float, backwards: bool
 ) -> None:
     down = {"rpy": [np.pi, 0, 0]}

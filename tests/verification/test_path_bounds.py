@@ -83,7 +83,7 @@ def bump(plan: kw.Plan, time: float, width: float, height: float) -> JointTrajec
     tolerance=st.floats(0.005, 0.2),
     tilt=st.floats(-30, 30),
 )
-def test_bounds_are_never_below_dense_samples(along: Any, tolerance: float, tilt: float) -> None:
+def test_path_bounds_stay_above_dense_samples(along: Any, tolerance: float, tilt: float) -> None:
     end = {"position": [450, 50, 60], "rpy": [180, tilt, 0]}
     given = task(along, [450, 50, 60], tolerances={"path": tolerance})
     given["waypoints"][1]["pose"] = end
@@ -111,7 +111,7 @@ def test_bounds_are_never_below_dense_samples(along: Any, tolerance: float, tilt
 
 
 @pytest.mark.parametrize("width", [0.2, 0.02, 0.002])
-def test_a_bump_off_the_path_between_samples_fails(line: kw.Plan, width: float) -> None:
+def test_bump_between_samples_fails(line: kw.Plan, width: float) -> None:
     stretch = line.scenario.paths[0].stretches[0]
     time = stretch.start + 0.437 * (stretch.end - stretch.start)
     J = line.space.robot.jacobian(line.trajectory.position(time))
@@ -123,7 +123,7 @@ def test_a_bump_off_the_path_between_samples_fails(line: kw.Plan, width: float) 
         assert one.proof == "bounded"
 
 
-def test_a_speed_that_jumps_at_a_break_is_seen_on_both_sides(line: kw.Plan) -> None:
+def test_speed_jump_is_seen_on_both_sides_of_break(line: kw.Plan) -> None:
     """Twice as fast just before a break, and as asked after it."""
     stretch = line.scenario.paths[0].stretches[0]
     time = 0.5 * (stretch.start + stretch.end)
@@ -148,7 +148,7 @@ def test_a_speed_that_jumps_at_a_break_is_seen_on_both_sides(line: kw.Plan) -> N
     assert one.value > 0.4 * 0.06
 
 
-def test_a_motion_that_is_late_on_the_path_fails_its_speed(line: kw.Plan) -> None:
+def test_late_motion_fails_path_speed(line: kw.Plan) -> None:
     stretch = line.scenario.paths[0].stretches[0]
 
     def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +165,7 @@ def test_a_motion_that_is_late_on_the_path_fails_its_speed(line: kw.Plan) -> Non
     assert not report.ok
 
 
-def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw.Plan) -> None:
+def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     """No division settles it: rounding is left when all rounds are over."""
     path = line.scenario.paths[0]
     stretch = path.stretches[0]
@@ -195,9 +195,7 @@ def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw
     scale=st.sampled_from([1e-3, 1.0, 1e6]),
 )
 @examples(40)
-def test_intervals_of_a_rounding_are_divide_into_equal_times(
-    parts: list[int], ulps: int, scale: float
-) -> None:
+def test_divides_tiny_intervals(parts: list[int], ulps: int, scale: float) -> None:
     """Each time that was given is found once among those that divide, however equal these are."""
     t = [scale]
     for i in range(len(parts)):

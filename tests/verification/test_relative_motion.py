@@ -57,7 +57,7 @@ def placed_corners(table: SolidPairs, model: Any, q: Array) -> Array:
 
 
 @pytest.mark.parametrize("arm", ["planar2", "ur5", "panda"])
-def test_solids_come_no_nearer_along_a_direction_than_is_proved(arm: str) -> None:
+def test_solids_approach_at_most_as_proved(arm: str) -> None:
     """The gap along a direction, carried along with the link that both are attached to."""
     rng = np.random.default_rng(3)
     table = solid_pairs(arm)
@@ -97,7 +97,7 @@ def test_solids_come_no_nearer_along_a_direction_than_is_proved(arm: str) -> Non
 
 
 @pytest.mark.parametrize("arm", ["planar2", "ur5", "panda"])
-def test_no_plane_keeps_solids_farther_apart_than_they_are(arm: str) -> None:
+def test_plane_gap_is_at_most_distance(arm: str) -> None:
     """Distances are Coal's; across the line of the nearest points the gap is the distance."""
     rng = np.random.default_rng(8)
     table = solid_pairs(arm)
@@ -128,9 +128,7 @@ def test_no_plane_keeps_solids_farther_apart_than_they_are(arm: str) -> None:
         ("cone", (0.1, 0.3)),
     ],
 )
-def test_shapes_reach_as_far_as_the_planes_that_coal_finds(
-    kind: str, size: tuple[float, ...]
-) -> None:
+def test_support_of_shapes_equals_that_of_coal(kind: str, size: tuple[float, ...]) -> None:
     rng, meter, here = np.random.default_rng(2), DistanceMeter(), pin.SE3.Identity()
     one = solid(PlacedShape(kind, size, here), here)
     at_origin = Placed(one, np.eye(3), np.zeros(3))

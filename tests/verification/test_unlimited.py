@@ -60,7 +60,7 @@ def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
     )
 
 
-def test_an_acceleration_out_of_all_proportion_is_among_the_first_lines() -> None:
+def test_acceleration_spike_is_in_short_report() -> None:
     plan = kw.plan(moved(2.0))
     report = kw.check(shaken(plan, 100.0, 0.01), plan.scenario)
     (found,) = report.warnings
@@ -74,14 +74,14 @@ def test_an_acceleration_out_of_all_proportion_is_among_the_first_lines() -> Non
     )
 
 
-def test_one_that_no_arm_has_fails() -> None:
+def test_harmful_spike_fails() -> None:
     plan = kw.plan(moved(2.0))
     report = kw.check(shaken(plan, 1100.0, 0.01), plan.scenario)
     (found,) = report.select(quantity="acceleration_spike")
     assert found in report.failures
 
 
-def test_a_jerk_out_of_all_proportion_is_among_the_first_lines() -> None:
+def test_jerk_spike_is_in_short_report() -> None:
     """Its acceleration is no larger than what the motion needs."""
     plan = kw.plan(moved(2.0))
     report = kw.check(shaken(plan, 0.5, 0.004), plan.scenario)
@@ -93,7 +93,7 @@ def test_a_jerk_out_of_all_proportion_is_among_the_first_lines() -> None:
 
 
 @pytest.mark.parametrize(("size", "width"), [(100.0, 0.2), (0.9, 0.05), (0.05, 0.004)])
-def test_one_that_lasts_or_is_feeble_is_no_spike(size: float, width: float) -> None:
+def test_sustained_or_small_peak_is_not_a_spike(size: float, width: float) -> None:
     plan = kw.plan(moved(2.0))
     assert not spikes(kw.check(shaken(plan, size, width), plan.scenario))
 
@@ -103,7 +103,7 @@ def test_one_that_lasts_or_is_feeble_is_no_spike(size: float, width: float) -> N
     [(0.005, 0.005), (0.012, 0.015), (0.015, 0.015), (0.02, 0.01), (0.02, 0.025), (0.03, 0.04)],
 )
 @pytest.mark.parametrize("middles", [(1.4,), (1.4, 2.0, 2.6)])
-def test_a_spike_is_found_however_wide_and_often(
+def test_finds_spikes_of_any_width_and_number(
     width: float, height: float, middles: tuple[float, ...]
 ) -> None:
     """What is kept up is no more than what positions a while apart tell of."""
@@ -151,14 +151,14 @@ def test_ordinary_motions_have_no_spike(
 
 @pytest.mark.parametrize("planner", ["cubic", "septic"])
 @pytest.mark.parametrize("seconds", [0.02, 0.2, 2.0])
-def test_one_move_alone_has_no_spike(planner: str, seconds: float) -> None:
+def test_single_move_has_no_spike(planner: str, seconds: float) -> None:
     """Its peak is all that the motion does."""
     assert not spikes(kw.plan(moved(seconds, planner=planner)).report)
 
 
 @pytest.mark.parametrize("quick", [0.02, 0.05, 0.2])
 @pytest.mark.parametrize("second", [0.001, 1.0])
-def test_quick_moves_with_a_long_wait_between_have_no_spike(quick: float, second: float) -> None:
+def test_quick_moves_around_long_wait_have_no_spike(quick: float, second: float) -> None:
     """Though the second may be next to nothing."""
     waypoints: list[dict[str, Any]] = [
         {"joints": {"a": 0.0}},
@@ -169,7 +169,7 @@ def test_quick_moves_with_a_long_wait_between_have_no_spike(quick: float, second
 
 
 @pytest.mark.parametrize("wait", [1e4, 1e6])
-def test_a_long_motion_of_short_moves_has_no_spike(wait: float) -> None:
+def test_long_motion_of_short_moves_has_no_spike(wait: float) -> None:
     """However far apart samples of the whole motion are."""
     task: dict[str, Any] = {
         "limits": {"velocity": 3, "acceleration": 20, "jerk": 8000},
@@ -185,7 +185,7 @@ def test_a_long_motion_of_short_moves_has_no_spike(wait: float) -> None:
     assert not spikes(report)
 
 
-def test_a_limit_that_a_robot_does_not_have_is_said_with_the_peak() -> None:
+def test_reports_missing_limit_with_peak() -> None:
     report = kw.plan(moved(2.0)).report
     (found,) = report.select(quantity="missing_limits")
     peaks = []
@@ -199,7 +199,7 @@ def test_a_limit_that_a_robot_does_not_have_is_said_with_the_peak() -> None:
     assert "  No limit known " in str(report)
 
 
-def test_nothing_is_said_of_limits_that_are_given() -> None:
+def test_stated_limits_are_not_reported_as_missing() -> None:
     plan = kw.plan(moved(2.0, limits={"acceleration": 10, "jerk": 100}))
     assert not plan.report.select(quantity="missing_limits")
     some = kw.plan(moved(2.0, limits={"acceleration": {"elbow_joint": 10}, "jerk": 100}))
@@ -207,7 +207,7 @@ def test_nothing_is_said_of_limits_that_are_given() -> None:
     assert "acceleration of shoulder_pan_joint, shoulder_lift_joint, wrist_1_joint" in str(found)
 
 
-def test_times_that_are_chosen_without_a_limit_of_acceleration_are_warned_of() -> None:
+def test_warns_of_chosen_times_without_acceleration_limit() -> None:
     task = moved(2.0, times="fastest")
     del task["waypoints"][0]["after"]
     (found,) = kw.plan(task).report.warnings

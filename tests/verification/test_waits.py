@@ -28,7 +28,7 @@ def standing(plan: kw.Plan) -> tuple[Finding, ...]:
     ("robot", "turning"),
     [("ur5", None), ("panda", None), ("xarm7", None), ("ur5", "tangent"), ("xarm7", "tangent")],
 )
-def test_a_full_circle_between_two_waits_is_no_wait(robot: str, turning: str | None) -> None:
+def test_full_circle_between_waits_is_not_a_wait(robot: str, turning: str | None) -> None:
     begin = {"name": "begin", "pose": POSE, "after": 2, "wait": 0.4}
     circle = {
         "name": "end",
@@ -52,14 +52,14 @@ def test_a_full_circle_between_two_waits_is_no_wait(robot: str, turning: str | N
     assert all(found.ok for found in plan.report.findings if found.subject in ("path", "waypoint"))
 
 
-def test_every_shipped_wait_is_exactly_still() -> None:
+def test_shipped_waits_are_exactly_still() -> None:
     still = standing(kw.plan("xarm7_bead"))
     assert len(still) == 2
     assert [found.value for found in still] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("planner", ["modified-hermite", "quintic", "3-5-3", "bspline"])
-def test_what_is_found_is_the_largest_movement(planner: str) -> None:
+def test_reports_largest_movement_in_wait(planner: str) -> None:
     there = {"name": "there", "pose": POSE, "after": 2, "wait": 0.3}
     plan = kw.plan(task(there), planner=planner)
     (found,) = standing(plan)
@@ -70,7 +70,7 @@ def test_what_is_found_is_the_largest_movement(planner: str) -> None:
     assert found.ok == (planner in ("modified-hermite", "quintic"))
 
 
-def test_the_joint_that_is_named_is_the_one_furthest_off() -> None:
+def test_names_joint_with_largest_error() -> None:
     there = {"name": "there", "joints": {"a": 1, "b": 1}, "after": 1, "wait": 1}
     ends = [{"joints": {"a": 0, "b": 0}}, there, {"joints": {"a": 0, "b": 0}, "after": 1}]
     asked = kw.load_scenario({"waypoints": ends})

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from knotwork.files.documents import Location
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.scenario.geometry import Frames, placed
+from knotwork.scenario.geometry import Frames, read_placement
 from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.si_units import in_si, si_factors
@@ -97,7 +97,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             at, around = (*where, name), frame(part.parent)
             if scenario.places.given(at) != at:
                 continue  # the place of a repetition
-            pose = around * placed(part, scenario.places, at)
+            pose = around * read_placement(part, scenario.places, at)
             form, order = _form(part)
             axes, kind = (around, around.rotation), where[-1].removesuffix("s")
             numbered = in_file[name].position, form or "rpy", order

@@ -92,7 +92,7 @@ def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> P
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
-        from knotwork.planning.choosing.task import with_ways
+        from knotwork.planning.choosing.free_task import with_ways
 
         ends = [i for i in ends if i not in timed]
         try:

@@ -61,7 +61,7 @@ class ScenarioPlanner:
         if self.scenario.free is None:
             chosen = self._interpolation
             return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
-        from knotwork.planning.choosing.task import knots_of
+        from knotwork.planning.choosing.free_task import knots_of
 
         space = joint_space(self.scenario)
         return solve_task(self.scenario, space, knots_of(self.scenario), avoided)
@@ -117,9 +117,9 @@ class ScenarioPlanner:
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
         if detours:
-            from knotwork.planning.choosing.ways_found import ways_found
+            from knotwork.planning.choosing.clear_motion_findings import clear_motion_findings
 
-            known += ways_found(detours, scenario, space, trajectory)
+            known += clear_motion_findings(detours, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
         left_out = interpolation.left_out
         return PlannedMotion(

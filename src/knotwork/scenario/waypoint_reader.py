@@ -157,7 +157,7 @@ class WaypointReader:
             twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
             if frame is not None:
                 twist = frame.carried_twist(pose, twist, time)
-        return (pose if frame is None else frame.carried(pose, time)), twist
+        return (pose if frame is None else frame.pose_at(pose, time)), twist
 
     @cached_property
     def carriers(self) -> Carriers:
@@ -272,9 +272,9 @@ class WaypointReader:
 
     def placement(self, placement: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""
-        from knotwork.scenario.geometry import placed
+        from knotwork.scenario.geometry import read_placement
 
-        return placed(placement, self.places, location)
+        return read_placement(placement, self.places, location)
 
     @cached_property
     def frames(self) -> Frames:

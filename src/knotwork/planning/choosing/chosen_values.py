@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import Segment
-from knotwork.planning.choosing.task import FreeTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.scenario import JointTarget, Scenario, resolved
 from knotwork.task import ChosenMotion, Velocity
@@ -43,7 +43,7 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
                 after = float(motion.time[place] - motion.time[place - 1])
                 changes |= {"time": None, "after": after}
             q = positions[segment.rows[place]]
-            changes |= _speed(task, i, q, motion.velocity[place], units)
+            changes |= _chosen_speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"
     given = scenario.task.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -51,7 +51,7 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
     timed = resolved(given, scenario.places)
     if not found:
         return timed
-    motions = [_chosen(timed, free.speed, *one, units) for one in found]
+    motions = [_chosen_motion(timed, free.speed, *one, units) for one in found]
     return replace(timed, task=given.replace(chosen=motions))
 
 
@@ -93,14 +93,16 @@ def solutions_near(
     return {k: {"near": units.by_joint(positions[task.rows[i]])} for k, i in poses.items()}
 
 
-def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Factors) -> dict[str, Any]:
+def _chosen_speed(
+    task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Factors
+) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it is chosen."""
     kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
         return {}
     if robot is None or isinstance(there, JointTarget):
         return {"velocity": units.by_joint(v)}
-    robot, own = robot.seen(standing=there.standing)
+    robot, own = robot.in_frame(standing=there.standing)
     twist = robot.twist(q[own], v[own])
     if kind == "free":
         twist -= there.twist  # velocity of its frame: the file gives relative velocities
@@ -115,7 +117,7 @@ def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Factors
     return {"speed": None, "stop": True} if speed < STOP_SPEED else {"speed": speed / units.length}
 
 
-def _chosen(
+def _chosen_motion(
     timed: Scenario,
     kinds: tuple[str, ...],
     segment: Segment,

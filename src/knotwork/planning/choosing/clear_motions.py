@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.errors import InputError, NoWayFoundError
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import Segment
-from knotwork.planning.choosing.task import FreeTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.motion import Status
 from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import Status
+from knotwork.planning.ways.clear_motion import ClearMotion, ClearMotionProblem, NoClearMotionError
+from knotwork.planning.ways.clear_search import find_clear_motion, stretch
 from knotwork.planning.ways.configurations import bodies_at
-from knotwork.planning.ways.problem import NoWayError, Way, WayProblem
-from knotwork.planning.ways.search import find_way, stretch
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.spline.polynomial import PiecewisePolynomial
@@ -58,7 +58,7 @@ def clear_motion(
         raise TypeError("the segment has no way: clear")
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
-    way_problem = WayProblem(
+    way_problem = ClearMotionProblem(
         problem,
         _solutions(task, segment, problem, robot, 0),
         _solutions(task, segment, problem, robot, -1),
@@ -69,33 +69,33 @@ def clear_motion(
     )
     tries = 0
 
-    def report(number: int, best: Way | None) -> None:
+    def report(number: int, best: ClearMotion | None) -> None:
         nonlocal tries
         tries, seconds = number, best.duration if best is not None else None
         budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
 
     try:
         with budget.part(1):
-            way = find_way(
+            way = find_clear_motion(
                 way_problem,
                 tries=options.tries,
                 room=options.room,
                 late=lambda: budget.late(found=True),
                 report=report,
             )
-    except NoWayError as no_way:
+    except NoClearMotionError as no_way:
         error = _located_error(no_way, task, segment)
         if len(way_problem.starts) == len(way_problem.goals) == 1:
             error.waypoints = segment.waypoints
         raise error from None
-    curve = _stretched(way, problem, task, segment)
-    motion = _timed(way, curve, problem, way_problem)
+    curve = _stretch_to_time(way, problem, task, segment)
+    motion = _timed_motion(way, curve, problem, way_problem)
     room = way.room if options.room else None
     return replace(motion, line=way.line, tries=tries, room=room)
 
 
-def _timed(
-    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, ends: WayProblem
+def _timed_motion(
+    way: ClearMotion, curve: PiecewisePolynomial, problem: TimingProblem, ends: ClearMotionProblem
 ) -> TimedMotion:
     """The timed motion of a found one, like that of any segment."""
     least = min(
@@ -186,8 +186,8 @@ def _solutions(
     return np.concatenate((chosen[None], solutions[order[order > 0]]))
 
 
-def _stretched(
-    way: Way, problem: TimingProblem, task: FreeTask, segment: Segment
+def _stretch_to_time(
+    way: ClearMotion, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given = float(problem.total or problem.duration.sum())
@@ -209,7 +209,7 @@ def _stretched(
     return curve
 
 
-def _located_error(no_way: NoWayError, task: FreeTask, segment: Segment) -> NoWayFoundError:
+def _located_error(no_way: NoClearMotionError, task: FreeTask, segment: Segment) -> NoWayFoundError:
     """The error for a missing motion, at the waypoint of the fault."""
     # the fault is at an end, or at a waypoint in between, by index
     k = int(no_way.end) if no_way.end.isdigit() else {"start": 0}.get(no_way.end, -1)

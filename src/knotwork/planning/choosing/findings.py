@@ -9,13 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.joint_quantities import rate_unit
-from knotwork.planning.choosing.choice import ChosenTimes
+from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.planning.choosing.path_speeds import Bound
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
 
-GROUP = "Chosen times"
+TIMES_GROUP = "Chosen times"
+
+_Shares = list[tuple[str, float | None]]
+"""Texts of limiting constraints, each with its share of the time."""
 
 
 def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
@@ -26,7 +29,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
         space: The joints and their limits.
     """
     yield _of_motion("duration", _duration(chosen), chosen.duration)
-    shortest = f"{chosen.lower_bound:.6g} s{_met(chosen)}"
+    shortest = f"{chosen.lower_bound:.6g} s{_meeting_note(chosen)}"
     what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
     message = f"no motion {what} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
@@ -34,17 +37,17 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     message = _duration(chosen)
     brief = message.removeprefix("times chosen: ")
     yield replace(_of_motion("chosen_times", message, verdict=verdict), brief=brief)
-    unlimited = _unlimited(space)
+    unlimited = _unlimited_note(space)
     if unlimited:
         yield _of_motion("acceleration_limit", unlimited, verdict="warning")
     if chosen.segments and chosen.assumed_jerk:
-        yield _of_motion("assumed_jerk", _assumed(chosen))
+        yield _of_motion("assumed_jerk", _assumed_jerk_note(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    for (start, end), limits in _binding(chosen).items():
+    for (start, end), limits in _limits_by_interval(chosen).items():
         parts = [f"{limit} {_share_text(share)}" for limit, share in limits]
         label = _longest(limits)
         yield Finding(
-            group=GROUP,
+            group=TIMES_GROUP,
             subject="waypoint",
             name=end,
             quantity="binding_limits",
@@ -64,7 +67,7 @@ def _of_motion(
 ) -> Finding:
     """A finding on the whole motion, with a time if there is one [s]."""
     unit = "s" if seconds is not None else ""
-    return Finding(GROUP, "motion", "", quantity, verdict, message, value=seconds, unit=unit)
+    return Finding(TIMES_GROUP, "motion", "", quantity, verdict, message, value=seconds, unit=unit)
 
 
 def _duration(chosen: ChosenTimes) -> str:
@@ -81,11 +84,11 @@ def _duration(chosen: ChosenTimes) -> str:
             f"motion may exist (lower bound {bound})"
         )
     if chosen.gap < 1e-6:
-        return f"{text} in all, as given, or the minimum{_met(chosen)}"
-    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_met(chosen)}"
+        return f"{text} in all, as given, or the minimum{_meeting_note(chosen)}"
+    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_meeting_note(chosen)}"
 
 
-def _met(chosen: ChosenTimes) -> str:
+def _meeting_note(chosen: ChosenTimes) -> str:
     """Text of given times at moving frames, on which the lower bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.met]
@@ -97,7 +100,7 @@ def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
     return chosen.asked.free is not None and bool(chosen.asked.free.path_speed)
 
 
-def _unlimited(space: JointSpace) -> str:
+def _unlimited_note(space: JointSpace) -> str:
     """Warning on joints without an acceleration limit; empty if all have one."""
     missing = np.isinf(space.limits["acceleration"])
     if space.robot is None or not missing.any():
@@ -110,7 +113,7 @@ def _unlimited(space: JointSpace) -> str:
     )
 
 
-def _assumed(chosen: ChosenTimes) -> str:
+def _assumed_jerk_note(chosen: ChosenTimes) -> str:
     """The assumed jerk limits, in words."""
     motion = chosen.segments[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
@@ -128,9 +131,11 @@ def _share_text(share: float | None) -> str:
     return f"for {100 * share:.0f} % of the time" if share else "at its peak"
 
 
-def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float | None]]]:
+def _limits_by_interval(
+    chosen: ChosenTimes,
+) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
-    limits: defaultdict[tuple[str, str], list[tuple[str, float | None]]] = defaultdict(list)
+    limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
         text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
@@ -142,7 +147,7 @@ def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float
     return limits
 
 
-def _longest(limits: list[tuple[str, float | None]]) -> str:
+def _longest(limits: _Shares) -> str:
     """The constraint that limits for most of the time, and the number of others."""
     limit, share = max(limits, key=lambda one: one[1] or 0.0)
     others = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from knotwork.kinematics.following.joint_field import Guide
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.planning.choosing.task import FreeTask, knots_of
+from knotwork.planning.choosing.free_task import FreeTask, knots_of
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath
 from knotwork.spline.interpolation import ModifiedHermiteSpline
@@ -21,16 +21,16 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.waypoints import FloatArray
 
-PLACES = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
+PIECE_FRACTIONS = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
 """Evaluation points in each piece of a curve: both ends, where it may jump, and between them."""
 
-SAMPLES = np.linspace(1e-6, 1.0 - 1e-6, 33)
+TIMING_FRACTIONS = np.linspace(1e-6, 1.0 - 1e-6, 33)
 """Evaluation points in each piece of a timing."""
 
 TOOL_MARGIN = 1e-3
 """Fraction by which the tool stays below its limit along a path, so that it can be approached."""
 
-MIDDLE = 0.25
+MIDDLE_HALF_WIDTH = 0.25
 """Half width of the middle of a stretch, as a fraction of its length."""
 
 
@@ -141,7 +141,7 @@ class LimitShares:
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     """Parameters of the evaluation points of a curve, its value and three derivatives there."""
-    x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PLACES).ravel()
+    x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PIECE_FRACTIONS).ravel()
     return x, *(curve(x, order) for order in range(4))
 
 
@@ -200,7 +200,7 @@ class SharesAlongPath:
     def at(self, timing: Timing) -> FloatArray:
         """Largest shares on each of the parts of n stretches with a timing, shape (3n, m)."""
         curve = timing.arc_length
-        t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * SAMPLES).ravel()
+        t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * TIMING_FRACTIONS).ravel()
         t = np.union1d(t, np.interp(self._s, curve(t), t))
         s, v, a, j = (curve(t, order)[:, None] for order in range(4))
         after = np.clip(np.searchsorted(self._s, s[:, 0]), 1, len(self._s) - 1)
@@ -228,5 +228,5 @@ class SharesAlongPath:
             room = np.maximum(allowed[index] - at_rest, 0.0)
             speeds = np.where(sizes > 0.0, room / sizes, np.inf) ** (1.0 / self._shares.orders)
         part = (self._s - self._ends[index]) / np.diff(self._ends)[index]
-        index[np.abs(part - 0.5) > MIDDLE] = -1
+        index[np.abs(part - 0.5) > MIDDLE_HALF_WIDTH] = -1
         return np.array([speeds[index == k].min() for k in range(len(allowed))])

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
-from knotwork.planning.choosing.choice import ChosenTimes
+from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.scenario import FreeTimes, Scenario, resolved
 from knotwork.task import PlainTask
 from knotwork.units import rounded_up
@@ -64,7 +64,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         if count == FULL_STEPS:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
-        scenario = _expecting(scenario, task, _by_waypoint(scenario, following))
+        scenario = _with_expected_times(scenario, task, _by_waypoint(scenario, following))
         if scenario.free is None or not scenario.free.meets:
             return scenario
         chosen = choose(scenario)
@@ -85,7 +85,9 @@ def _free(scenario: Scenario) -> FreeTimes:
     return scenario.free
 
 
-def _expecting(scenario: Scenario, task: PlainTask, expected: Mapping[int, float]) -> Scenario:
+def _with_expected_times(
+    scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
+) -> Scenario:
     """Another task in place of a scenario's, with expected times [s] by waypoint of the task."""
     return replace(resolved(task, scenario.places, expected), under_way=scenario.under_way)
 
@@ -103,7 +105,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     time = scenario.task.waypoints[k].time
     if time is not None and time <= start:
         sooner = task.with_waypoints({k: {"time": None, "after": "fastest"}})
-        chosen = choose(_expecting(scenario, sooner, {**before, k: start + GUESSES[0]}))
+        chosen = choose(_with_expected_times(scenario, sooner, {**before, k: start + GUESSES[0]}))
         raise _too_soon(scenario, first, time, float(chosen.scenario.times[first]))
     guesses = [before]
     if time is None and free.duration[first - 1]:
@@ -111,7 +113,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
         guesses = [{**before, k: start + span} for span in spans]
     for expected in guesses:
         try:
-            guessed = _expecting(scenario, task, expected)
+            guessed = _with_expected_times(scenario, task, expected)
             return guessed, choose(guessed)
         except (OutOfReachError, FollowingError) as error:
             error.add(
@@ -206,4 +208,4 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
             terms = {name: value for name, value in free.objective.items() if name != "time"}
             whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
-    return _expecting(scenario, task.replace(**whole), {})
+    return _with_expected_times(scenario, task.replace(**whole), {})

@@ -13,13 +13,13 @@ from enum import StrEnum
 import numpy as np
 
 from knotwork.errors import PathError
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.limit_shares import (
     Limit,
     LimitShares,
     SharesAlongPath,
     of_stretches,
 )
-from knotwork.planning.choosing.task import FreeTask
 from knotwork.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
@@ -35,7 +35,7 @@ MIN_SPEED = 1e-3
 EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
 """Largest used share of each limit, as expected and as planned."""
 
-EXCESS_FACTOR = 1.001
+EXCESS_CORRECTION = 1.001
 """Factor on the expectation where a limit is exceeded."""
 
 RAMP_RATIO = 0.85
@@ -44,7 +44,7 @@ RAMP_RATIO = 0.85
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-FASTER = 1.02
+BINDING_FACTOR = 1.02
 """Factor on a speed that must exceed a bound for this to be the limiting one."""
 
 
@@ -103,12 +103,12 @@ class PathSpeeds:
         """
         bounds = self.along.greatest_speeds(EXPECTED_SHARE / self._ratio[1::3])
         speeds = self._fit({k: min(float(bounds[k]), cap) for k, (cap, _) in self.caps.items()})
-        while (used := self._expected(speeds)).max() > 1.0:
+        while (used := self._expected_shares(speeds)).max() > 1.0:
             speeds = self._fit(self._slow_down(speeds, of_stretches(used)))
         self.speeds = speeds
         return speeds
 
-    def _expected(self, speeds: Speeds) -> FloatArray:
+    def _expected_shares(self, speeds: Speeds) -> FloatArray:
         """Expected shares of the parts of stretches, relative to the permitted ones."""
         used = self.along.at(self.asked.timed(speeds)[0])
         return np.asarray(used * self._ratio / EXPECTED_SHARE)
@@ -151,7 +151,7 @@ class PathSpeeds:
                 raise NoSpeedsError(self.path, k, Bound.NOTHING)
         while True:
             bounded = {
-                k: rounded(self.unit * max(speed, MIN_SPEED)) / self.unit
+                k: round_speed(self.unit * max(speed, MIN_SPEED)) / self.unit
                 for k, speed in speeds.items()
             }
             try:
@@ -181,7 +181,7 @@ class PathSpeeds:
             self.along = SharesAlongPath(task, path, self.shares, float(timing.speeds.max()))
         used, expected = self.shares.of_motion(task, path), self.along.at(timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
-        ratio[used > PLANNED_SHARE] *= EXCESS_FACTOR
+        ratio[used > PLANNED_SHARE] *= EXCESS_CORRECTION
         compared = np.maximum(used, self._ratio * expected) > 0.3
         self._ratio = np.where(compared, ratio, self._ratio)
         self.used = used
@@ -189,21 +189,21 @@ class PathSpeeds:
         kept = used[row, column] <= PLANNED_SHARE
         return None if kept else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
 
-    def limiting(self, k: int) -> Limit | Bound | None:
+    def limiting_constraint(self, k: int) -> Limit | Bound | None:
         """Limiting constraint of a stretch's chosen speed after `verify`; `None` without one."""
         cap, bound = self.caps[k]
-        if FASTER * self.speeds[k] > cap:
+        if BINDING_FACTOR * self.speeds[k] > cap:
             return bound
-        if self._fit({**self.speeds, k: FASTER * self.speeds[k]})[k] <= self.speeds[k]:
+        if self._fit({**self.speeds, k: BINDING_FACTOR * self.speeds[k]})[k] <= self.speeds[k]:
             return Bound.RAMPS
         speeds = self.asked.timed(self.speeds)[1]
         neighbours = range(max(k - 1, 0), min(k + 2, len(speeds)))
         alike = [j for j in neighbours if speeds[j] == speeds[k]]
         factors = self._factors(of_stretches(self.used)[alike].max(axis=0))
-        return self.shares.limits[int(factors.argmin())] if factors.min() < FASTER else None
+        return self.shares.limits[int(factors.argmin())] if factors.min() < BINDING_FACTOR else None
 
 
-def rounded(speed: float) -> float:
+def round_speed(speed: float) -> float:
     """A speed rounded down to a few digits."""
     if math.isinf(speed):
         return speed

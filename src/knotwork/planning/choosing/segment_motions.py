@@ -10,12 +10,12 @@ import numpy as np
 
 from knotwork.errors import InputError, TimingError, together
 from knotwork.planning.choosing.clear_motions import clear_motion
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import Segment, timing_problem
-from knotwork.planning.choosing.task import FreeTask
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.rounding import with_room
-from knotwork.planning.timing.solving import NoMotionError, solved
+from knotwork.planning.timing.solving import NoMotionError, solve_within
 from knotwork.units import rounded_up
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)
@@ -37,7 +37,7 @@ class NoMotionsError(Exception):
         super().__init__()
         self.task, self.errors = task, errors
 
-    def reported(self) -> InputError:
+    def combined_error(self) -> InputError:
         """The combined error of all segments."""
         return together(
             [
@@ -48,7 +48,7 @@ class NoMotionsError(Exception):
         )
 
 
-def solved_segments(
+def solve_segments(
     task: FreeTask, segments: list[Segment], budget: Budget
 ) -> list[tuple[Segment, TimedMotion]]:
     """Motions of all segments, with the given total duration, if there is one.
@@ -80,7 +80,7 @@ def solved_segments(
     try:
         return list(_motions(task, segments, objective, budget, totals).items())
     except NoMotionsError as failure:
-        error = failure.reported()
+        error = failure.combined_error()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
         raise error from None
 
@@ -107,7 +107,7 @@ def _motions(
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
         try:
             if segment.way is None:
-                motions[segment] = solved(problem, budget)
+                motions[segment] = solve_within(problem, budget)
             else:
                 before = [motion for one, motion in motions.items() if one.meets(segment)]
                 start = before[0].trajectory.position(before[0].duration) if before else None

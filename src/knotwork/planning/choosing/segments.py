@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
 from knotwork.scenario import FreeWay, Scenario
 from knotwork.scenario.joint_space import JointSpace

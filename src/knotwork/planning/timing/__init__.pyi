@@ -1,9 +1,9 @@
 from .bounds import lower_bound as lower_bound
-from .dynamics import Dynamics as Dynamics
-from .motion import Binding as Binding
-from .motion import Progress as Progress
-from .motion import TimedMotion as TimedMotion
-from .problem import Objective as Objective
-from .problem import TimingLimits as TimingLimits
-from .problem import TimingProblem as TimingProblem
 from .solving import solve as solve
+from .symbolic_dynamics import Dynamics as Dynamics
+from .timed_motion import Binding as Binding
+from .timed_motion import Progress as Progress
+from .timed_motion import TimedMotion as TimedMotion
+from .timing_problem import Objective as Objective
+from .timing_problem import TimingLimits as TimingLimits
+from .timing_problem import TimingProblem as TimingProblem

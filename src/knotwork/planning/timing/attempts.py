@@ -14,17 +14,17 @@ from knotwork.planning.timing.initial_guess import (
     plain_guess,
     short_durations,
 )
-from knotwork.planning.timing.motion import Status
-from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.program import Solution
+from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section import Section
-from knotwork.planning.timing.stop_to_stop import SLOWER, resting_knots
-from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tightened
+from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_knots
+from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
+from knotwork.planning.timing.timed_motion import Status
+from knotwork.planning.timing.timing_problem import TimingProblem
 
-MOST_TIMES = 12
+MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
 
-NEARLY = 1.001
+MAX_RESTING_RATIO = 1.001
 """Maximum ratio of the duration of a motion with rests to the optimum for which it is kept."""
 
 
@@ -41,7 +41,7 @@ class Attempt:
     status: Status
 
 
-def solved_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
+def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """Solve a section from the first start that converges.
 
     Args:
@@ -54,15 +54,15 @@ def solved_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """
     given = float(np.nansum(problem.duration))
     if problem.objective.only_time and problem.free.any() and given:
-        rests = resting(problem, "resting")
-        if rests is not None and rests.knots.time[-1] <= NEARLY * given:
+        rests = resting_motion(problem, "resting")
+        if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given:
             return rests  # the free time is negligible against the given one
-    rests = None if budget.seconds is None else resting(problem, "stopped")
+    rests = None if budget.seconds is None else resting_motion(problem, "stopped")
     for start in _starts(problem):
         found = _run(start, problem, budget, found=rests is not None)
         if found is not None:
             return found
-    return rests if budget.late(found=rests is not None) else resting(problem, "resting")
+    return rests if budget.late(found=rests is not None) else resting_motion(problem, "resting")
 
 
 def _starts(problem: TimingProblem) -> Iterator[Guess]:
@@ -72,10 +72,10 @@ def _starts(problem: TimingProblem) -> Iterator[Guess]:
     yield plain_guess(problem)
 
 
-def resting(problem: TimingProblem, status: Status) -> Attempt | None:
+def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
     """The fastest motion that rests in every interval and keeps every limit, or `None`."""
     moving = bool(problem.velocity[problem.velocity_known].any())
-    for slower in SLOWER:
+    for slower in SLOWDOWN_FACTORS:
         # a moving arm may have to brake at once, and may move slowly after that
         for braking in sorted({1.0, slower} if moving else {slower}):
             knots = resting_knots(problem, slower, braking)
@@ -97,8 +97,8 @@ def _run(guess: Guess, problem: TimingProblem, budget: Budget, *, found: bool) -
     """
     tightening = first_tightening(problem)
     last: Solution | None = None
-    again = False
-    for _ in range(MOST_TIMES):
+    restarted = False
+    for _ in range(MAX_TIGHTENINGS):
         seconds = budget.left(found=found)
         if seconds <= 0.0:
             return None
@@ -106,14 +106,14 @@ def _run(guess: Guess, problem: TimingProblem, budget: Budget, *, found: bool) -
         solution = section.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
-            if last is None or again:
+            if last is None or restarted:
                 return None
-            last, again = None, True  # the previous solution is too far away
+            last, restarted = None, True  # the previous solution is too far away
             continue
-        made = section.rebuild(solution.x)
-        more = tightened(problem, tightening, made.curve)
+        knots = section.rebuild(solution.x)
+        more = tighten(problem, tightening, knots.curve)
         if more is None:
-            return Attempt(made, "optimal")
+            return Attempt(knots, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.planning.timing.motion import Binding
-from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.timed_motion import Binding
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
-PLACES = 100
+INTERVAL_SAMPLES = 100
 """Samples in each interval."""
 
-NEAR = 1e-3
+LIMIT_DISTANCE = 1e-3
 """Relative distance within which a joint is at a limit."""
 
-WORTH_SAYING = 0.02
+MIN_ACTIVE_SHARE = 0.02
 """Minimum fraction of an interval for which an active limit is reported, if there are others."""
 
-TOUCHES = 0.02
+TOUCH_DISTANCE = 0.02
 """Relative distance within which a limit counts as touched."""
 
 
@@ -32,10 +32,10 @@ def binding_limits(
         time: Times of the waypoints [s], shape (n,).
         curve: Joint positions.
     """
-    places = (np.arange(PLACES) + 0.5) / PLACES
+    places = (np.arange(INTERVAL_SAMPLES) + 0.5) / INTERVAL_SAMPLES
     times = time[:-1, None] + places * np.diff(time)[:, None]
     limits = problem.limits
-    found: list[Binding] = []
+    limits_found: list[Binding] = []
     uses = {
         name: np.abs(curve(times, order)) / getattr(limits, name)
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
@@ -48,8 +48,8 @@ def binding_limits(
         speed = problem.dynamics.tool_speed(q, curve(times, 1)) / limits.tool_speed
         uses["tool speed"] = speed[:, :, None]
     peaks = {name: use.max(axis=1) for name, use in uses.items()}
-    shares = {name: np.mean(use >= 1.0 - NEAR, axis=1) for name, use in uses.items()}
-    width = NEAR * np.where(
+    shares = {name: np.mean(use >= 1.0 - LIMIT_DISTANCE, axis=1) for name, use in uses.items()}
+    width = LIMIT_DISTANCE * np.where(
         np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 0
     )
     shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
@@ -57,16 +57,16 @@ def binding_limits(
         at_limit = [
             (float(share[i, k]), name, int(k))
             for name, share in shares.items()
-            for k in np.flatnonzero(share[i] >= WORTH_SAYING)
+            for k in np.flatnonzero(share[i] >= MIN_ACTIVE_SHARE)
         ]
         at_limit.sort(key=lambda one: -one[0])
         if not at_limit and (problem.free[i] or problem.total is not None):
             name = max(peaks, key=lambda name: float(peaks[name][i].max()))
             k = int(peaks[name][i].argmax())
-            if peaks[name][i, k] >= 1.0 - TOUCHES:
+            if peaks[name][i, k] >= 1.0 - TOUCH_DISTANCE:
                 at_limit = [(float(shares[name][i, k]), name, k)]
         for part, name, k in at_limit:
             joint = "" if name == "tool speed" else problem.joint_names[k]
             ends = problem.names[i], problem.names[i + 1]
-            found.append(Binding(*ends, joint, name, round(part, 2)))
-    return tuple(found)
+            limits_found.append(Binding(*ends, joint, name, round(part, 2)))
+    return tuple(limits_found)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial.least_durations import feasible_durations
 from knotwork.waypoints import FloatArray
 
@@ -43,10 +43,10 @@ def interval_bounds(problem: TimingProblem) -> FloatArray:
 def least_durations(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations from the limits alone [s], shape (n-1,)."""
     known = problem.velocity_known
-    found: FloatArray = _of_joints(problem).max(axis=1)
+    durations: FloatArray = _of_joints(problem).max(axis=1)
     for i in np.flatnonzero(known[:-1] & known[1:]):
-        found[i] = _together(problem, int(i))
-    return np.maximum(found, _straight_lines(problem))
+        durations[i] = _common_duration(problem, int(i))
+    return np.maximum(durations, _straight_lines(problem))
 
 
 def slowest(problem: TimingProblem, i: int) -> str:
@@ -64,13 +64,13 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
     v, known = problem.velocity, problem.velocity_known
     V, A = problem.limits.velocity, problem.limits.acceleration
     D = np.diff(problem.position, axis=0)
-    found = np.abs(D) / V
+    durations = np.abs(D) / V
     for i in np.flatnonzero(known[:-1] | known[1:]):
         if known[i] and known[i + 1]:
-            found[i] = feasible_durations(D[i], v[i], v[i + 1], V, A)[0]
+            durations[i] = feasible_durations(D[i], v[i], v[i + 1], V, A)[0]
         else:
-            found[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
-    return found
+            durations[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
+    return durations
 
 
 def _straight_lines(problem: TimingProblem) -> FloatArray:
@@ -82,7 +82,7 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
     return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / most)
 
 
-def _together(problem: TimingProblem, i: int) -> float:
+def _common_duration(problem: TimingProblem, i: int) -> float:
     """Minimum duration of an interval that is feasible for every joint."""
     first, last, next_first = problem.possible_durations(i)
     duration = float(first.max())
@@ -101,5 +101,5 @@ def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray)
         root = np.sqrt(v * v + 2.0 * A * D)
         rising = np.where(v < 0.0, (root - v) / A, 2.0 * D / (v + root))  # without cancellation
         cruising = (V - v) / A + (D - reach) / V
-    found = np.where(reach < D, cruising, rising)
-    return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, found))
+    durations = np.where(reach < D, cruising, rising)
+    return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, durations))

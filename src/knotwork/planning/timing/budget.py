@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knotwork.errors.arguments import finite_number
-from knotwork.planning.timing.motion import Progress
+from knotwork.planning.timing.timed_motion import Progress
 
 
 @dataclass(eq=False)

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.program import Kernel
+from knotwork.planning.timing.nonlinear_program import Kernel
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
-    from knotwork.planning.timing.dynamics import Dynamics
+    from knotwork.planning.timing.symbolic_dynamics import Dynamics
 
-PLACES = 16
+SAMPLES_EACH = 16
 """Samples in each piece, without its end."""
 
 
@@ -146,7 +146,7 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     """Positions, velocities and accelerations at samples of each piece, shape (pieces, k, d)."""
     span = np.diff(curve.x)[:, None]
-    times = curve.x[:-1, None] + np.arange(PLACES) / PLACES * span
+    times = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
     last = np.full((len(times), 1), curve.x[-1])
     times = np.minimum(np.hstack((times, curve.x[1:, None])), last)
     return tuple(curve(times, order) for order in range(3))
@@ -208,5 +208,7 @@ def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float
     """Integral of effort squared over the motion, summed over the joints, by Simpson's rule."""
     q, v, a = _states(curve)
     squares = (problem.arm.effort(q, v, a) ** 2).sum(axis=-1)
-    weights = np.array([1.0, *[4.0, 2.0] * (PLACES // 2 - 1), 4.0, 1.0]) / (3.0 * PLACES)
+    weights = np.array([1.0, *[4.0, 2.0] * (SAMPLES_EACH // 2 - 1), 4.0, 1.0]) / (
+        3.0 * SAMPLES_EACH
+    )
     return float((squares @ weights) @ np.diff(curve.x))

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.planning.timing.efforts import effort_kernel, tool_kernel
-from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.program import Block
+from knotwork.planning.timing.nonlinear_program import Block
 from knotwork.planning.timing.spline import Layout, Scale
 from knotwork.planning.timing.tightening import Tightening
+from knotwork.planning.timing.timing_problem import TimingProblem
 
 KERNELS = {"effort": effort_kernel, "tool_speed": tool_kernel}
 

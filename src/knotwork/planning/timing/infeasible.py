@@ -13,21 +13,21 @@ import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.planning.timing.attempts import resting
+from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.bounds import interval_bounds, least_durations, slowest
-from knotwork.planning.timing.given_values import ROUNDING, value_errors
-from knotwork.planning.timing.problem import BoolArray, TimingProblem
+from knotwork.planning.timing.given_values import VALUE_ROUNDING, value_errors
 from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.stop_to_stop import with_longer
+from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
 from knotwork.units import rounded_down, rounded_up
 
-NOTHING = "no motion was found that keeps all limits"
+NO_MOTION = "no motion was found that keeps all limits"
 
 EQUAL_DURATION = 1e-9
 """Relative rounding tolerance of durations."""
 
 
-def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
+def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
     """Errors of given values that no motion within the limits has; of durations last.
 
     Args:
@@ -37,19 +37,19 @@ def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingErr
     """
     return (
         [*_overloads(problem, certain=True), *value_errors(problem)]
-        or list(_unlimited(problem))
+        or list(_unlimited_errors(problem))
         or list(_impossible_durations(problem, direct))
     )
 
 
-def unsolved(problem: TimingProblem) -> list[TimingError]:
-    """Causes and sufficient values for a problem without a motion, after `impossible`."""
+def unsolved_errors(problem: TimingProblem) -> list[TimingError]:
+    """Causes and sufficient values for a problem without a motion, after `infeasible_values`."""
     return (
         list(_overloads(problem, certain=False))
         or _too_short(problem)
         or [
             TimingError(
-                f"between {problem.names[0]!r} and {problem.names[-1]!r} {NOTHING}: allow longer "
+                f"between {problem.names[0]!r} and {problem.names[-1]!r} {NO_MOTION}: allow longer "
                 "durations, lower speeds or higher limits",
                 waypoint=0,
                 interval=len(problem.position) == 2,
@@ -74,14 +74,16 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
         return
     q = problem.position[rows]
     efforts = np.abs(problem.arm.effort(q, np.zeros_like(q), np.zeros_like(q)))
-    for k in np.flatnonzero((efforts > limits.effort * (1.0 + ROUNDING)).any(axis=0)).tolist():
+    for k in np.flatnonzero(
+        (efforts > limits.effort * (1.0 + VALUE_ROUNDING)).any(axis=0)
+    ).tolist():
         i, effort, limit = int(rows[efforts[:, k].argmax()]), efforts[:, k].max(), limits.effort[k]
         unit, name = JOINT_QUANTITIES["effort"].units[problem.joint_units[k]], problem.names[i]
         needed, given = (
             problem.units.text(value / limits.margin, unit) for value in (rounded_up(effort), limit)
         )
         yield TimingError(
-            f"{'no motion keeps all limits' if certain else NOTHING}: "
+            f"{'no motion keeps all limits' if certain else NO_MOTION}: "
             f"{'' if rests[i] else 'to rest '}at {name!r} joint {problem.joint_names[k]!r} needs a "
             f"limit of effort above {needed}; it is {given}{limits.margin_note}",
             waypoint=i,
@@ -92,7 +94,7 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
         )
 
 
-def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
+def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
     """Refuse joints without limits, for which the minimum duration would be zero."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isinf(limits.effort)
@@ -162,9 +164,9 @@ def _given_durations(
         problem: The task.
         wrong: Whether each duration is wrong.
         prefix: Beginning of the reason.
-        direct: See `impossible`.
+        direct: See `infeasible_values`.
     """
-    rests, least = resting(with_longer(problem), "resting"), least_durations(problem)
+    rests, least = resting_motion(with_longer(problem), "resting"), least_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
     errors = []
     for i in np.flatnonzero(wrong).tolist():
@@ -194,15 +196,15 @@ def _given_durations(
 
 def _too_short(problem: TimingProblem) -> list[TimingError]:
     """Given durations in which the arm can't come to rest, with those in which it can."""
-    rests = resting(with_longer(problem), "resting")
+    rests = resting_motion(with_longer(problem), "resting")
     if rests is None:
         return []
     takes = np.diff(rests.knots.time)
     if problem.total is None:
         wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
-        return _given_durations(problem, wrong, f"{NOTHING}; ")
+        return _given_durations(problem, wrong, f"{NO_MOTION}; ")
     least = with_room(float(np.where(problem.free, takes, problem.duration).sum()))
     if problem.total >= least:
         return []
-    reason = f"{NOTHING}; with {least:.6g} s there is one that rests"
+    reason = f"{NO_MOTION}; with {least:.6g} s there is one that rests"
     return [_short_total(problem.total, reason, least)]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.planning.timing.problem import TimingProblem
 from knotwork.planning.timing.spline import pieces_each
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.waypoints import FloatArray
@@ -46,12 +46,12 @@ def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
-    share = _even(duration.size)
+    share = _even_shares(duration.size)
     curve = PiecewisePolynomial(two_point_coefficients(time, (problem.position, velocity)), time)
     return Guess(duration, share, curve, velocity)
 
 
-def _even(intervals: int) -> FloatArray:
+def _even_shares(intervals: int) -> FloatArray:
     each = pieces_each(intervals)
     return np.full((intervals, each), 1.0 / each)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.planning.timing.efforts import effort_integral
-from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 
 
@@ -15,18 +15,18 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
     The integrals run over the motion and are summed over the joints.
     """
     objective, span = problem.objective, np.diff(curve.x)[:, None]
-    found = {"time": float(curve.x[-1] - curve.x[0])}
+    values = {"time": float(curve.x[-1] - curve.x[0])}
     if objective.jerk:
-        found["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
+        values["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
     if objective.acceleration:
         left = 2.0 * curve.c[1]
         right = left + 6.0 * curve.c[0] * span
-        found["acceleration"] = float(
+        values["acceleration"] = float(
             np.sum((left * left + left * right + right * right) * span) / 3.0
         )
     if objective.effort:
-        found["effort"] = effort_integral(problem, curve)
-    return found
+        values["effort"] = effort_integral(problem, curve)
+    return values
 
 
 def objective_value(problem: TimingProblem, curve: PiecewisePolynomial) -> float:

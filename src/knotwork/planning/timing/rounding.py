@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from knotwork.units import rounded_up
 
-SPARE = 1e-4
+DURATION_RESERVE = 1e-4
 """Relative margin of a reported duration over a sufficient one."""
 
 
@@ -14,4 +14,4 @@ def with_room(value: float) -> float:
     >>> with_room(1.3833333)
     1.384
     """
-    return rounded_up(value * (1.0 + SPARE), 4)
+    return rounded_up(value * (1.0 + DURATION_RESERVE), 4)

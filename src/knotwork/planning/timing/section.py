@@ -10,8 +10,7 @@ from knotwork.planning.timing.efforts import work_kernel
 from knotwork.planning.timing.exact_curve import MotionKnots
 from knotwork.planning.timing.held_limits import held_blocks
 from knotwork.planning.timing.initial_guess import Guess
-from knotwork.planning.timing.problem import BoolArray, TimingProblem
-from knotwork.planning.timing.program import Block, Solution, solve_program
+from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
 from knotwork.planning.timing.spline import (
     Layout,
     Scale,
@@ -20,24 +19,25 @@ from knotwork.planning.timing.spline import (
     sum_kernel,
 )
 from knotwork.planning.timing.tightening import Tightening
+from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
 from knotwork.waypoints import FloatArray
 
-EVEN = 3e-4
+EVENNESS_WEIGHT = 3e-4
 """Weight of the unevenness of an interval's pieces, if nothing else determines it."""
 
-CALM = 1e-4
+CALMNESS_WEIGHT = 1e-4
 """Weight of accelerations, so that joints that are not in a hurry move no more than they must.
 
 No motion is longer by more than this part for it.
 """
 
-SHORTEST = 1e-4
+MIN_PIECE_SHARE = 1e-4
 """Minimum duration of a piece, relative to its first guess."""
 
-LEAST_TIME = 1e-3
+MIN_SOLVER_TIME = 1e-3
 """Minimum time limit of the solver [s]."""
 
-AGAIN: dict[str, Any] = {
+WARM_START_OPTIONS: dict[str, Any] = {
     "ipopt.mu_init": 1e-9,
     "ipopt.warm_start_init_point": "yes",
     "ipopt.warm_start_bound_push": 1e-8,
@@ -79,9 +79,9 @@ class Section:
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver, from an earlier solution or the guess, with a time limit."""
-        options = {} if start is None else dict(AGAIN)
+        options = {} if start is None else dict(WARM_START_OPTIONS)
         if np.isfinite(seconds):
-            options["ipopt.max_wall_time"] = max(seconds, LEAST_TIME)
+            options["ipopt.max_wall_time"] = max(seconds, MIN_SOLVER_TIME)
         initial = self.start() if start is None else start
         reusable = bool(np.isinf(seconds))
         return solve_program(self.blocks(), initial, self.bounds(), options, reusable=reusable)
@@ -108,7 +108,7 @@ class Section:
         at, problem, scale = self.layout, self.problem, self.scale
         each = at.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
-        shortest = SHORTEST * self.guess.duration / each / scale.time
+        shortest = MIN_PIECE_SHARE * self.guess.duration / each / scale.time
         low[at.tau] = np.repeat(shortest, each)
         inner = 1.0 - self.margin
         V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
@@ -214,7 +214,9 @@ class Section:
             high += list(upper / scale.unit(0)[:, None])
         weights = self._weights()[:, None] * ones
         duration = np.repeat(self.guess.duration, at.each)
-        weights[1] = EVEN * at.each * scale.time**2 / (duration * self.guess.duration.sum())
+        weights[1] = (
+            EVENNESS_WEIGHT * at.each * scale.time**2 / (duration * self.guess.duration.sum())
+        )
         kernel = piece_kernel(d, jerk, position, smooth)
         return Block(kernel, at.piece, np.vstack((*rows, weights)), np.vstack(low), np.vstack(high))
 
@@ -222,7 +224,7 @@ class Section:
         objective, scale = self.problem.objective, self.scale
         cost = self.typical_cost()
         most = np.minimum(self.problem.limits.acceleration, scale.unit(2))
-        calm = CALM * cost / (most**2 * self.guess.duration.sum() * len(most))
+        calm = CALMNESS_WEIGHT * cost / (most**2 * self.guess.duration.sum() * len(most))
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if objective.jerk:
@@ -249,13 +251,13 @@ class Section:
         shape = (self.layout.intervals, self.layout.each, self.layout.joints)
         start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
         # with zero acceleration, the point next to the waypoint has its velocity
-        given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
+        given = np.where(self._passes_at_limit(), 1.001 * self.problem.limits.velocity, 0.0)
         start[:, 0] = np.maximum(start[:, 0], given[:-1])
         end[:, -1] = np.maximum(end[:, -1], given[1:])
         unit = self.scale.unit(1)
         return [(v.reshape(self.layout.pieces, -1) / unit).T for v in (start, end)]
 
-    def _cruising(self) -> BoolArray:
+    def _passes_at_limit(self) -> BoolArray:
         """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
         problem = self.problem
         most = (1.0 - 2.0 * self.margin) * problem.limits.velocity
@@ -266,7 +268,7 @@ class Section:
         problem = self.problem
         stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
         idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
-        steady = self._cruising()
+        steady = self._passes_at_limit()
         steady[:-1] |= idle  # otherwise it would oscillate between them
         steady[1:] |= idle
         return steady & ~problem.acceleration_known[:, None]

@@ -14,11 +14,11 @@ from knotwork.planning.timing.binding import binding_limits
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import concatenate_curves
-from knotwork.planning.timing.infeasible import impossible, unsolved
-from knotwork.planning.timing.motion import Progress, Status, TimedMotion, status_of
+from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.objective_terms import terms
-from knotwork.planning.timing.problem import TimingProblem, part_of
-from knotwork.planning.timing.windows import solved_windows
+from knotwork.planning.timing.timed_motion import Progress, Status, TimedMotion, status_of
+from knotwork.planning.timing.timing_problem import TimingProblem, part_of
+from knotwork.planning.timing.windows import solve_windows
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
@@ -56,7 +56,7 @@ def solve(
     ('optimal', True)
     """
     try:
-        return solved(problem, Budget(progress, budget, len(problem.position) - 1))
+        return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
     except NoMotionError as error:
         raise together(error.causes) from None
 
@@ -73,7 +73,7 @@ class NoMotionError(Exception):
         self.causes = list(causes)
 
 
-def solved(problem: TimingProblem, budget: Budget) -> TimedMotion:
+def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     """Solve one of several problems that share a budget, see `solve`.
 
     Args:
@@ -84,7 +84,7 @@ def solved(problem: TimingProblem, budget: Budget) -> TimedMotion:
         NoMotionError: No motion within the limits was found.
     """
     iterations = budget.iterations
-    wrong = impossible(problem)
+    wrong = infeasible_values(problem)
     if wrong:
         raise NoMotionError(wrong)
     motion = _solved_sections(problem, budget)
@@ -96,7 +96,7 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
     causes: list[TimingError] = []
     for start, end in sections(problem):
         section = part_of(problem, start, end)
-        attempt = solved_windows(section, budget)
+        attempt = solve_windows(section, budget)
         if attempt is not None:
             attempts.append(attempt)
         elif budget.late(found=False):
@@ -106,7 +106,7 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
             )
             raise NoMotionError([TimingError(message, limit="budget")])
         else:
-            for error in unsolved(section):
+            for error in unsolved_errors(section):
                 if error.waypoint is not None:
                     error.waypoint += start
                 causes.append(error)

@@ -18,20 +18,20 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from knotwork.planning.timing.program import Kernel
+from knotwork.planning.timing.nonlinear_program import Kernel
 from knotwork.waypoints import FloatArray, IndexArray
 
-PIECES = 5
+INTERVAL_PIECES = 5
 """Cubic pieces per interval. More pieces gain less than 1 % of the duration."""
 
-ALONE = 12
+SINGLE_INTERVAL_PIECES = 12
 """Cubic pieces of a single interval. A joint between two stops has seven phases, and joints that
 share the pieces need more: with twelve, six joints are as fast as the slowest of them."""
 
 
 def pieces_each(intervals: int) -> int:
     """Cubic pieces of each interval in a section of n intervals."""
-    return ALONE if intervals == 1 else PIECES
+    return SINGLE_INTERVAL_PIECES if intervals == 1 else INTERVAL_PIECES
 
 
 @dataclass(frozen=True, eq=False)

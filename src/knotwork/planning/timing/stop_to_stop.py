@@ -12,8 +12,8 @@ from knotwork.planning.timing.exact_curve import (
     correct_accelerations,
     divide_pieces,
 )
-from knotwork.planning.timing.problem import Objective, TimingLimits, TimingProblem, part_of
 from knotwork.planning.timing.spline import pieces_each
+from knotwork.planning.timing.timing_problem import Objective, TimingLimits, TimingProblem, part_of
 from knotwork.waypoints import FloatArray
 
 
@@ -32,11 +32,11 @@ class _Phases:
     move: FloatArray
 
 
-LEAST_PHASE = 1e-3
+MIN_PHASE_SHARE = 1e-3
 """Minimum duration of a phase of a first motion, relative to the whole."""
 
 
-SLOWER = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
+SLOWDOWN_FACTORS = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 """Factors by which a motion is slowed down for efforts and tool speed, tried in turn."""
 
 
@@ -70,14 +70,14 @@ def resting_knots(
         if part is None:
             return None
         parts.append(part)
-    found = concatenate_knots(parts)
-    left = 0.0 if problem.total is None else problem.total - float(found.time[-1])
-    if problem.total is None or abs(left) <= 1e-12 * problem.total:
-        return found
-    free, durations = problem.free, np.diff(found.time)
-    if left < 0.0 or not free.any():
+    knots = concatenate_knots(parts)
+    excess = 0.0 if problem.total is None else problem.total - float(knots.time[-1])
+    if problem.total is None or abs(excess) <= 1e-12 * problem.total:
+        return knots
+    free, durations = problem.free, np.diff(knots.time)
+    if excess < 0.0 or not free.any():
         return None
-    durations[free] *= 1.0 + left / durations[free].sum()
+    durations[free] *= 1.0 + excess / durations[free].sum()
     return resting_knots(replace(problem, duration=durations, total=None), slower, braking)
 
 
@@ -150,16 +150,16 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKn
     hold = max(v / (J * rise) - rise, 0.0)
     cruise = max(1.0 / v - 2.0 * rise - hold, 0.0)
     span = np.array([rise, hold, rise, cruise, rise, hold, rise])
-    span = np.maximum(span, LEAST_PHASE * span.sum())
+    span = np.maximum(span, MIN_PHASE_SHARE * span.sum())
     a = J * rise * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    found = MotionKnots(
+    knots = MotionKnots(
         np.array([0.0, span.sum()]),
         span[None] / span.sum(),
         problem.position,
         np.zeros_like(problem.velocity),
         (a[:, None] * move)[None],
     )
-    return divide_pieces(found, pieces_each(1))  # corrections are smaller over more pieces
+    return divide_pieces(knots, pieces_each(1))  # corrections are smaller over more pieces
 
 
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
@@ -174,13 +174,13 @@ def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) 
     still = np.zeros_like(v)
     first = float(np.max(np.abs(a) / limits.jerk))
     if first:
-        first = max(first, LEAST_PHASE * _braking(v, limits))
-    left = v + 0.5 * first * a
-    second = slower * _braking(left, limits)
+        first = max(first, MIN_PHASE_SHARE * _braking_time(v, limits))
+    excess = v + 0.5 * first * a
+    second = slower * _braking_time(excess, limits)
     if second:
-        second = max(second, LEAST_PHASE * first)
+        second = max(second, MIN_PHASE_SHARE * first)
         span = np.array([first, 0.5 * second, 0.5 * second])
-        rows = np.stack((a, still, -2.0 * left / second, still))
+        rows = np.stack((a, still, -2.0 * excess / second, still))
     else:
         span, rows = np.array([first]), np.stack((a, still))
     if not first:
@@ -191,7 +191,7 @@ def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) 
     return _Phases(span, rows, moved.sum(axis=0))
 
 
-def _braking(v: FloatArray, limits: TimingLimits) -> float:
+def _braking_time(v: FloatArray, limits: TimingLimits) -> float:
     """Minimum time in which all joints come to rest, with rising and then falling acceleration."""
     speed = np.abs(v)
     with_acceleration, with_jerk = speed / limits.acceleration, np.sqrt(speed / limits.jerk)

@@ -9,21 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.planning.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
-from knotwork.planning.timing.problem import BoolArray, TimingProblem
 from knotwork.planning.timing.spline import pieces_each
+from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
-BETWEEN = 1e-4
+SAMPLE_MARGIN = 1e-4
 """Relative margin of effort and tool speed for values between the samples."""
 
-MARGIN = 1e-6
+SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
 
-SLACK = 1e-10
+LIMIT_SLACK = 1e-10
 """Relative rounding tolerance of limits."""
 
-CHECKS = {
+ROBOT_LIMITS = {
     "effort": (effort_shares, proved_efforts),
     "tool_speed": (tool_shares, proved_tool),
 }
@@ -31,7 +31,7 @@ CHECKS = {
 
 
 class HeldLimit(NamedTuple):
-    """A limit of `CHECKS` that the solver has, alternately at each break and inside each piece.
+    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
 
     Attributes:
         allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
@@ -49,10 +49,10 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        held: Limits of `CHECKS` that the solver has, by name.
+        held: Limits of `ROBOT_LIMITS` that the solver has, by name.
     """
 
-    margin: float = MARGIN
+    margin: float = SOLVER_MARGIN
     position: bool = False
     held: Mapping[str, HeldLimit] = field(default_factory=dict)
 
@@ -72,7 +72,7 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     return Tightening()
 
 
-def tightened(
+def tighten(
     problem: TimingProblem,
     tightening: Tightening,
     curve: PiecewisePolynomial,
@@ -84,8 +84,8 @@ def tightened(
         problem: The problem.
         tightening: Tightening of the solution.
         curve: The exact curve of the solution.
-        near: Fraction of limits of `CHECKS` above which they become constraints in a piece; by
-            default they are constraints everywhere.
+        near: Fraction of limits of `ROBOT_LIMITS` above which they become constraints in a piece;
+            by default they are constraints everywhere.
 
     Returns:
         The next tightening, or `None` if every limit is kept.
@@ -95,7 +95,7 @@ def tightened(
         return replace(tightening, position=True)
     if beyond or too_fast(problem, curve):
         return replace(tightening, margin=10.0 * tightening.margin)
-    over = exceeded(problem, curve)
+    over = exceeded_limit(problem, curve)
     if over is None:
         return None
     name, shares = over
@@ -117,16 +117,18 @@ def _held_limit(
         name: Name of the limit.
         before: The limit that the solver had, if it had one.
         shares: Use of the limit in each piece, shape (pieces, d or 1).
-        near: See `tightened`.
+        near: See `tighten`.
     """
     pieces, width = shares.shape
     if before is None:
-        allowed = np.full((2 * pieces + 1, width), 1.0 - BETWEEN)
+        allowed = np.full((2 * pieces + 1, width), 1.0 - SAMPLE_MARGIN)
         active = np.full(2 * pieces + 1, near is None)
     else:
         allowed, active = np.array(before.allowed), np.array(before.active)
-        over = shares > 1.0 - 0.5 * BETWEEN
-        factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
+        over = shares > 1.0 - 0.5 * SAMPLE_MARGIN
+        factor = np.where(
+            over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(shares, 0.5)), 1.0
+        )
         for first, last in ((0, -1), (1, None), (2, None)):
             allowed[first:last:2] *= factor
     if near is not None:
@@ -139,17 +141,19 @@ def _held_limit(
     return HeldLimit(allowed, active)
 
 
-def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, FloatArray] | None:
-    """The first limit of `CHECKS` that a curve is not proved to keep, or `None`.
+def exceeded_limit(
+    problem: TimingProblem, curve: PiecewisePolynomial
+) -> tuple[str, FloatArray] | None:
+    """The first limit of `ROBOT_LIMITS` that a curve is not proved to keep, or `None`.
 
     Returns:
         Name of the limit, and its use in each piece.
     """
-    for name, (sampled, proved) in CHECKS.items():
+    for name, (sampled, proved) in ROBOT_LIMITS.items():
         if not np.isfinite(getattr(problem.limits, name)).any():
             continue
         shares = sampled(problem, curve)
-        if shares.max() <= 1.0 - 0.5 * BETWEEN:
+        if shares.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
             shares = proved(problem, curve)
             if shares.max() <= 1.0:
                 continue
@@ -159,13 +163,13 @@ def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, F
 
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a curve keeps every limit, for any pieces."""
-    return tightened(problem, Tightening(), curve) is None
+    return tighten(problem, Tightening(), curve) is None
 
 
 def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
     return any(
-        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + SLACK)).any()
+        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + LIMIT_SLACK)).any()
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
     )
 
@@ -173,6 +177,6 @@ def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
 def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a position is outside its limits, by the exact extrema."""
     positions = curve.extrema(0)
-    slack = SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
+    slack = LIMIT_SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
     below = positions.minimum < problem.limits.lower - slack
     return bool((below | (positions.maximum > problem.limits.upper + slack)).any())

@@ -11,24 +11,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from knotwork.planning.timing.attempts import Attempt, resting, solved_section
+from knotwork.planning.timing.attempts import Attempt, resting_motion, solve_section
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import concatenate_knots
-from knotwork.planning.timing.motion import status_of
 from knotwork.planning.timing.objective_terms import objective_value
-from knotwork.planning.timing.problem import TimingProblem, part_of
+from knotwork.planning.timing.timed_motion import status_of
+from knotwork.planning.timing.timing_problem import TimingProblem, part_of
 
-KEPT = 8
+WINDOW_INTERVALS = 8
 """Intervals of each window that are kept."""
 
-AHEAD = 4
+INTERVALS_AHEAD = 4
 """Additional intervals ahead that are solved with them."""
 
-LONGEST = 24
+MAX_INTERVALS = 24
 """Maximum number of intervals of a motion that is solved at once."""
 
 
-def solved_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
+def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """Solve a section, window by window if it is long.
 
     Args:
@@ -39,34 +39,38 @@ def solved_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
         The motion, or `None` if there is none.
     """
     last = len(problem.position) - 1
-    if last <= LONGEST or problem.total is not None:
+    if last <= MAX_INTERVALS or problem.total is not None:
         with budget.part(last):
-            return solved_section(problem, budget)
+            return solve_section(problem, budget)
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
-    kept: list[Attempt] = []
+    windows: list[Attempt] = []
     first = 0
     while first < last:
-        end = last if last - first <= KEPT + 2 * AHEAD else first + KEPT + AHEAD
-        given = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
-        count = end - first if end == last else KEPT
+        end = (
+            last
+            if last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
+            else first + WINDOW_INTERVALS + INTERVALS_AHEAD
+        )
+        start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
+        count = end - first if end == last else WINDOW_INTERVALS
         with budget.part(count):
-            found = solved_section(part_of(given, first, end), budget)
-        if found is None:
+            attempt = solve_section(part_of(start_known, first, end), budget)
+        if attempt is None:
             # the start state may be the reason
             budget.solved -= first + count
             with budget.part(last):
-                return solved_section(problem, budget)
-        kept.append(replace(found, knots=found.knots.first_intervals(count)))
-        knots = kept[-1].knots
+                return solve_section(problem, budget)
+        windows.append(replace(attempt, knots=attempt.knots.first_intervals(count)))
+        knots = windows[-1].knots
         first += count
         velocity[first], along[first] = knots.velocity[-1], False
         acceleration[first] = knots.acceleration[-1, -1]
-    knots = concatenate_knots([attempt.knots for attempt in kept])
-    status = status_of(attempt.status for attempt in kept)
-    found = Attempt(knots, status)
+    knots = concatenate_knots([attempt.knots for attempt in windows])
+    status = status_of(attempt.status for attempt in windows)
+    attempt = Attempt(knots, status)
     # one motion with rests may be far faster than its parts
-    rests = resting(problem, status) if status != "optimal" else None
+    rests = resting_motion(problem, status) if status != "optimal" else None
     if rests is None:
-        return found
-    return min((found, rests), key=lambda attempt: objective_value(problem, attempt.knots.curve))
+        return attempt
+    return min((attempt, rests), key=lambda attempt: objective_value(problem, attempt.knots.curve))

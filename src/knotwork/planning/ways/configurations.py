@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from knotwork.planning.timing.problem import TimingLimits
+from knotwork.planning.timing.timing_problem import TimingLimits
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import DISTANCE_ERROR, NEAREST_POINT_TOLERANCE
 from knotwork.waypoints import FloatArray
 
-SURFACE = 1e-9
+SURFACE_DISTANCE = 1e-9
 """Below this distance [m] two bodies have no nearest points, and Coal's normal is used."""
 
 
@@ -59,13 +59,13 @@ class Configurations:
     """
 
     def __init__(
-        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded: Any = None
+        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded_robot: Any = None
     ) -> None:
-        self.robot, self.model, self.loaded = robot, model, loaded
+        self.robot, self.model, self.loaded_robot = robot, model, loaded_robot
         self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
         self.checks = 0
         self._data = robot.createData()
-        self._loaded_data = loaded and loaded.createData()
+        self._loaded_data = loaded_robot and loaded_robot.createData()
         self._geometry = pin.GeometryModel()
         solids: list[list[int]] = []
         self._joint: list[int] = []
@@ -118,15 +118,15 @@ class Configurations:
     def is_free(self, q: FloatArray) -> bool:
         """Whether a configuration keeps every margin and the clearance of `keep_away`."""
         self.checks += 1
-        return self._held(q) and not pin.computeCollisions(
+        return self._holds_arm(q) and not pin.computeCollisions(
             self.robot, self._data, self._geometry, self._found, q, True
         )
 
-    def _held(self, q: FloatArray) -> bool:
+    def _holds_arm(self, q: FloatArray) -> bool:
         """Whether efforts within the limits hold the arm at a configuration."""
-        if self.loaded is None:
+        if self.loaded_robot is None:
             return True
-        gravity = pin.computeGeneralizedGravity(self.loaded, self._loaded_data, q)
+        gravity = pin.computeGeneralizedGravity(self.loaded_robot, self._loaded_data, q)
         return bool((np.abs(gravity) <= self.effort).all())
 
     def select_free(self, qs: FloatArray) -> FloatArray:
@@ -169,7 +169,7 @@ class Configurations:
         points = np.array(found.getNearestPoint1()), np.array(found.getNearestPoint2())
         normal = points[1] - points[0]
         length = float(np.linalg.norm(normal))
-        if found.min_distance > SURFACE and length > SURFACE:
+        if found.min_distance > SURFACE_DISTANCE and length > SURFACE_DISTANCE:
             normal = normal / length
         else:
             normal = np.array(found.normal)

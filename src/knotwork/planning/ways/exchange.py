@@ -11,52 +11,52 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.tightening import tightened
+from knotwork.planning.timing.tightening import tighten
+from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.ways.clear_program import MotionProgram, Start
+from knotwork.planning.ways.clearance_proof import contacts_of
 from knotwork.planning.ways.configurations import Configurations
-from knotwork.planning.ways.program import MotionProgram, Start
-from knotwork.planning.ways.proof import contacts_of
-from knotwork.planning.ways.states import Row, States, states_of
+from knotwork.planning.ways.states import Plane, States, states_of
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
-PLACES = (0.0, 1 / 3, 2 / 3)
+PLANE_PLACES = (0.0, 1 / 3, 2 / 3)
 """Points of each piece with distance constraints."""
 
-NEAR = 0.08
+MAX_PAIR_GAP = 0.08
 """Maximum gap of the pairs in constraints [m]."""
 
-MOST = 5
-MOST_CUTS = 3
+MAX_PAIRS = 5
+MAX_CUTS = 3
 """Maximum numbers of pairs at a point of the reference, and at a contact."""
 
-RADIUS = 0.6
-LEAST_RADIUS = 0.01
+FIRST_TRUST_RADIUS = 0.6
+LAST_TRUST_RADIUS = 0.01
 """First and last trust radius: distance of breaks from the reference [rad or m]."""
 
-GAIN = 0.003
+MIN_ROUND_GAIN = 0.003
 """Stop when a round shortens the motion by less than this fraction."""
 
-PLAY = 1e-3
-LOST = 2e-4
+CLEARANCE_RESERVE = 1e-3
+MAX_CLEARANCE_LOSS = 2e-4
 """Extra clearance in the constraints [m], a reserve between their points; and how much of a smaller
 clearance one round may use."""
 
-ROUNDS = 25
-LOOKS = 30
+MAX_EXCHANGES = 25
+MAX_CONTACT_TIMES = 30
 """Maximum numbers of rounds, and of contact times per round that become constraints."""
 
-NEARLY = 0.8
+CONSTRAINED_SHARE = 0.8
 """Fraction of a limit above which effort or tool speed is constrained in a piece."""
 
-LENGTH = 0.1
+DISTANCE_UNIT = 0.1
 """Unit of distance in the constraints [m]."""
 
-DEEP = 5e-3
+MAX_NORMAL_DEPTH = 5e-3
 """Penetration depth above which Coal's normals are not used [m]."""
 
-HALVINGS = 7
+PULLBACK_STEPS = 7
 
 
 class Exchange:
@@ -87,7 +87,7 @@ class Exchange:
         self.resolution = resolution
         self.program = MotionProgram(problem)
         self.best = states_of(first)
-        self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
+        self._reference = _sample_states(first, times, pieces, problem.limits.acceleration)
         self._improved = False
 
     def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
@@ -97,11 +97,11 @@ class Exchange:
             late: Gives whether to stop now.
             beat: Duration that the motion has to undercut [s].
         """
-        radius, failed, tried = RADIUS, 0, 0
+        radius, failed, tried = FIRST_TRUST_RADIUS, 0, 0
         guess, start = self._reference, Start.FAR
-        rows, cuts = self._rows_along(guess), list[Row]()
-        for _ in range(ROUNDS):
-            if late() or radius < LEAST_RADIUS:
+        rows, cuts = self._rows_along(guess), list[Plane]()
+        for _ in range(MAX_EXCHANGES):
+            if late() or radius < LAST_TRUST_RADIUS:
                 break
             found = self.program.solve(guess, self._reference, rows + cuts, radius, start)
             if found is None:
@@ -113,7 +113,9 @@ class Exchange:
                 continue
             if found.duration > beat:
                 break  # rows only make it longer
-            tighter = tightened(self.program.problem, self.program.tightening, found.curve, NEARLY)
+            tighter = tighten(
+                self.program.problem, self.program.tightening, found.curve, CONSTRAINED_SHARE
+            )
             if tighter is not None:
                 self.program.tightening = tighter
             hits = contacts_of(self.space.model, found.curve, self.resolution)
@@ -122,11 +124,11 @@ class Exchange:
                 if found.duration < self.best.duration:
                     self.best = found
                 self._reference, self._improved = found, True
-                if gain < GAIN:
+                if gain < MIN_ROUND_GAIN:
                     break
                 rows, cuts, failed, tried = self._rows_along(found), [], 0, 0
-                radius = min(1.5 * radius, RADIUS)
-            elif self._improved and found.duration > (1.0 - GAIN) * self.best.duration:
+                radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
+            elif self._improved and found.duration > (1.0 - MIN_ROUND_GAIN) * self.best.duration:
                 break  # rows only make it longer
             else:
                 new, tried = self._rows_at_contacts(found, hits), tried + bool(hits)
@@ -136,35 +138,36 @@ class Exchange:
             guess, start = found, Start.NEAR
         return self.best.curve
 
-    def _rows_along(self, states: States) -> list[Row]:
+    def _rows_along(self, states: States) -> list[Plane]:
         """Rows at the places of all pieces."""
         return [
             row
             for piece in range(len(states.span))
-            for place in PLACES
+            for place in PLANE_PLACES
             if piece or place
-            for row in self._rows_at(piece, place, states.at(piece, place), MOST)
+            for row in self._rows_at(piece, place, states.at(piece, place), MAX_PAIRS)
         ]
 
-    def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Row]:
+    def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Plane]:
         """Rows at one place, from the distances at a configuration near it."""
         return [
-            Row(
+            Plane(
                 piece,
                 place,
-                one.gradient / LENGTH,
-                (float(one.gradient @ q) + self._kept(one.gap) - one.gap) / LENGTH,
+                one.gradient / DISTANCE_UNIT,
+                (float(one.gradient @ q) + self._required_clearance(one.gap) - one.gap)
+                / DISTANCE_UNIT,
             )
-            for one in self.space.near(q, NEAR, most)
+            for one in self.space.near(q, MAX_PAIR_GAP, most)
         ]
 
-    def _kept(self, gap: float) -> float:
-        """Clearance required of a pair: `PLAY`, or for a nearer one most of its clearance."""
+    def _required_clearance(self, gap: float) -> float:
+        """`CLEARANCE_RESERVE`, or for a nearer pair most of its clearance."""
         if gap <= 0.0:
-            return PLAY
-        return min(PLAY, max(0.5 * gap, gap - LOST))
+            return CLEARANCE_RESERVE
+        return min(CLEARANCE_RESERVE, max(0.5 * gap, gap - MAX_CLEARANCE_LOSS))
 
-    def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Row]:
+    def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Plane]:
         """Rows where the proof finds contacts: at the worst time, and across each contact."""
         times = {one.time for one in hits}
         for one in hits:
@@ -172,30 +175,31 @@ class Exchange:
                 count = 3 if high - low > 1e-3 else 1
                 times.update(np.linspace(low, high, count + 2)[1:-1].tolist())
         chosen = sorted(times)
-        if len(chosen) > LOOKS:
-            chosen = [chosen[k] for k in np.linspace(0, len(chosen) - 1, LOOKS).astype(int)]
+        if len(chosen) > MAX_CONTACT_TIMES:
+            indices = np.linspace(0, len(chosen) - 1, MAX_CONTACT_TIMES).astype(int)
+            chosen = [chosen[k] for k in indices]
         rows = []
         for time in chosen:
             piece, place = states.place_of(time)
             q, clear = states.curve(time), self._reference.at(piece, place)
-            rows += self._rows_at(piece, place, self._at_surface(q, clear), MOST_CUTS)
+            rows += self._rows_at(piece, place, self._at_surface(q, clear), MAX_CUTS)
         return rows
 
     def _at_surface(self, q: FloatArray, clear: FloatArray) -> FloatArray:
         """A configuration pulled back from deep inside a body, towards one that is clear."""
-        if self.space.worst(q)[0] > -DEEP:
+        if self.space.worst(q)[0] > -MAX_NORMAL_DEPTH:
             return q
         low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
+        for _ in range(PULLBACK_STEPS):
             middle = 0.5 * (low + high)
             gap = self.space.worst(clear + middle * (q - clear))[0]
-            if -DEEP < gap < 0.0:
+            if -MAX_NORMAL_DEPTH < gap < 0.0:
                 return np.asarray(clear + middle * (q - clear))
             low, high = (middle, high) if gap >= 0.0 else (low, middle)
         return np.asarray(clear + low * (q - clear))
 
 
-def _sampled(
+def _sample_states(
     curve: PiecewisePolynomial, times: FloatArray, pieces: int, most: FloatArray
 ) -> States:
     """Few pieces that follow a motion roughly: a first guess, no motion by itself."""

@@ -11,17 +11,17 @@ import numpy as np
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.waypoints import FloatArray
 
-EXTENSION = 1.0
+EXTENSION_LENGTH = 1.0
 """Length of an extension of a tree [rad or m]."""
 
-BEYOND = np.pi
+SAMPLING_RANGE = np.pi
 """Maximum distance of sampled joint positions beyond the ends [rad or m]."""
 
-DIRECT = 24
+MAX_DIRECT_EDGES = 24
 """Number of straight edges between ends that are tried, the shortest first."""
 
-SHORTCUTS = 150
-FAILURES = 40
+MAX_SHORTCUTS = 150
+MAX_FAILURES = 40
 """Maximum numbers of shortcuts tried, and of consecutive failures."""
 
 
@@ -79,20 +79,20 @@ def connect(
         Corners of the polyline, shape (n, d), or `None`.
     """
     length = np.linalg.norm(starts[:, None] - goals, axis=2)
-    for k in length.argsort(axis=None, kind="stable")[:DIRECT]:
+    for k in length.argsort(axis=None, kind="stable")[:MAX_DIRECT_EDGES]:
         i, j = divmod(int(k), len(goals))
         if space.is_free_edge(starts[i], goals[j], step):
             return np.stack((starts[i], goals[j]))
     ends = np.concatenate((starts, goals))
-    lower = np.maximum(space.lower, ends.min(axis=0) - BEYOND)
-    upper = np.minimum(space.upper, ends.max(axis=0) + BEYOND)
+    lower = np.maximum(space.lower, ends.min(axis=0) - SAMPLING_RANGE)
+    upper = np.minimum(space.upper, ends.max(axis=0) + SAMPLING_RANGE)
     here, there = _Tree(starts), _Tree(goals)
     swapped, end = False, space.checks + most
     while space.checks < end:
-        reached = _extended(space, here, rng.uniform(lower, upper), step)
+        reached = _extend_tree(space, here, rng.uniform(lower, upper), step)
         if reached is not None:
             target = here[reached]
-            other, met = _connected(space, there, target, step)
+            other, met = _connect_tree(space, there, target, step)
             if met:
                 line = here.branch(reached)[::-1] + there.branch(other)[1:]
                 return np.array(line[::-1] if swapped else line)
@@ -101,20 +101,20 @@ def connect(
     return None
 
 
-def _extended(
+def _extend_tree(
     space: Configurations, tree: _Tree, target: FloatArray, step: float, parent: int | None = None
 ) -> int | None:
     """Add a configuration towards a target, from the nearest one or a given one of a tree."""
     near = tree.nearest(target) if parent is None else parent
     move = target - tree[near]
     length = float(np.linalg.norm(move))
-    q = target if length <= EXTENSION else tree[near] + move * (EXTENSION / length)
+    q = target if length <= EXTENSION_LENGTH else tree[near] + move * (EXTENSION_LENGTH / length)
     if space.is_free(q) and space.is_free_edge(tree[near], q, step):
         return tree.add(q, near)
     return None
 
 
-def _connected(
+def _connect_tree(
     space: Configurations, tree: _Tree, target: FloatArray, step: float
 ) -> tuple[int, bool]:
     """Extend a tree towards a target until a collision; last node, and whether it is reached."""
@@ -123,11 +123,11 @@ def _connected(
         last = here
         if np.array_equal(tree[last], target):
             return last, True
-        here = _extended(space, tree, target, step, last)
+        here = _extend_tree(space, tree, target, step, last)
     return last, False
 
 
-def shortened(
+def shorten_polyline(
     space: Configurations,
     line: FloatArray,
     rng: np.random.Generator,
@@ -144,8 +144,8 @@ def shortened(
         weights: Weights of the joints in lengths, shape (d,).
     """
     points, failed = list(line), 0
-    for _ in range(SHORTCUTS):
-        if len(points) < 3 or failed > FAILURES:
+    for _ in range(MAX_SHORTCUTS):
+        if len(points) < 3 or failed > MAX_FAILURES:
             break
         edges = np.linalg.norm(np.diff(points, axis=0) * weights, axis=1)
         along = np.concatenate(([0.0], np.cumsum(edges)))
@@ -163,10 +163,12 @@ def shortened(
             failed = 0
         else:
             failed += 1
-    return np.array(_straightened(space, points, step))
+    return np.array(_remove_corners(space, points, step))
 
 
-def _straightened(space: Configurations, points: list[FloatArray], step: float) -> list[FloatArray]:
+def _remove_corners(
+    space: Configurations, points: list[FloatArray], step: float
+) -> list[FloatArray]:
     """Remove corners while the straight edges past them are collision-free."""
     moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
     points = [points[0], *(q for q, far in zip(points[1:], moved, strict=True) if far)]

@@ -11,7 +11,7 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 
-class Row(NamedTuple):
+class Plane(NamedTuple):
     """A linear constraint at one point of the motion: normal · q >= offset.
 
     Attributes:

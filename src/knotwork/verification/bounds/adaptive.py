@@ -20,6 +20,7 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import differentiate, horner
 from knotwork.verification.bounds.division import first_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
+from knotwork.verification.bounds.result import Bound
 from knotwork.waypoints import FloatArray
 
 FIRST_INTERVALS = 500
@@ -76,48 +77,29 @@ class Quantity(NamedTuple):
     absolute: bool = False
 
 
-class Maximum(NamedTuple):
-    """Largest samples and upper bounds, by component.
-
-    Attributes:
-        value: Largest sample with its sign, shape (c,); infinite if a sample is not finite.
-        time: Time of that sample [s], shape (c,).
-        bound: Upper bound over the motion, shape (c,).
-        proved: Whether the limit is proved to be kept or violated, shape (c,); without a limit,
-            whether the bound is as tight as requested.
-        evaluations: Number of evaluations of the quantity.
-    """
-
-    value: FloatArray
-    time: FloatArray
-    bound: FloatArray
-    proved: NDArray[np.bool_]
-    evaluations: int
-
-
-def maximum(
+def upper_bounds(
     curve: PiecewisePolynomial,
     quantity: Quantity,
-    limit: FloatArray,
+    limits: FloatArray,
     precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
     budget: int = EVALUATION_BUDGET,
-) -> Maximum:
-    """Compute an upper bound of a quantity over a whole motion.
+) -> tuple[Bound, ...]:
+    """Bound each component of a quantity over a whole motion.
 
     Args:
         curve: Joint positions, trailing shape (d,).
         quantity: The quantity.
-        limit: Limits, shape (c,); infinite for none.
+        limits: Upper limits, shape (c,); infinite for none.
         precision: Function from the largest samples and the largest bounds of |g|, shape (c,) each,
             to the required tightness of the bound where no limit decides, shape (c,); by default a
             fraction of the limit, or of the samples if they are larger.
         budget: Maximum evaluations after the first division, spent where the bounds are worst; the
             usual budget grows with the number of pieces.
     """
-    search = _Evaluations(curve, quantity, len(limit))
+    search = _Evaluations(curve, quantity, len(limits))
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
     at_start, at_end = search.evaluate_ends(intervals)
-    closed = np.full(len(limit), -np.inf)
+    closed = np.full(len(limits), -np.inf)
     if budget >= EVALUATION_BUDGET:
         budget = max(budget, EVALUATIONS_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
     allowance = search.count + budget
@@ -125,12 +107,12 @@ def maximum(
         excess, rounding = search.excess(intervals)
         upper = np.maximum(at_start, at_end) + (excess + rounding)
         if precision is None:
-            step = _relative_precision(search.value, search.scale, limit)
+            step = _relative_precision(search.value, search.scale, limits)
         else:
             step = precision(search.value, search.scale)
         near = search.value + step
-        target = np.where(search.value <= limit, np.minimum(near, limit), near)
-        target[search.value > limit + ABSURD_EXCESS * np.abs(limit)] = np.inf
+        target = np.where(search.value <= limits, np.minimum(near, limits), near)
+        target[search.value > limits + ABSURD_EXCESS * np.abs(limits)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
         count = max(allowance - search.count, 0) // (DIVISION - 1)
         divided = _worst_intervals(upper - target, is_open, count)
@@ -140,8 +122,21 @@ def maximum(
         intervals = intervals[divided].split(DIVISION)
         at_start, at_end = search.evaluate_inner(intervals, at_start[divided], at_end[divided])
     bound = np.maximum(closed, upper.max(axis=0))
-    decided = np.where(np.isfinite(limit), (bound <= limit) | (search.value > limit), bound <= near)
-    return Maximum(search.signed, search.time, bound, decided, search.count)
+    decided = np.where(
+        np.isfinite(limits), (bound <= limits) | (search.value > limits), bound <= near
+    )
+    return tuple(
+        Bound(
+            value=float(search.signed[i]),
+            time=float(search.time[i]),
+            bound=float(bound[i]),
+            limit=float(limit) if np.isfinite(limit) else None,
+            ok=bool(abs(search.signed[i]) <= limit),
+            proved=bool(decided[i]),
+            evaluations=search.count,
+        )
+        for i, limit in enumerate(limits)
+    )
 
 
 def _relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:

@@ -11,9 +11,9 @@ import pinocchio as pin
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, maximum
+from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
-from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds
+from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
 
 
@@ -102,5 +102,4 @@ def _bound(
 ) -> Bound:
     index = robot.require_tool() if frame is None else robot.frame_index(frame)
     quantity, limits = speed_quantity(robot.model, index, order), np.array([limit])
-    worst = maximum(curve_of(robot, trajectory), quantity, limits, budget=budget)
-    return upper_bounds(worst, limits)[0]
+    return upper_bounds(curve_of(robot, trajectory), quantity, limits, budget=budget)[0]

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from knotwork.errors.arguments import finite_number
 from knotwork.robot import Robot
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import Maximum
 
 
 class Bound(NamedTuple):
@@ -47,22 +44,6 @@ class Bound(NamedTuple):
     def excess(self) -> float:
         """Difference between the bound and the worst sample."""
         return abs(self.bound - abs(self.value))
-
-
-def upper_bounds(worst: Maximum, limits: np.ndarray) -> tuple[Bound, ...]:
-    """Results for the limits of all components (infinite: none)."""
-    return tuple(
-        Bound(
-            float(worst.value[i]),
-            float(worst.time[i]),
-            float(worst.bound[i]),
-            float(limit) if math.isfinite(limit) else None,
-            bool(abs(worst.value[i]) <= limit),
-            bool(worst.proved[i]),
-            worst.evaluations,
-        )
-        for i, limit in enumerate(limits)
-    )
 
 
 def checked_limit(limit: float | None, quantity: str) -> float:

@@ -10,7 +10,7 @@ import pinocchio as pin
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, maximum
+from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
@@ -54,23 +54,15 @@ def singular_value_bound(
     (True, True)
     """
     allowed = None if limit is None else checked_limit(limit, "smallest singular value")
-    worst = maximum(
-        curve_of(robot, trajectory),
-        _quantity(robot),
-        np.array([math.inf if allowed is None else -allowed * allowed]),
-        _precision,
-        budget,
-    )
-    value = -float(worst.value[0])
-    smallest = math.sqrt(max(value, 0.0)) if math.isfinite(value) else value
-    return Bound(
+    limits = np.array([math.inf if allowed is None else -allowed * allowed])
+    curve = curve_of(robot, trajectory)
+    (worst,) = upper_bounds(curve, _quantity(robot), limits, _precision, budget)
+    smallest = math.sqrt(max(-worst.value, 0.0)) if math.isfinite(worst.value) else -worst.value
+    return worst._replace(
         value=smallest,
-        time=float(worst.time[0]),
-        bound=math.sqrt(max(-float(worst.bound[0]), 0.0)),
+        bound=math.sqrt(max(-worst.bound, 0.0)),
         limit=allowed,
         ok=allowed is None or smallest >= allowed,
-        proved=bool(worst.proved[0]),
-        evaluations=worst.evaluations,
     )
 
 

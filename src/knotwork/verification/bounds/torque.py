@@ -12,10 +12,10 @@ from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, maximum
+from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
 from knotwork.verification.bounds.derivatives import product, unit_bounds
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
-from knotwork.verification.bounds.result import Bound, curve_of, upper_bounds
+from knotwork.verification.bounds.result import Bound, curve_of
 from knotwork.waypoints import FloatArray
 
 
@@ -59,8 +59,8 @@ def torque_bound(
     if limits.shape != (robot.dof,) or not (limits > 0.0).all():
         raise InputError(fault)
 
-    curve = curve_of(robot, trajectory)
-    return upper_bounds(maximum(curve, torque_quantity(robot.model), limits, budget=budget), limits)
+    curve, quantity = curve_of(robot, trajectory), torque_quantity(robot.model)
+    return upper_bounds(curve, quantity, limits, budget=budget)
 
 
 class Masses(NamedTuple):

@@ -104,7 +104,7 @@ class Dynamics:
             k, parent, axis = joints.column[i], found[joints.parent[i]], joints.axis[i]
             turn, slide = _sparse(joints.turns[i] * axis), _sparse(joints.slides[i] * axis)
             fixed = _sparse(joints.rotation[i])
-            rotation = ca.mtimes(fixed, _turned(joints.turns[i] * axis, q[k]))
+            rotation = ca.mtimes(fixed, _rotation(joints.turns[i] * axis, q[k]))
             offset = _sparse(joints.translation[i]) + ca.mtimes(fixed, slide * q[k])
             spin, spin_rate = parent.spin, parent.spin_rate
             velocity = parent.velocity + ca.cross(spin, offset)
@@ -152,7 +152,7 @@ def _sparse(values: FloatArray) -> Any:
     return ca.SX(ca.sparsify(np.array(values)))
 
 
-def _turned(turn: FloatArray, angle: Any) -> Any:
+def _rotation(turn: FloatArray, angle: Any) -> Any:
     """Rotation about a unit axis (Rodrigues), or the identity for a zero axis."""
     import casadi as ca
 

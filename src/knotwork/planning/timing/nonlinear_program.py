@@ -16,7 +16,7 @@ import numpy as np
 
 from knotwork.waypoints import FloatArray, IndexArray
 
-OPTIONS: dict[str, Any] = {
+IPOPT_OPTIONS: dict[str, Any] = {
     "print_time": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
@@ -125,7 +125,7 @@ def solve_program(
         blocks: Blocks. Constraints are ordered by block, then by repetition.
         start: Initial variables, shape (size,), or an earlier solution.
         bounds: Lower and upper bounds of the variables, shape (size,) each.
-        options: IPOPT options in addition to `OPTIONS`.
+        options: IPOPT options in addition to `IPOPT_OPTIONS`.
         reusable: Whether the same kernels, variables and options are likely to come again.
     """
     blocks = [block for block in blocks if block.index.size]
@@ -207,7 +207,7 @@ def _solver(
         ),
     }
     problem = {"x": x, "p": p, "f": cost, "g": g}
-    return ca.nlpsol("minimise", "ipopt", problem, derivatives | OPTIONS | dict(options))
+    return ca.nlpsol("minimise", "ipopt", problem, derivatives | IPOPT_OPTIONS | dict(options))
 
 
 def _diagonal(parts: Any, times: int) -> Any:

@@ -21,19 +21,19 @@ import numpy as np
 
 from knotwork.planning.timing.efforts import inner_state
 from knotwork.planning.timing.initial_guess import Guess
-from knotwork.planning.timing.problem import TimingProblem
-from knotwork.planning.timing.program import Block, Kernel, solve_program
+from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
 from knotwork.planning.timing.section import Section
 from knotwork.planning.timing.spline import Scale
 from knotwork.planning.timing.tightening import Tightening
-from knotwork.planning.ways.states import Row, States, states_of
+from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.ways.states import Plane, States, states_of
 from knotwork.waypoints import FloatArray
 
-MARGIN = 3e-5
+PROGRAM_MARGIN = 3e-5
 """Relative margin to each limit, larger than the solver's tolerance."""
 
 
-SHORT = 0.05
+MIN_SPAN_SHARE = 0.05
 """Minimum duration in the scaling of a piece's equations, relative to the mean duration."""
 
 
@@ -44,7 +44,7 @@ class Start(Enum):
     NEAR = auto()
 
 
-OPTIONS: dict[Start, dict[str, Any]] = {
+START_OPTIONS: dict[Start, dict[str, Any]] = {
     Start.FAR: {
         "ipopt.mu_strategy": "adaptive",
         "ipopt.max_iter": 100,
@@ -87,10 +87,10 @@ class MotionProgram:
         velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
         velocity[1:-1] = acceleration[1:-1] = np.nan
         self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
-        self.tightening = Tightening(margin=MARGIN)
+        self.tightening = Tightening(margin=PROGRAM_MARGIN)
 
     def solve(
-        self, guess: States, near: States, rows: Sequence[Row], radius: float, start: Start
+        self, guess: States, near: States, rows: Sequence[Plane], radius: float, start: Start
     ) -> States | None:
         """Solve the program.
 
@@ -106,7 +106,7 @@ class MotionProgram:
         """
         scale = _scale(self.problem, near)
         # durations of pieces differ more than in other sections: each has its own
-        spans = np.maximum(near.span, SHORT * near.duration / len(near.span))
+        spans = np.maximum(near.span, MIN_SPAN_SHARE * near.duration / len(near.span))
         section = Section(self.problem, self._units(near), self.tightening, scale, spans)
         at, d = section.layout, section.layout.joints
         low, high = section.bounds()
@@ -127,7 +127,7 @@ class MotionProgram:
             [*section.blocks(), planes],
             np.clip(x, low, high),
             (low, high),
-            {"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start],
+            {"ipopt.constr_viol_tol": 1e-8} | START_OPTIONS[start],
             reusable=False,
         )
         return states_of(section.rebuild(solution.x).curve) if solution.solved else None
@@ -147,9 +147,9 @@ def _scale(problem: TimingProblem, near: States) -> Scale:
     return Scale(time, np.min(moves, axis=0))
 
 
-def _row_parameters(rows: Sequence[Row], scale: Scale, d: int) -> FloatArray:
+def _row_parameters(rows: Sequence[Plane], scale: Scale, d: int) -> FloatArray:
     """Places, normals and offsets of the rows."""
-    found = np.empty((d + 2, len(rows)))
+    parameters = np.empty((d + 2, len(rows)))
     for k, row in enumerate(rows):
-        found[:, k] = np.concatenate(([row.place], row.normal * scale.unit(0), [row.offset]))
-    return found
+        parameters[:, k] = np.concatenate(([row.place], row.normal * scale.unit(0), [row.offset]))
+    return parameters

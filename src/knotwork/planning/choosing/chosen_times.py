@@ -11,24 +11,24 @@ import numpy as np
 
 from knotwork.errors import together
 from knotwork.planning.choosing.chosen_values import with_chosen_values
-from knotwork.planning.choosing.path_choice import TimedPaths, with_greatest_speeds
-from knotwork.planning.choosing.path_errors import (
-    paths_beyond_limits,
-    waypoints_near_tool_speed,
-)
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
     duration_outside,
     located_in_segment,
-    solved_segments,
+    solve_segments,
 )
 from knotwork.planning.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
-from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.choosing.speed_errors import (
+    paths_beyond_limits,
+    waypoints_near_tool_speed,
+)
+from knotwork.planning.choosing.timed_paths import TimedPaths, with_greatest_speeds
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.infeasible import impossible
-from knotwork.planning.timing.motion import Status, status_of
+from knotwork.planning.timing.infeasible import infeasible_values
+from knotwork.planning.timing.timed_motion import Status, status_of
 from knotwork.scenario import FreeTimes, Scenario
 
 
@@ -66,7 +66,7 @@ class ChosenTimes:
 
         If speeds along tool paths were chosen, for these speeds.
         """
-        return self.duration - sum(one.duration - one.lower_bound for one in self.segments)
+        return self.duration - sum(motion.duration - motion.lower_bound for motion in self.segments)
 
     @property
     def status(self) -> Status:
@@ -76,7 +76,7 @@ class ChosenTimes:
     @property
     def binding(self) -> tuple[Binding, ...]:
         """Limiting constraints by interval."""
-        return (*self.path_limits, *(limit for one in self.segments for limit in one.binding))
+        return (*self.path_limits, *(limit for motion in self.segments for limit in motion.binding))
 
     @property
     def objective(self) -> dict[str, float]:
@@ -133,7 +133,7 @@ def choose_times(
     try:
         paths, motions = _fastest(scenario, free, solution, Budget(progress, budget))
     except NoMotionsError as error:
-        raise error.reported() from None
+        raise error.combined_error() from None
     task = paths.task
     return ChosenTimes(
         scenario,
@@ -205,7 +205,7 @@ def _motions(
     """
     segments = find_segments(paths.task)
     _check_given(paths.task, free, segments)
-    return solved_segments(paths.task, segments, budget)
+    return solve_segments(paths.task, segments, budget)
 
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
@@ -237,7 +237,7 @@ def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) 
     for segment in segments:
         if not unknown & {segment.waypoints[0], segment.waypoints[-1]}:
             problem = timing_problem(task, segment, Objective())
-            causes = impossible(problem, direct=segment.way is None)
+            causes = infeasible_values(problem, direct=segment.way is None)
             errors += located_in_segment(causes, task, segment)
     if errors:
         raise together(errors)

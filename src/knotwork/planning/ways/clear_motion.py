@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
@@ -20,7 +20,7 @@ MotionParts = tuple[
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class ClearMotion:
     """A motion between two states, proved clear.
 
     Attributes:
@@ -47,7 +47,7 @@ class Way:
 
 
 @dataclass(frozen=True, eq=False)
-class WayProblem:
+class ClearMotionProblem:
     """Two states, and the constraints of the motion between them.
 
     Attributes:
@@ -71,14 +71,14 @@ class WayProblem:
     stop: Callable[[], PiecewisePolynomial | None] = lambda: None
 
     @property
-    def loaded(self) -> Any:
+    def loaded_robot(self) -> Any:
         """Pinocchio model of the arm with its load, or `None` if no effort is limited."""
         dynamics = self.timing.dynamics
         limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()
         return dynamics.robot.model if dynamics is not None and limited else None
 
 
-class NoWayError(Exception):
+class NoClearMotionError(Exception):
     """No collision-free motion was found. This does not prove that none exists.
 
     Attributes:

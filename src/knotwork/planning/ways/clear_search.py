@@ -1,4 +1,4 @@
-"""`find_way`: a fast motion between two states, proved to keep every margin."""
+"""`find_clear_motion`: a fast motion between two states, proved to keep every margin."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.planning.timing.attempts import resting
-from knotwork.planning.timing.problem import TimingProblem
+from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.tightening import keeps_limits
+from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.ways.clear_motion import (
+    ClearMotion,
+    ClearMotionProblem,
+    MotionParts,
+    NoClearMotionError,
+)
+from knotwork.planning.ways.clearance_proof import contacts_along, contacts_of
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.planning.ways.exchange import Exchange
-from knotwork.planning.ways.problem import MotionParts, NoWayError, Way, WayProblem
-from knotwork.planning.ways.proof import contacts_along, contacts_of
-from knotwork.planning.ways.rrt import connect, shortened
+from knotwork.planning.ways.rrt import connect, shorten_polyline
 from knotwork.planning.ways.states import concatenate, reverse, slow_down
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.retiming.stops import joint_stop
@@ -45,31 +50,31 @@ STAGES = (
 )
 """Stages, tried in turn until a polyline is proved clear."""
 
-PAIRS = 220
+FULL_PAIRS = 220
 """With more pairs of solids fewer configurations are checked, in the same time."""
 
-ROOMS = (1.0, 0.5, 0.25)
+ROOM_SHARES = (1.0, 0.5, 0.25)
 """Fractions of the requested clearance, tried in turn."""
 
-BRAKING = (1.0, 0.5, 0.25)
+BRAKING_SHARES = (1.0, 0.5, 0.25)
 """Fractions of the limits of acceleration and jerk for stops, tried in turn."""
 
-SEEDS = 3
+POLYLINE_SEEDS = 3
 """Number of polylines tried in each stage."""
 
 PIECES_AN_EDGE = 4
-FEWEST, MOST = 12, 20
+MIN_PIECES, MAX_PIECES = 12, 20
 """Pieces of the motion for each edge of the polyline, minimum and maximum."""
 
 
-def find_way(
-    problem: WayProblem,
+def find_clear_motion(
+    problem: ClearMotionProblem,
     *,
     tries: int = 1,
     room: float = 0.0,
     late: Callable[[], bool] = lambda: False,
-    report: Callable[[int, Way | None], None] = lambda number, best: None,
-) -> Way:
+    report: Callable[[int, ClearMotion | None], None] = lambda number, best: None,
+) -> ClearMotion:
     """Find a fast motion between two states, proved to keep every margin and limit.
 
     The same problem gives the same motion. More tries can only make it faster.
@@ -86,17 +91,17 @@ def find_way(
     Raises:
         NoWayError: No motion was found.
     """
-    for part in ROOMS if room else ():
+    for part in ROOM_SHARES if room else ():
         try:
             roomy = _with_room(problem, part * room)
-            way = _Search(roomy, STAGES[:1], late, report).best_of(tries)
+            way = _ClearSearch(roomy, STAGES[:1], late, report).best_of(tries)
             return replace(way, room=part * room)
-        except NoWayError:
+        except NoClearMotionError:
             continue
-    return _Search(problem, STAGES, late, report).best_of(tries)
+    return _ClearSearch(problem, STAGES, late, report).best_of(tries)
 
 
-def stretch(way: Way, duration: float) -> PiecewisePolynomial | None:
+def stretch(way: ClearMotion, duration: float) -> PiecewisePolynomial | None:
     """Stretch a motion to a longer duration; `None` if the arm can't move so slowly.
 
     Args:
@@ -113,7 +118,7 @@ def stretch(way: Way, duration: float) -> PiecewisePolynomial | None:
     return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
 
-def _with_room(problem: WayProblem, room: float) -> WayProblem:
+def _with_room(problem: ClearMotionProblem, room: float) -> ClearMotionProblem:
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.model, problem.timing.limits
     space = Configurations(problem.robot, model, limits)
@@ -128,18 +133,18 @@ def _with_room(problem: WayProblem, room: float) -> WayProblem:
     return replace(problem, model=replace(model, pairs=tuple(pairs)))
 
 
-class _Search:
+class _ClearSearch:
     def __init__(
         self,
-        problem: WayProblem,
+        problem: ClearMotionProblem,
         stages: Sequence[Stage],
         late: Callable[[], bool],
-        report: Callable[[int, Way | None], None],
+        report: Callable[[int, ClearMotion | None], None],
     ) -> None:
         self.problem, self.stages, self.late, self.report = problem, stages, late, report
         timing = problem.timing
         limits = timing.limits
-        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded)
+        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded_robot)
         self.inner = timing.position[1:-1]
         starts = self._free("start", problem.starts)
         for k, q in enumerate(self.inner, 1):
@@ -164,7 +169,7 @@ class _Search:
         free = self.space.select_free(ends)
         if not len(free):
             gap, bodies = self.space.worst(ends[0])
-            raise NoWayError(end, bodies, -gap, solutions=len(ends))
+            raise NoClearMotionError(end, bodies, -gap, solutions=len(ends))
         return free
 
     def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
@@ -179,7 +184,7 @@ class _Search:
         limits, end, errors = timing.limits, "goal" if k else "start", []
 
         def stops() -> Iterator[PiecewisePolynomial]:
-            for part in BRAKING:
+            for part in BRAKING_SHARES:
                 yield joint_stop(q, v, a, part * limits.acceleration, part * limits.jerk)
             if k == 0 and (stop := problem.stop()) is not None:
                 yield stop
@@ -191,24 +196,24 @@ class _Search:
             errors.append(error)
         raise errors[0]
 
-    def _obstruction(self, end: str, run: PiecewisePolynomial) -> NoWayError | None:
+    def _obstruction(self, end: str, run: PiecewisePolynomial) -> NoClearMotionError | None:
         """Obstruction of a motion from an end to rest."""
         reached = run.extrema(0)
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
-            return NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+            return NoClearMotionError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
         hits = contacts_of(self.problem.model, run, self.problem.resolution)
         if hits:
             hit = max(hits, key=lambda hit: hit.margin - hit.distance)
             depth = max(hit.margin - hit.distance, 0.0)
-            return NoWayError(end, (hit.first.name, hit.second.name), depth, moving=True)
-        return None if keeps_limits(self.problem.timing, run) else NoWayError()
+            return NoClearMotionError(end, (hit.first.name, hit.second.name), depth, moving=True)
+        return None if keeps_limits(self.problem.timing, run) else NoClearMotionError()
 
     def _is_clear(self, line: FloatArray) -> bool:
         return not contacts_along(self.problem.model, line, self.problem.resolution)
 
-    def best_of(self, tries: int) -> Way:
-        best: Way | None = None
+    def best_of(self, tries: int) -> ClearMotion:
+        best: ClearMotion | None = None
         for seed in range(tries):
             if best is not None:
                 self._leave_out_far_ends(best.duration)
@@ -223,7 +228,7 @@ class _Search:
                 best = way
                 self.report(seed + 1, best)
         if best is None:
-            raise NoWayError(checks=self.space.checks)
+            raise NoClearMotionError(checks=self.space.checks)
         return best
 
     def _leave_out_far_ends(self, duration: float) -> None:
@@ -253,40 +258,42 @@ class _Search:
             # among all solutions distant ones are connected too early: the chosen ones come first
             few = slice(None if self.stage or seed[0] else 1)
             self.space.keep_away(extra, (*starts[few], *goals[few]))
-            for k in range(SEEDS):
+            for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                most = checks * PAIRS // max(PAIRS, len(self.space.bodies))
+                most = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.bodies))
                 line = connect(self.space, starts[few], goals[few], rng, step, most)
                 if line is None:
                     break
-                for one in (shortened(self.space, line, rng, step, weights), line):
+                for one in (shorten_polyline(self.space, line, rng, step, weights), line):
                     if len(one) == 1 or self._is_clear(one):
                         return one
             self.stage += 1
         return None
 
-    def _fast(self, lines: list[FloatArray], best: Way | None, number: int) -> Way | None:
+    def _fast(
+        self, lines: list[FloatArray], best: ClearMotion | None, number: int
+    ) -> ClearMotion | None:
         """The fastest motion near consecutive polylines."""
-        line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
+        line = np.concatenate((lines[0][:1], *(part[1:] for part in lines)))
         edges = [len(one) - 1 for one in lines]
         passed, problem = np.cumsum([0, *edges]), self.problem
         first = self._first(line, passed)
         if first is None:
             return None
         curve, times, parts = first
-        ends = self._timing(line[passed], moving=True)
+        ends = self._timing_problem(line[passed], moving=True)
         if contacts_of(problem.model, curve, problem.resolution) or not keeps_limits(ends, curve):
             return None
-        way = Way(curve, times, line, parts, rests=len(line) > len(passed))
+        way = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
             self.report(number, way)
-        pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
+        pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
         beat = np.inf if best is None else best.duration
         exchange = Exchange(self.space, ends, curve, times, pieces, problem.resolution)
         faster = exchange.run(self.late, beat)
         if faster is curve:
             return way
-        return Way(faster, faster.x[::pieces], line, parts, rests=False)
+        return ClearMotion(faster, faster.x[::pieces], line, parts, rests=False)
 
     def _first(
         self, line: FloatArray, passed: IndexArray
@@ -294,7 +301,7 @@ class _Search:
         """A motion that rests at the corners of a line, its times there, and its parts."""
         (before, after), middle, times = self.runs, None, np.zeros(len(passed))
         if len(line) > 1:  # otherwise both ends have the same rest
-            rests = resting(self._timing(line, moving=False), "resting")
+            rests = resting_motion(self._timing_problem(line, moving=False), "resting")
             if rests is None:
                 return None
             middle, times = rests.knots.curve, rests.knots.time[passed]
@@ -306,7 +313,7 @@ class _Search:
         times[[0, -1]] = curve.x[[0, -1]]
         return curve, times, parts
 
-    def _timing(self, line: FloatArray, *, moving: bool) -> TimingProblem:
+    def _timing_problem(self, line: FloatArray, *, moving: bool) -> TimingProblem:
         """The problem with rests at the corners of a polyline.
 
         Args:

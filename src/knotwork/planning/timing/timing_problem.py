@@ -16,7 +16,7 @@ from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 
 if TYPE_CHECKING:
-    from knotwork.planning.timing.dynamics import Dynamics
+    from knotwork.planning.timing.symbolic_dynamics import Dynamics
 
 BoolArray = NDArray[np.bool_]
 

@@ -9,10 +9,10 @@ from types import MappingProxyType
 
 from knotwork.errors import FollowingError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
+from knotwork.planning.choosing.free_task import FreeTask, knots_of
 from knotwork.planning.choosing.limit_shares import Limit
-from knotwork.planning.choosing.path_errors import no_speeds
-from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError, PathSpeeds, rounded
-from knotwork.planning.choosing.task import FreeTask, knots_of
+from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError, PathSpeeds, round_speed
+from knotwork.planning.choosing.speed_errors import no_speeds
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
 from knotwork.scenario import FreeTimes, Scenario, resolved
@@ -112,13 +112,13 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
         if failed is not None:
             continue
         limits = {
-            problem.path.first + 1 + k: problem.limiting(k)
+            problem.path.first + 1 + k: problem.limiting_constraint(k)
             for problem in problems.values()
             for k in problem.speeds
         }
         duration = sum(path.motion.timing.duration for path in paths.values())
         if duration < least:
-            least, best = duration, TimedPaths(timed, before, tuple(_binding(task, limits)))
+            least, best = duration, TimedPaths(timed, before, tuple(_bindings(task, limits)))
         if None not in limits.values():
             break
     if best is None:
@@ -130,7 +130,7 @@ def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> FreeTask:
     """The task with these speeds along its paths [m/s], solved."""
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.task.with_waypoints(
-        {scenario.index[i]: {"speed": rounded(unit * speed)} for i, speed in speeds.items()}
+        {scenario.index[i]: {"speed": round_speed(unit * speed)} for i, speed in speeds.items()}
     )
     if not task.free.duration.any():  # with these speeds every waypoint has a time
         changed = changed.replace(times=None)
@@ -139,7 +139,7 @@ def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> FreeTask:
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
 
 
-def _binding(task: FreeTask, limits: Mapping[int, Limit | Bound | None]) -> Iterator[Binding]:
+def _bindings(task: FreeTask, limits: Mapping[int, Limit | Bound | None]) -> Iterator[Binding]:
     """Limiting constraints by the waypoints at the ends of stretches."""
     names = [waypoint.name for waypoint in task.scenario.waypoints]
     for i, limit in limits.items():

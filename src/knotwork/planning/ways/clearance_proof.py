@@ -17,8 +17,8 @@ def contacts_of(
 
     A clearance within the resolution [m] of its margin may count as violated.
     """
-    found = clearances(model, curve, resolution, precision=np.inf)
-    return [one for one in found if one.verdict != "clear"]
+    results = clearances(model, curve, resolution, precision=np.inf)
+    return [clearance for clearance in results if clearance.verdict != "clear"]
 
 
 def contacts_along(model: CollisionModel, line: FloatArray, resolution: float) -> list[Clearance]:

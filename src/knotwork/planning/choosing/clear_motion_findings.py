@@ -15,13 +15,13 @@ from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
 
-GROUP = "Ways"
+WAYS_GROUP = "Ways"
 
-SHOWN = 1e-5
+CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
 
-def ways_found(
+def clear_motion_findings(
     ways: Iterable[tuple[list[int], ChosenMotion]],
     scenario: Scenario,
     space: JointSpace,
@@ -52,7 +52,7 @@ def ways_found(
             room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
         message += room
         interval = (start.time, end.time)
-        way = cut_curve(motion.curve, *interval), resolution, SHOWN
+        way = cut_curve(motion.curve, *interval), resolution, CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None
@@ -63,7 +63,7 @@ def ways_found(
             message += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
             brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
         yield Finding(
-            group=GROUP,
+            group=WAYS_GROUP,
             subject="waypoint",
             name=end.name,
             quantity="way",

@@ -10,17 +10,17 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import waypoint_text
+from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
 from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError
-from knotwork.planning.choosing.task import FreeTask
-from knotwork.planning.timing.problem import with_margin
+from knotwork.planning.timing.timing_problem import with_margin
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
 from knotwork.units import rounded_down, rounded_up
 
-ROUNDING = 1e-9
+LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
-NO_MARGIN = 5e-4
+MAX_SPEED_SHARE = 5e-4
 """Largest share of the limit for a given speed at a waypoint: the solver needs the rest."""
 
 ADVISED_MARGIN = 0.002
@@ -40,12 +40,12 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
         q, v = task.waypoints.position[row], task.waypoints.velocity[row]
         speed = float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
         most = (1.0 - ADVISED_MARGIN) * limit
-        if speed > limit * (1.0 - NO_MARGIN):
+        if speed > limit * (1.0 - MAX_SPEED_SHARE):
             error = InputError(
                 f"{waypoint_text(scenario.waypoints[i].name)}: the tool is given a speed of "
-                f"{_speed(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
-                f"accepted: at most {_speed(scenario, most)}, {rounded_down(most / speed, 3):g} "
-                "times that speed, or a higher limit"
+                f"{_speed_text(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
+                f"accepted: at most {_speed_text(scenario, most)}, "
+                f"{rounded_down(most / speed, 3):g} times that speed, or a higher limit"
             )
             yield task.located(error, i)
 
@@ -63,7 +63,7 @@ def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[Inpu
             continue
         shares = LimitShares(task, path)
         used = of_stretches(shares.of_motion(task, path))
-        for k in np.flatnonzero((used > 1.0 + ROUNDING).any(axis=1)).tolist():
+        for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
             errors.setdefault(number, []).append(_path_error(task, path, k, limit, share))
     return errors
@@ -131,7 +131,7 @@ def _key(task: FreeTask, i: int) -> str:
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
 
 
-def _speed(scenario: Scenario, speed: float) -> str:
+def _speed_text(scenario: Scenario, speed: float) -> str:
     """A speed [m/s] in the units of the scenario."""
     scale, unit = scenario.shown_length
     return f"{rounded_down(scale * speed, 6):.6g} {unit}/s"
@@ -140,4 +140,4 @@ def _speed(scenario: Scenario, speed: float) -> str:
 def _tool_limit(scenario: Scenario) -> str:
     """The limit of the tool's speed, with its value before the margin."""
     limit = scenario.motion_limits.tool_speed or math.inf
-    return with_margin(partial(_speed, scenario), limit, scenario.task.limits.margin)
+    return with_margin(partial(_speed_text, scenario), limit, scenario.task.limits.margin)
