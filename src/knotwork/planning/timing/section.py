@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import work_kernel
 from knotwork.planning.timing.exact_curve import MotionKnots
-from knotwork.planning.timing.held_limits import held_blocks
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
+from knotwork.planning.timing.robot_limits import held_blocks, work_kernel
 from knotwork.planning.timing.spline import (
     Layout,
     Scale,

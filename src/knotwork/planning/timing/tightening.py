@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
+from knotwork.planning.timing.robot_limits import ROBOT_LIMITS, proved_shares, sampled_shares
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
@@ -22,12 +22,6 @@ SOLVER_MARGIN = 1e-6
 
 LIMIT_SLACK = 1e-10
 """Relative rounding tolerance of limits."""
-
-ROBOT_LIMITS = {
-    "effort": (effort_shares, proved_efforts),
-    "tool_speed": (tool_shares, proved_tool),
-}
-"""Limits that depend on the robot: functions of their use at samples of a curve, and proved."""
 
 
 class HeldLimit(NamedTuple):
@@ -149,12 +143,12 @@ def exceeded_limit(
     Returns:
         Name of the limit, and its use in each piece.
     """
-    for name, (sampled, proved) in ROBOT_LIMITS.items():
+    for name in ROBOT_LIMITS:
         if not np.isfinite(getattr(problem.limits, name)).any():
             continue
-        shares = sampled(problem, curve)
+        shares = sampled_shares(problem, curve, name)
         if shares.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
-            shares = proved(problem, curve)
+            shares = proved_shares(problem, curve, name)
             if shares.max() <= 1.0:
                 continue
         return name, shares

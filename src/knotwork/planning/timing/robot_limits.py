@@ -1,19 +1,20 @@
-"""Limits and costs of joint efforts, and limits of tool speed: kernels, and values on a curve.
+"""Limits and costs that depend on the robot: kernels and blocks, and values on a curve.
 
-The solver applies them at the breaks. Between these they are sampled afterwards, and where they are
-exceeded the limits at the adjoining breaks are tightened.
+The solver applies limits of effort and tool speed at the breaks and inside the pieces. Between
+these places they are sampled and proved afterwards, and tightened where they are exceeded.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.planning.timing.nonlinear_program import Kernel
+from knotwork.planning.timing.nonlinear_program import Block, Kernel
+from knotwork.planning.timing.spline import Layout, Scale
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
@@ -21,16 +22,14 @@ from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
+    from knotwork.planning.timing.tightening import Tightening
 
 SAMPLES_EACH = 16
 """Samples in each piece, without its end."""
 
-
-EFFORT_PARTS = (0.5,)
-"""Positions in each piece at which the solver limits efforts."""
-
-TOOL_PARTS = (0.25, 0.5, 0.75)
-"""Positions in each piece at which the solver limits tool speed, which may vary much faster."""
+ROBOT_LIMITS = {"effort": (0.5,), "tool_speed": (0.25, 0.5, 0.75)}
+"""Limits, with the positions in each piece at which the solver has them: tool speed may vary much
+faster than effort."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,53 +80,49 @@ def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
     )
 
 
-@lru_cache(maxsize=16)
-def effort_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
-    """Efforts at a break, or at `EFFORT_PARTS` of a piece, relative to their limits.
+@lru_cache(maxsize=32)
+def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
+    """Use of a limit at a break, or at its positions inside a piece, relative to the limit.
 
-    Parameters: units of the state, inverse limits.
+    Efforts, or the squared tool speed. Parameters: units of the state, inverse limits.
     """
-    import casadi as ca
-
-    inverse = ca.SX.sym("inverse", dynamics.robot.dof)
-    return _limit_kernel(
-        dynamics,
-        inverse,
-        lambda q, v, a: dynamics.symbolic_effort(q, v, a) * inverse,
-        EFFORT_PARTS if inside else (),
-    )
-
-
-@lru_cache(maxsize=16)
-def tool_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
-    """Squared tool speed at a break, or at `TOOL_PARTS` of a piece, relative to its limit squared.
-
-    Parameters: units of the state, inverse limit.
-    """
-    import casadi as ca
-
-    inverse = ca.SX.sym("inverse")
-    return _limit_kernel(
-        dynamics,
-        inverse,
-        lambda q, v, _: ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse),
-        TOOL_PARTS if inside else (),
-    )
-
-
-def _limit_kernel(
-    dynamics: Dynamics, inverse: Any, use: Callable[..., Any], parts: tuple[float, ...]
-) -> Kernel:
-    """Use of a limit at fractions of a piece, or without any at a break."""
     import casadi as ca
 
     d = dynamics.robot.dof
-    if parts:
-        piece = _inside(d, parts)
+    inverse = ca.SX.sym("inverse", d if name == "effort" else 1)
+
+    def use(q: Any, v: Any, a: Any) -> Any:
+        if name == "effort":
+            return dynamics.symbolic_effort(q, v, a) * inverse
+        return ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse)
+
+    if inside:
+        piece = _inside(d, ROBOT_LIMITS[name])
         rows = ca.vertcat(*(use(*state) for state in piece.states))
         return Kernel(piece.variables, ca.vertcat(piece.units, inverse), rows, inner=piece.inner)
     state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
     return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
+
+
+def held_blocks(
+    problem: TimingProblem, tightening: Tightening, scale: Scale, layout: Layout
+) -> Iterator[Block]:
+    """Blocks of each limit at the places where it is a constraint.
+
+    Args:
+        problem: The problem.
+        tightening: Allowed fraction of each limit.
+        scale: Units of the program.
+        layout: Its variables.
+    """
+    bound = 1.0 - tightening.margin
+    for name, held in tightening.held.items():
+        for inside, columns in enumerate((layout.state, layout.piece)):
+            active = held.active[inside::2]
+            inverse = 1.0 / (held.allowed[inside::2][active] * getattr(problem.limits, name)).T
+            units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
+            kernel = limit_kernel(problem.arm, name, inside=bool(inside))
+            yield Block(kernel, columns[:, active], np.vstack((units, inverse)), -bound, bound)
 
 
 @lru_cache(maxsize=8)
@@ -152,56 +147,36 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     return tuple(curve(times, order) for order in range(3))
 
 
-def effort_shares(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Largest effort in each piece relative to its limit, shape (pieces, d)."""
+def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
+    """Largest use of a limit at samples of each piece, relative to it, shape (pieces, d or 1)."""
     q, v, a = _states(curve)
-    effort = np.abs(problem.arm.effort(q, v, a))
-    return np.asarray((effort / problem.limits.effort).max(axis=1))
+    if name == "effort":
+        values = np.abs(problem.arm.effort(q, v, a))
+    else:
+        values = problem.arm.tool_speed(q, v)[..., None]
+    return np.asarray((values / getattr(problem.limits, name)).max(axis=1))
 
 
-def tool_shares(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Largest tool speed in each piece relative to its limit, shape (pieces, 1)."""
-    q, v, _ = _states(curve)
-    speed = problem.arm.tool_speed(q, v)
-    return np.asarray(speed.max(axis=1, keepdims=True) / problem.limits.tool_speed)
-
-
-def proved_efforts(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Efforts not proved to be below their limits, relative to these, shape (pieces, d).
+def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
+    """Use of a limit that is not proved to be kept, relative to it, shape (pieces, d or 1).
 
     Only the worst of each joint, in its piece.
     """
-    from knotwork.verification.bounds import torque_bound
+    from knotwork.verification.bounds import tool_speed_bound, torque_bound
 
-    found = torque_bound(problem.arm.robot, _motion(problem, curve), limit=problem.limits.effort)
-    shares = np.zeros((curve.x.size - 1, len(found)))
-    for k, bound in enumerate(found):
+    robot, limit = problem.arm.robot, getattr(problem.limits, name)
+    motion = JointTrajectory(robot.joint_names, curve, joint_units=robot.joint_units)
+    if name == "effort":
+        bounds = torque_bound(robot, motion, limit=limit)
+    else:
+        bounds = (tool_speed_bound(robot, motion, limit=limit),)
+    shares = np.zeros((curve.x.size - 1, len(bounds)))
+    for k, (bound, allowed) in enumerate(zip(bounds, np.atleast_1d(limit), strict=True)):
         if not (bound.ok and bound.proved):
+            piece = int(np.searchsorted(curve.x, bound.time, side="right")) - 1
             worst = max(abs(bound.bound), abs(bound.value))
-            shares[_piece(curve, bound.time), k] = worst / problem.limits.effort[k]
+            shares[min(piece, len(shares) - 1), k] = worst / allowed
     return shares
-
-
-def proved_tool(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Tool speed relative to its limit, if not proved to be below, shape (pieces, 1)."""
-    from knotwork.verification.bounds import tool_speed_bound
-
-    limit = problem.limits.tool_speed
-    bound = tool_speed_bound(problem.arm.robot, _motion(problem, curve), limit=limit)
-    shares = np.zeros((curve.x.size - 1, 1))
-    if not (bound.ok and bound.proved):
-        shares[_piece(curve, bound.time)] = max(bound.bound, bound.value) / limit
-    return shares
-
-
-def _motion(problem: TimingProblem, curve: PiecewisePolynomial) -> JointTrajectory:
-    return JointTrajectory(
-        problem.arm.robot.joint_names, curve, joint_units=problem.arm.robot.joint_units
-    )
-
-
-def _piece(curve: PiecewisePolynomial, time: float) -> int:
-    return min(int(np.searchsorted(curve.x, time, side="right")) - 1, curve.x.size - 2)
 
 
 def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
