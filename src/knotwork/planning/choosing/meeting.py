@@ -201,11 +201,15 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
         if free.duration[i - 1] and task.waypoints[k].time is None:
             span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREEMENT
             changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)
-    whole: dict[str, Any] = {}
+    ends: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
-        whole = {"times": None, "objective": None}
+        ends = {"times": None, "objective": None}
         if free.optimal_knots:  # short moves end with accelerations that least jerk would keep up
             terms = {name: value for name, value in free.objective.items() if name != "time"}
-            whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
+            ends = {
+                "times": None,
+                "knots": "optimal",
+                "objective": terms or {"acceleration": 1.0},
+            }
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
-    return _with_expected_times(scenario, task.replace(**whole), {})
+    return _with_expected_times(scenario, task.replace(**ends), {})

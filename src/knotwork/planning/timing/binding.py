@@ -35,7 +35,7 @@ def binding_limits(
     places = (np.arange(INTERVAL_SAMPLES) + 0.5) / INTERVAL_SAMPLES
     times = time[:-1, None] + places * np.diff(time)[:, None]
     limits = problem.limits
-    limits_found: list[Binding] = []
+    active: list[Binding] = []
     uses = {
         name: np.abs(curve(times, order)) / getattr(limits, name)
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
@@ -68,5 +68,5 @@ def binding_limits(
         for part, name, k in at_limit:
             joint = "" if name == "tool speed" else problem.joint_names[k]
             ends = problem.names[i], problem.names[i + 1]
-            limits_found.append(Binding(*ends, joint, name, round(part, 2)))
-    return tuple(limits_found)
+            active.append(Binding(*ends, joint, name, round(part, 2)))
+    return tuple(active)

@@ -79,13 +79,13 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
     ).tolist():
         i, effort, limit = int(rows[efforts[:, k].argmax()]), efforts[:, k].max(), limits.effort[k]
         unit, name = JOINT_QUANTITIES["effort"].units[problem.joint_units[k]], problem.names[i]
-        needed, given = (
+        needed_text, limit_text = (
             problem.units.text(value / limits.margin, unit) for value in (rounded_up(effort), limit)
         )
         yield TimingError(
             f"{'no motion keeps all limits' if certain else NO_MOTION}: "
             f"{'' if rests[i] else 'to rest '}at {name!r} joint {problem.joint_names[k]!r} needs a "
-            f"limit of effort above {needed}; it is {given}{limits.margin_note}",
+            f"limit of effort above {needed_text}; it is {limit_text}{limits.margin_note}",
             waypoint=i,
             joint=problem.joint_names[k],
             limit="effort",

@@ -50,9 +50,9 @@ class Tightening:
     position: bool = False
     held: Mapping[str, HeldLimit] = field(default_factory=dict)
 
-    def same_equations(self, other: Tightening) -> bool:
+    def same_equations(self, following: Tightening) -> bool:
         """Whether the solver has the same equations with another tightening."""
-        return self.position == other.position and self.held.keys() == other.held.keys()
+        return self.position == following.position and self.held.keys() == following.held.keys()
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -128,10 +128,10 @@ def _held_limit(
     if near is not None:
         close = np.repeat(shares.max(axis=1) > near, 2)
         active |= np.append(close, False) | np.insert(close, 0, False)
-    given = problem.velocity_known
+    known = problem.velocity_known
     if name == "effort":
-        given = given & problem.acceleration_known
-    active[:: 2 * pieces // (len(given) - 1)][given] = False
+        known = known & problem.acceleration_known
+    active[:: 2 * pieces // (len(known) - 1)][known] = False
     return HeldLimit(allowed, active)
 
 
