@@ -38,7 +38,7 @@ def toolbox(robot: Robot) -> Solver:
     joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
     step = robot.base_placement.inverse()
     for i in range(1, robot.dof + 1):
-        along = pin.SE3(joints.aligned[i], np.zeros(3))
+        along = pin.SE3(joints.alignment[i], np.zeros(3))
         step = step * pin.SE3(joints.rotation[i], joints.translation[i]) * along
         ets = ets * rtb.ET.SE3(step.homogeneous) * rtb.ET.Rz()
         step = along.inverse()

@@ -45,7 +45,6 @@ def test_there_are_scenarios_that_fail_in_every_way() -> None:
         "StretchTimeError",
         "RampError",
         "NoWayFoundError",
-        "SlowStretchError",
         "TimingError",
     }
 

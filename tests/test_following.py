@@ -18,7 +18,7 @@ AT = ARM.forward(HOME)
 LINE = tp.Line(AT.translation, AT.translation + np.array([0, 0.1, 0]))
 
 
-def test_a_line_is_followed_at_constant_speed_from_the_first_moment() -> None:
+def test_follows_line_at_constant_speed() -> None:
     motion = kw.follow_path("ur5", LINE, 0.05, 1e-6, start=HOME, speed_tolerance=1e-4)
     assert motion.end_time == pytest.approx(2.0)
     assert motion.polynomial.degree == 3
@@ -32,7 +32,7 @@ def test_a_line_is_followed_at_constant_speed_from_the_first_moment() -> None:
     assert np.abs(motion.polynomial.jumps(2)).max() < 1e-8
 
 
-def test_with_an_acceleration_it_begins_and_ends_at_rest() -> None:
+def test_begins_and_ends_at_rest_with_acceleration() -> None:
     motion = kw.follow_path(ARM, LINE, 0.05, start=HOME, acceleration=0.5)
     assert motion.end_time == pytest.approx(2.15)
     for t in (0.0, motion.end_time):
@@ -41,7 +41,7 @@ def test_with_an_acceleration_it_begins_and_ends_at_rest() -> None:
     assert np.linalg.norm(twist.linear) == pytest.approx(0.05, rel=0.01)
 
 
-def test_a_tool_path_brings_its_own_orientation() -> None:
+def test_uses_orientation_of_tool_path() -> None:
     turned = pin.exp3(np.array([0, 0, 0.5])) @ AT.rotation
     path = tp.ToolPath([LINE], tp.OrientationCurve.even_turning(AT.rotation, turned, 0.1))
     motion = kw.follow_path(ARM, path, 0.05, start=HOME)
@@ -51,14 +51,14 @@ def test_a_tool_path_brings_its_own_orientation() -> None:
         kw.follow_path(ARM, path, 0.05, start=HOME, rotation=turned)
 
 
-def test_a_start_that_is_slightly_off_is_brought_onto_the_path() -> None:
+def test_corrects_inaccurate_start() -> None:
     motion = kw.follow_path(ARM, LINE, 0.05, 1e-8, start=HOME + 1e-7)
     np.testing.assert_allclose(
         ARM.forward(motion.position(0.0)).translation, AT.translation, atol=1e-10
     )
 
 
-def test_without_a_start_it_begins_at_the_solution_nearest_to_home() -> None:
+def test_default_start_is_nearest_to_home() -> None:
     away = tp.Line(LINE.end, LINE.end + np.array([0, 0, 0.05]))
     start = kw.solve_pose_ik(ARM, pin.SE3(AT.rotation, LINE.end), HOME).q
     motion = kw.follow_path(ARM, away, 0.05)
@@ -71,7 +71,7 @@ def corner() -> Any:
     return tp.ToolPath(curves, kept, stops={0})
 
 
-def test_stops_of_a_path_need_an_acceleration() -> None:
+def test_stops_need_acceleration() -> None:
     motion = kw.follow_path(ARM, corner(), 0.05, start=HOME, acceleration=1.0)
     assert np.abs(motion.velocity(2.075)).max() < 1e-12
     with pytest.raises(PathError, match="has stops; give acceleration"):
@@ -102,13 +102,13 @@ def test_stops_of_a_path_need_an_acceleration() -> None:
         ({"robot": "ur"}, "did you mean"),
     ],
 )
-def test_wrong_values_are_named(change: dict[str, Any], said: str) -> None:
+def test_refuses_wrong_values(change: dict[str, Any], said: str) -> None:
     given = {"robot": ARM, "path": LINE, "speed": 0.05, "start": HOME, **change}
     with pytest.raises(InputError, match=said):
         kw.follow_path(**given)
 
 
-def test_what_is_in_the_way_is_named() -> None:
+def test_reports_limiting_constraint() -> None:
     with pytest.raises(FollowingError, match=r"0 m along it shoulder_pan_joint would have to turn"):
         kw.follow_path(ARM, LINE, 5.0, start=HOME)
     far = tp.Line(AT.translation, AT.translation + np.array([0, 1.5, 0]))
@@ -126,7 +126,7 @@ def test_what_is_in_the_way_is_named() -> None:
 
 
 @pytest.mark.parametrize("reached", [0.0097, 0.0292, 0.054, 0.0793])
-def test_the_place_named_is_where_the_limit_is_reached(reached: float) -> None:
+def test_reports_arc_length_of_joint_limit(reached: float) -> None:
     """Where the path comes to the limit by inverse kinematics, to the digits that are said."""
     there = pin.SE3(AT.rotation, LINE.position([reached])[0])
     q = kw.solve_pose_ik(ARM, there, HOME).q
@@ -138,7 +138,7 @@ def test_the_place_named_is_where_the_limit_is_reached(reached: float) -> None:
     assert error.value.arc_length == pytest.approx(reached, abs=1e-6)
 
 
-def test_the_place_where_a_joint_becomes_too_fast_is_named_and_a_speed_that_does() -> None:
+def test_reports_arc_length_of_velocity_limit_and_feasible_speed() -> None:
     """The joint is as fast as it may be there, by the inverse of the Jacobian."""
     straight = tp.Line(AT.translation, AT.translation + np.array([0, 0.45, 0]))
     with pytest.raises(FollowingError) as error:
@@ -161,7 +161,7 @@ def inserted(motion: kw.JointTrajectory) -> int:
     return len(motion.waypoint_times) - 2
 
 
-def test_with_self_motion_too_the_error_falls_with_the_fourth_power() -> None:
+def test_error_falls_with_fourth_power_of_interval() -> None:
     arm = kw.load_robot("xarm7")
     q = np.array([0.3, -0.3, 0.4, 0.8, 0.2, 1.1, 0.0])
     place = arm.forward(q).translation
@@ -176,7 +176,7 @@ def test_with_self_motion_too_the_error_falls_with_the_fourth_power() -> None:
     assert counts[1] <= 4.5 * counts[0]
 
 
-def test_continuous_joints_turn_as_far_as_the_path_asks() -> None:
+def test_continuous_joints_turn_without_limit() -> None:
     """Two turns of a tool that turns with the circle: 4π at the joint that carries them."""
     arm = kw.load_robot("kinova")
     q = np.array([4.8, 3.0, 1.2, 3.8, 1.2, 0.8])

@@ -80,7 +80,7 @@ def travel(plan: kw.Plan, joint: int) -> float:
     return float(np.abs(np.diff(plan.trajectory.position(times)[:, joint])).sum())
 
 
-def test_a_free_turn_spares_the_last_joint_and_keeps_position_and_axis() -> None:
+def test_free_turn_spares_last_joint_and_keeps_axis() -> None:
     free, fixed = planned(), planned("none")
     assert free.report.ok
     assert fixed.report.ok
@@ -98,7 +98,7 @@ def test_a_free_turn_spares_the_last_joint_and_keeps_position_and_axis() -> None
     assert np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1))).max() < 0.1
 
 
-def test_the_motion_has_the_joints_of_the_arm_alone() -> None:
+def test_motion_has_no_virtual_joints() -> None:
     plan = planned()
     assert plan.trajectory.joint_names == kw.load_robot("ur5").joint_names
     assert plan.joint_waypoints.joint_names == plan.trajectory.joint_names
@@ -106,7 +106,7 @@ def test_the_motion_has_the_joints_of_the_arm_alone() -> None:
     assert plan.space.robot.dof == 6
 
 
-def test_the_turn_of_the_tool_alone_is_for_all_poses_but_those_with_their_own() -> None:
+def test_tool_freedom_is_default_of_poses() -> None:
     task = with_stops(arch(None))
     for waypoint in task["waypoints"]:
         waypoint.pop("free", None)
@@ -119,7 +119,7 @@ def test_the_turn_of_the_tool_alone_is_for_all_poses_but_those_with_their_own() 
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_motion_is_judged_by_its_axis_and_never_by_its_turn(seed: int) -> None:
+def test_check_ignores_free_turn_but_not_axis(seed: int) -> None:
     random = np.random.default_rng(seed)
     task, plan = with_stops(arch()), planned()
     turned = copy.deepcopy(task)
@@ -135,7 +135,7 @@ def test_a_motion_is_judged_by_its_axis_and_never_by_its_turn(seed: int) -> None
     assert np.degrees(failed["path_orientation"].value) == pytest.approx(0.2, abs=0.1)
 
 
-def test_without_the_freedom_the_same_motion_fails() -> None:
+def test_fails_without_freedom() -> None:
     plan = planned()
     failed = {one.quantity for one in checked(plan.trajectory, with_stops(arch("none"))).failures}
     assert {"orientation", "path_orientation"} & failed
@@ -152,7 +152,7 @@ def passing(free: Any) -> dict[str, Any]:
     return task
 
 
-def test_a_velocity_keeps_what_is_not_free() -> None:
+def test_given_velocity_keeps_fixed_components() -> None:
     plan = kw.plan(passing(TURN))
     assert plan.report.ok
     robot = plan.space.robot
@@ -168,7 +168,7 @@ def test_a_velocity_keeps_what_is_not_free() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
-def test_a_velocity_along_the_axis_that_is_not_free_is_the_tools() -> None:
+def test_velocity_along_tool_axis() -> None:
     task = passing(TURN)
     task["waypoints"][0]["velocity"] = {"linear": [0, 0, 50], "in": "tool"}
     plan = kw.plan(task)
@@ -179,7 +179,7 @@ def test_a_velocity_along_the_axis_that_is_not_free_is_the_tools() -> None:
     np.testing.assert_allclose(twist.linear, 0.05 * axis, atol=1e-6)
 
 
-def test_a_turn_within_a_range_is_kept_and_judged() -> None:
+def test_bounded_turn_is_kept_and_checked() -> None:
     task = arch()
     del task["waypoints"][1]
     task["waypoints"][0] |= {"free": {"turn": [-20, 30]}, "stop": True}
@@ -197,7 +197,7 @@ def test_a_turn_within_a_range_is_kept_and_judged() -> None:
     assert np.degrees(failed.value) == pytest.approx(10, abs=1e-4)
 
 
-def test_a_range_along_a_path_is_judged_at_all_times() -> None:
+def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     task = with_stops(arch({"turn": [-100, 10]}))
     plan = kw.plan(task)
     assert plan.report.ok
@@ -224,14 +224,14 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
     assert most > 3
 
 
-def test_a_range_narrower_than_the_path_turns_is_kept() -> None:
+def test_range_narrower_than_turn_of_path() -> None:
     assert kw.plan(with_stops(arch({"turn": [-20, 20]}))).report.ok
 
 
 CONE = {"turn": "z", "tilt": 10}
 
 
-def test_a_tilt_is_used_and_keeps_within_its_cone() -> None:
+def test_tilt_stays_in_cone() -> None:
     cone = kw.plan(with_stops(arch(CONE)))
     assert cone.report.ok
     path = cone.scenario.paths[0].motion
@@ -244,7 +244,7 @@ def test_a_tilt_is_used_and_keeps_within_its_cone() -> None:
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_motion_is_judged_by_its_cone(seed: int) -> None:
+def test_check_of_cone(seed: int) -> None:
     yaw, about = np.random.default_rng(seed).uniform(-np.pi, np.pi, 2)
     motion = planned("none").trajectory
     task = with_stops(arch(CONE))
@@ -291,7 +291,7 @@ def written(task: dict[str, Any], folder: Path) -> Path:
     return path
 
 
-def test_normals_of_points_give_the_axis_and_free_the_turn(tmp_path: Path) -> None:
+def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:
     plan = kw.plan(written(dome(tmp_path), tmp_path))
     assert plan.report.ok
     assert plan.scenario.paths[0].freedom is not None
@@ -304,7 +304,7 @@ def test_normals_of_points_give_the_axis_and_free_the_turn(tmp_path: Path) -> No
     assert travel(plan, 5) < 0.2
 
 
-def test_normals_need_a_free_turn_and_an_axis_that_begins_along_them(tmp_path: Path) -> None:
+def test_normals_need_free_turn_and_matching_start(tmp_path: Path) -> None:
     task = dome(tmp_path)
     task["waypoints"][1]["free"] = "none"
     with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*normals leave the turn"):
@@ -335,7 +335,7 @@ def between_boxes(*boxes: list[float]) -> dict[str, Any]:
     }
 
 
-def test_self_motion_goes_where_the_path_leads_on() -> None:
+def test_planned_self_motion_avoids_boxes() -> None:
     plan = kw.plan(between_boxes([0.2, 0.3, 0.4], [-0.25, 0.3, 0.75]))
     assert plan.report.ok
     times = np.linspace(0.0, plan.trajectory.end_time, 400)
@@ -343,7 +343,7 @@ def test_self_motion_goes_where_the_path_leads_on() -> None:
     assert np.abs(points[:, 1:] - [0.54, 0.79]).max() < 1e-4
 
 
-def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> None:
+def test_error_where_no_self_motion_helps() -> None:
     with pytest.raises(kw.InputError, match="can't be followed"):
         kw.plan(between_boxes([-0.35, 0.54, 0.79]))
 
@@ -360,7 +360,7 @@ def pick(free: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("free", [BOX, BOX | TURN, BOX | {"turn": "z", "tilt": 15}])
-def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
+def test_free_position_stays_in_box(free: Any) -> None:
     plans = [kw.plan(pick(one)) for one in (free, "none")]
     assert all(plan.report.ok for plan in plans)
     far = [np.linalg.norm(p.trajectory.position(3.0) - p.trajectory.position(0.0)) for p in plans]
@@ -387,9 +387,7 @@ def fastest(free: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("free", [TURN, {"turn": [-30, 30]}])
-def test_speeds_and_times_are_chosen_frozen_swept_and_exported(
-    free: Any, tmp_path: Path, knotwork: Command
-) -> None:
+def test_free_times_frozen_swept_and_exported(free: Any, tmp_path: Path, knotwork: Command) -> None:
     path = written(fastest(free), tmp_path)
     folders = [str(tmp_path / name) for name in ("out", "again", "study")]
     frozen = str(tmp_path / "frozen.yaml")
@@ -441,7 +439,7 @@ PLACE = {"position": {"x": [-20, 20]}}
         ({"turn": [-90, 90]}, {"turn": [-20, 20]}, "panda"),
     ],
 )
-def test_each_pose_and_path_has_its_own_freedom(pick: Any, seam: Any, robot: str) -> None:
+def test_freedom_of_each_pose_and_path(pick: Any, seam: Any, robot: str) -> None:
     """By plain Pinocchio: a path with nothing free keeps its orientation."""
     plan = kw.plan(pick_then_seam(pick, seam, robot))
     assert plan.report.ok, plan.report
@@ -468,7 +466,7 @@ def test_each_pose_and_path_has_its_own_freedom(pick: Any, seam: Any, robot: str
         ({"tilt": 3}, {"turn": "z", "tilt": 5}, 0),
     ],
 )
-def test_a_path_may_begin_at_a_pose_of_narrower_freedom(begin: Any, seam: Any, wait: float) -> None:
+def test_path_begins_at_pose_of_narrower_freedom(begin: Any, seam: Any, wait: float) -> None:
     """The pose is held to its own range, the path to what it leaves open."""
     task = pick_then_seam("none", seam)
     task["waypoints"][2] |= {"free": begin} | ({"wait": wait} if wait else {})
@@ -486,7 +484,7 @@ def test_a_path_may_begin_at_a_pose_of_narrower_freedom(begin: Any, seam: Any, w
     assert np.degrees(own.value) == pytest.approx(abs(turn) if "turn" in begin else tilt, abs=0.02)
 
 
-def test_more_freedom_leads_to_no_more_travel() -> None:
+def test_more_freedom_needs_no_more_travel() -> None:
     """A motion whose tool may turn is one whose tool may turn and tilt, too."""
 
     def travelled(free: Any) -> float:
@@ -502,7 +500,7 @@ def test_more_freedom_leads_to_no_more_travel() -> None:
     assert travelled({"turn": "z", "tilt": 10}) < 1.1 * travelled(TURN)
 
 
-def test_a_free_turn_does_not_hide_other_postures_round_an_obstacle() -> None:
+def test_tries_other_postures_past_obstacle() -> None:
     """Solutions that differ by the free turn alone collide alike: others are tried."""
     tool = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
     here, there = ({"position": [500, y, 150], **DOWN} for y in (-200, 200))
@@ -524,7 +522,7 @@ def test_a_free_turn_does_not_hide_other_postures_round_an_obstacle() -> None:
 
 
 @pytest.mark.parametrize(("free", "most"), [({"tilt": 10}, 0), ({"turn": [-20, 5], "tilt": 8}, 20)])
-def test_a_tilt_keeps_the_turn_that_is_not_free(free: Any, most: float) -> None:
+def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
     """By plain Pinocchio: roll, pitch and yaw from what the path asks for."""
     plan = kw.plan(with_stops(arch(free)))
     assert plan.report.ok, plan.report
@@ -548,7 +546,7 @@ def test_a_tilt_keeps_the_turn_that_is_not_free(free: Any, most: float) -> None:
     assert narrow.ok is (most == 0)
 
 
-def test_a_tilt_that_comes_to_its_limit_on_the_way_does_not_stop_hard() -> None:
+def test_tilt_slows_down_before_its_limit() -> None:
     """Beside a rail that is to stand still, the arm leans until the cone ends."""
     task = {
         "units": {"length": "mm", "angle": "deg"},
@@ -573,7 +571,7 @@ def test_a_tilt_that_comes_to_its_limit_on_the_way_does_not_stop_hard() -> None:
 
 
 @pytest.mark.parametrize("turn", [[-180, 180], [-360, 20], [-350, 350]])
-def test_a_wide_range_of_a_turn_is_no_obstacle_where_none_at_all_is_possible(turn: Any) -> None:
+def test_wide_turn_range_where_fixed_turn_is_feasible(turn: Any) -> None:
     """Self-motion of least norm goes straight into the bound on this circle."""
     centre = {"centre": [400, 250, 300], "normal": [0, 0, 1]}
     begin = {"position": [400, 200, 300], "rpy": [180, 0, 30]}

@@ -296,7 +296,7 @@ def test_extrema_of_any_polynomial_bound_its_samples(c, end):
 def test_extrema_of_very_many_pieces_are_found_in_parts(monkeypatch):
     curve, _ = random_pair(3, 500, (3,))
     whole = curve.extrema()
-    monkeypatch.setattr("knotwork.spline.polynomial.extrema.BLOCK", 7)
+    monkeypatch.setattr("knotwork.spline.polynomial.extrema.BLOCK_PIECES", 7)
     parts = curve.extrema()
     for name in ("minimum", "minimum_time", "maximum", "maximum_time"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -50,7 +50,7 @@ def weight(robot: kw.Robot, q: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_equal_to_trying_all_turns_of_all_branches(seed: int) -> None:
+def test_equals_brute_force_over_turns_and_branches(seed: int) -> None:
     """First within the limits, then halfway, then least travel, each before the next."""
     generator = np.random.default_rng(seed)
     durations = generator.uniform(0.4, 3.0, 2)
@@ -102,7 +102,7 @@ def test_equal_to_trying_all_turns_of_all_branches(seed: int) -> None:
 
 
 @pytest.mark.parametrize("branch", ["keep", "free"])
-def test_a_branch_is_kept_however_much_travel_that_takes(branch: str) -> None:
+def test_keeps_branch_despite_longer_travel(branch: str) -> None:
     """At a hundredth of a joint speed, and with many waypoints, travel comes to many seconds."""
     home = np.array(HOME)
     elbow_down = next(
@@ -134,7 +134,7 @@ def test_a_branch_is_kept_however_much_travel_that_takes(branch: str) -> None:
     assert {choice.reason.split(";")[0] for choice in chosen.choices} == {said}
 
 
-def test_a_branch_that_is_not_kept_is_said_to_be_changed() -> None:
+def test_reports_changed_branch() -> None:
     low = {"position": {"wrist_3_joint": [-3.2, 3.2]}}
     start, end = HOME.copy(), HOME.copy()
     start[5], end[5] = 3.0, -2.5
@@ -161,7 +161,7 @@ def test_a_branch_that_is_not_kept_is_said_to_be_changed() -> None:
 @pytest.mark.parametrize(
     "word", [{"elbow": "down"}, {"wrist": "no flip"}, {"shoulder": "right", "elbow": "up"}]
 )
-def test_the_branch_asked_for_is_taken(word: dict[str, str]) -> None:
+def test_takes_requested_branch(word: dict[str, str]) -> None:
     q = [HOME + 0.1, HOME + 0.2]
     chosen = solved(
         {"robot": "ur5", "branch": word, "waypoints": stops([pose_of(UR5, x) for x in q])}
@@ -173,7 +173,7 @@ def test_the_branch_asked_for_is_taken(word: dict[str, str]) -> None:
         assert choice.branches == 8
 
 
-def test_a_branch_that_is_not_there_is_an_error() -> None:
+def test_refuses_missing_branch() -> None:
     narrow = {"position": {"elbow_joint": [0.1, 3.0]}}
     q = HOME + 0.1
     task = {
@@ -189,7 +189,7 @@ def test_a_branch_that_is_not_there_is_an_error() -> None:
     assert caught.value.branches
 
 
-def test_a_fixed_branch_is_not_left_and_a_kept_one_only_for_speed() -> None:
+def test_branch_fixed_or_kept_at_speed() -> None:
     first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
     mirrored = next(
         b.q
@@ -208,7 +208,7 @@ def test_a_fixed_branch_is_not_left_and_a_kept_one_only_for_speed() -> None:
         solved({**task, "branch": "fixed"})
 
 
-def test_what_no_choice_can_make_slow_enough_is_named() -> None:
+def test_reports_unavoidable_joint_speed() -> None:
     far = HOME + np.array([2.0, 0, 0, 0, 0, 0])
     task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, far)], 0.5)}
     (one,) = solved(task).infeasibilities
@@ -221,7 +221,7 @@ def test_what_no_choice_can_make_slow_enough_is_named() -> None:
     assert not kw.plan(task).report.ok
 
 
-def test_a_redundant_arm_goes_no_farther_than_from_nearest_to_nearest() -> None:
+def test_redundant_arm_travels_no_farther_than_nearest_solutions() -> None:
     file = yaml.safe_load(SCENARIO_FILES["panda_pick_place"].read_text("utf-8"))
     del file["scene"], file["tool"]["holds"]  # nothing is in the way
     scenario = kw.load_scenario(file)
@@ -241,7 +241,7 @@ def test_a_redundant_arm_goes_no_farther_than_from_nearest_to_nearest() -> None:
     assert travel(chosen) <= travel(naive) + 1e-6
 
 
-def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_do() -> None:
+def test_reports_feasible_tool_speed() -> None:
     q = HOME + 0.1
     task = {
         "robot": "ur5",
@@ -268,7 +268,7 @@ def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_d
     assert not solved(task).infeasibilities
 
 
-def test_a_branch_is_not_changed_while_the_tool_passes_at_speed() -> None:
+def test_keeps_branch_while_tool_moves() -> None:
     """The wrist could flip during the turn at less travel; it does so before, where it may."""
     q = np.array([0.1, -1.6, 1.8, -1.8, -1.6, 1.0])
     pose = UR5.forward(q)

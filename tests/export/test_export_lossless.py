@@ -114,7 +114,7 @@ def test_points_are_points_of_themselves() -> None:
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.export.lossless.MOST_POINTS", 50)
+    monkeypatch.setattr("knotwork.export.lossless.MOST_EXPORTED_POINTS", 50)
     with pytest.raises(InputError, match="more than 50 points"):
         motion_points(motion("quintic"), fit=1e-9)
 

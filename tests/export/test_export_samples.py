@@ -175,7 +175,7 @@ def test_files_of_one_motion_are_the_same() -> None:
 def test_tables_of_too_many_numbers_are_refused_with_a_rate_that_is_taken(
     monkeypatch: pytest.MonkeyPatch, make: str
 ) -> None:
-    monkeypatch.setattr("knotwork.export.table.MOST_VALUES", 13 * 20_000)
+    monkeypatch.setattr("knotwork.export.table.MOST_TABLE_VALUES", 13 * 20_000)
     with pytest.raises(InputError, match="at most 20000 are taken") as caught:
         getattr(motion(), make)(rate=1e5)
     accepted = float(str(caught.value).split(" Hz is accepted")[0].split()[-1])

@@ -1,6 +1,5 @@
 """What is said of a pose that is not reached: the closest pose, and what is in the way."""
 
-import re
 from functools import cache
 
 import numpy as np
@@ -86,7 +85,7 @@ def least_by_scipy(
 
 @pytest.mark.parametrize("count", first_of(4, 20))
 @pytest.mark.parametrize("name", ARMS)
-def test_no_other_search_finds_a_closer_pose_inside_the_limits(name: str, count: int) -> None:
+def test_closest_pose_within_limits_beats_other_searches(name: str, count: int) -> None:
     robot = ARMS[name]
     for pose, error in refusals(name, count)[: 6 if name in ("ur5", "planar2") else count]:
         closest = np.array(error.closest)
@@ -101,7 +100,7 @@ def test_no_other_search_finds_a_closer_pose_inside_the_limits(name: str, count:
 
 @pytest.mark.parametrize("count", first_of(4, 20))
 @pytest.mark.parametrize("name", ["ur5 narrow", "planar2"])
-def test_no_other_search_finds_a_closer_pose_whatever_the_limits(name: str, count: int) -> None:
+def test_closest_pose_beats_other_searches(name: str, count: int) -> None:
     robot = ARMS[name]
     nowhere = np.full(robot.dof, np.inf)
     refused = [pair for pair in refusals(name, count) if isinstance(pair[1], UnreachablePoseError)]
@@ -114,7 +113,7 @@ def test_no_other_search_finds_a_closer_pose_whatever_the_limits(name: str, coun
 
 @pytest.mark.parametrize("count", first_of(6, 20))
 @pytest.mark.parametrize("name", ["ur5", "planar2", "talos_arm"])
-def test_no_other_search_turns_the_tool_further_on_the_point(name: str, count: int) -> None:
+def test_smallest_angle_at_point_beats_other_searches(name: str, count: int) -> None:
     robot = ARMS[name]
     limits = robot.lower_position_limit, robot.upper_position_limit
     refused = [pair for pair in refusals(name, count) if isinstance(pair[1], UnreachablePoseError)]
@@ -129,7 +128,7 @@ def test_no_other_search_turns_the_tool_further_on_the_point(name: str, count: i
 
 @pytest.mark.parametrize("count", first_of(4, 20))
 @pytest.mark.parametrize("name", ["ur5 narrow", "z1", "talos_arm"])
-def test_a_joint_is_held_if_it_would_come_closer_by_going_on(name: str, count: int) -> None:
+def test_reports_joints_held_at_limits(name: str, count: int) -> None:
     robot = ARMS[name]
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     named = 0
@@ -152,9 +151,7 @@ def test_a_joint_is_held_if_it_would_come_closer_by_going_on(name: str, count: i
 @pytest.mark.parametrize("name", ["ur5", "ur5 narrow", "z1", "talos_arm"])
 @pytest.mark.parametrize("nearest", [True, False])
 @pytest.mark.parametrize("count", first_of(3, 15))
-def test_what_is_reached_is_not_refused_however_few_searches_are_allowed(
-    name: str, nearest: bool, count: int
-) -> None:
+def test_solves_reachable_pose_without_restarts(name: str, nearest: bool, count: int) -> None:
     robot, generator = ARMS[name], np.random.default_rng(6)
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     for _ in range(count):
@@ -166,22 +163,15 @@ def test_what_is_reached_is_not_refused_however_few_searches_are_allowed(
         assert ((found.q >= lower) & (found.q <= upper)).all()
 
 
-@pytest.mark.parametrize("count", first_of(3, 8))
 @pytest.mark.parametrize("option", ["position_tolerance", "orientation_tolerance"])
-def test_a_tolerance_finer_than_rounding_is_refused(option: str, count: int) -> None:
-    """Unless rounding happens to leave nothing."""
-    unit = "m" if option == "position_tolerance" else "rad"
-    said = rf"{option} 1e-20 {unit} is finer than rounding: .* 1e-12 {unit} or more is accepted"
-    generator, refused = np.random.default_rng(2), 0
-    for q in generator.uniform(-2, 2, (count, 7)):
-        panda, start = load_robot("panda"), np.zeros(7)
-        pose = panda.forward(np.clip(q, panda.lower_position_limit, panda.upper_position_limit))
+def test_refuses_tolerance_finer_than_rounding(option: str) -> None:
+    panda, start = load_robot("panda"), np.zeros(7)
+    lower, upper = panda.lower_position_limit, panda.upper_position_limit
+    for q in np.random.default_rng(2).uniform(-2, 2, (3, 7)):
+        pose = panda.forward(np.clip(q, lower, upper))
         assert solve_pose_ik(panda, pose, start, nearest=False, **{option: 1e-12}).converged
-        try:
-            solve_pose_ik(panda, pose, start, nearest=False, max_restarts=5, **{option: 1e-20})
-        except WaypointDataError as error:
-            refused += bool(re.search(said, str(error))) and error.value == 1e-20
-    assert refused > 0
+    with pytest.raises(WaypointDataError, match=f"{option} 9e-13 is finer than rounding; 1e-12 or"):
+        solve_pose_ik(panda, pose, start, **{option: 9e-13})
 
 
 def shoulder_above(robot: Robot, q: list[float], low: float, high: float) -> list[float]:
@@ -215,7 +205,7 @@ def beside(robot: Robot, q: list[float], distance: float) -> pin.SE3:
 
 @pytest.mark.parametrize("place", mostly_exhaustive(SINGULAR, "ur5 stretched", "kinova shoulder"))
 @pytest.mark.parametrize("size", mostly_exhaustive([1e-6, 1e-7], 1e-6))
-def test_a_micrometre_out_of_reach_is_said_to_be_one(place: str, size: float) -> None:
+def test_reports_micrometre_shortfall(place: str, size: float) -> None:
     robot, q = SINGULAR[place]
     for start in (np.add(q, 0.05), robot.configuration("home")):
         both = [refusal(robot, beside(robot, q, distance), start) for distance in (size, -size)]
@@ -238,12 +228,12 @@ def test_a_micrometre_out_of_reach_is_said_to_be_one(place: str, size: float) ->
     [(UR5, [0.3, -1.2, 1.4, -1.7, 0.0, 0.3]), (KINOVA, [0.3, 2.0, 2.0, 0.5, np.pi, 0.2])],
     ids=["ur5", "kinova"],
 )
-def test_beside_a_straight_wrist_nothing_is_out_of_reach(robot: Robot, q: list[float]) -> None:
+def test_solves_pose_near_straight_wrist(robot: Robot, q: list[float]) -> None:
     for distance in (1e-6, -1e-6):
         assert refusal(robot, beside(robot, q, distance), np.add(q, 0.05)) is None
 
 
-def test_a_point_beyond_the_limits_is_not_called_reachable() -> None:
+def test_point_beyond_limits_is_not_reachable() -> None:
     """Behind a planar arm that may not turn around, and tilted out of its plane."""
     planar = ARMS["planar2"].with_limits(position={"shoulder": (-0.2, 0.2), "elbow": (-1, 1)})
     flat = planar.forward([2.8, 0.5])
@@ -255,7 +245,7 @@ def test_a_point_beyond_the_limits_is_not_called_reachable() -> None:
     assert caught.value.closest_distance > 0.1
 
 
-def test_a_joint_hardly_beyond_its_limit_is_said_to_be_so_by_how_much() -> None:
+def test_reports_small_excess_of_joint() -> None:
     q = [0.3, -1.2, 1.4, -1.7, 0.8, 0.3]
     limits = {"elbow_joint": (1.0, 1.4 - 1e-7), "wrist_2_joint": (0.5, 1.0)}
     narrow = UR5.with_limits(position=limits | {"shoulder_lift_joint": (-1.3, -1.1)})
@@ -266,7 +256,7 @@ def test_a_joint_hardly_beyond_its_limit_is_said_to_be_so_by_how_much() -> None:
 
 @pytest.mark.parametrize("name", ["ur5", "talos_arm", "planar2"])
 @pytest.mark.parametrize("far", [1e3, 1e9, 1e149])
-def test_the_distance_of_a_pose_far_away_is_right(name: str, far: float) -> None:
+def test_distance_of_far_pose(name: str, far: float) -> None:
     with pytest.raises(UnreachablePoseError, match="out of reach") as caught:
         solve_pose_ik(
             ARMS[name], pin.SE3(np.eye(3), np.array([far, 0, 0])), np.zeros(ARMS[name].dof)

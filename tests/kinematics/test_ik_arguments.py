@@ -37,39 +37,39 @@ NO_POSES = {
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("what", NO_POSES)
-def test_what_is_no_pose_is_refused(solver: str, what: str) -> None:
+def test_refuses_invalid_pose(solver: str, what: str) -> None:
     pose, complaint = NO_POSES[what]
     name = r"poses\[1\]" if solver == "solve_pose_ik_batch" else "pose"
     with pytest.raises(WaypointDataError, match=f"{name}.*{complaint}"):
         SOLVERS[solver](pose)
 
 
-def test_a_matrix_that_is_a_rotation_up_to_its_last_digits_is_solved() -> None:
+def test_accepts_rounded_rotation() -> None:
     exact = UR5.forward(HOME + 0.1)
     rounded = pin.SE3(np.round(exact.rotation, 8), exact.translation)
     assert kw.solve_pose_ik(UR5, rounded, HOME).converged
     assert kw.kinematics.solve_pose_ik_batch(UR5, [rounded], HOME).converged.all()
 
 
-def test_no_poses_are_solved_at_once() -> None:
+def test_batch_of_no_poses() -> None:
     none = kw.kinematics.solve_pose_ik_batch(UR5, [], HOME)
     assert none.q.shape == (0, 6)
     assert none.converged.shape == (0,)
 
 
 @pytest.mark.parametrize("poses", [None, 5, UR5.forward(HOME)])
-def test_poses_must_be_some_in_a_row(poses: Any) -> None:
+def test_refuses_poses_that_are_not_a_sequence(poses: Any) -> None:
     with pytest.raises(WaypointDataError, match=r"poses must be a sequence of pin\.SE3"):
         kw.kinematics.solve_pose_ik_batch(UR5, poses, HOME)
 
 
-def test_poses_may_come_one_by_one() -> None:
+def test_accepts_generator_of_poses() -> None:
     poses = (UR5.forward(HOME) for _ in range(2))
     assert kw.kinematics.solve_pose_ik_batch(UR5, poses, HOME).converged.all()
 
 
 @pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), float("inf"), "fine", None, True])
-def test_tolerances_are_positive_numbers(bad: Any) -> None:
+def test_refuses_tolerances_that_are_not_positive(bad: Any) -> None:
     pose = UR5.forward(HOME)
     with pytest.raises(WaypointDataError, match=r"^tolerance must be positive"):
         kw.kinematics.solve_pose_ik_batch(UR5, [pose], HOME, tolerance=bad)
@@ -82,26 +82,26 @@ def test_tolerances_are_positive_numbers(bad: Any) -> None:
 
 
 @pytest.mark.parametrize("bad", [-1, 2.5, "3", None, True])
-def test_restarts_are_counted(bad: Any) -> None:
+def test_refuses_invalid_max_restarts(bad: Any) -> None:
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
         kw.kinematics.solve_pose_ik_batch(UR5, [UR5.forward(HOME)], HOME, max_restarts=bad)
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
         kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=bad)
 
 
-def test_starts_of_many_poses_are_rows_of_one_length() -> None:
+def test_refuses_starts_of_wrong_shape() -> None:
     pose = UR5.forward(HOME)
     with pytest.raises(WaypointDataError, match="start must be numbers"):
         kw.kinematics.solve_pose_ik_batch(UR5, [pose, pose], [[1, 2, 3, 4, 5, 6], [1, 2]])
 
 
 @pytest.mark.parametrize("bad", [0, -3, 1.5])
-def test_a_spread_is_of_some_configurations(bad: Any) -> None:
+def test_refuses_invalid_spread(bad: Any) -> None:
     with pytest.raises(WaypointDataError, match="spread must be an integer, 1 or more"):
         kw.solve_pose_ik_all(UR5, UR5.forward(HOME), spread=bad)
 
 
-def test_velocities_are_not_solved_within_no_tolerance() -> None:
+def test_refuses_invalid_velocity_tolerance() -> None:
     singular = np.array([0.2, -1.2, 0.0, -1.7, 0.4, 0.3])
     twist = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
     for name in ("linear_tolerance", "angular_tolerance"):
@@ -110,6 +110,6 @@ def test_velocities_are_not_solved_within_no_tolerance() -> None:
 
 
 @pytest.mark.parametrize("rate", [float("nan"), float("inf")])
-def test_a_pull_is_finite(rate: float) -> None:
+def test_refuses_infinite_rate(rate: float) -> None:
     with pytest.raises(WaypointDataError, match="rate must be finite"):
         kw.kinematics.pull_to_middle(UR5, HOME, rate)

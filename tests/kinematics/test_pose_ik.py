@@ -63,7 +63,7 @@ def assert_solves(robot: Robot, pose: pin.SE3, q: np.ndarray, independent: bool 
 
 @pytest.mark.parametrize("count", first_of(20, 100))
 @pytest.mark.parametrize("name", URDF_ROBOTS)
-def test_every_reachable_pose_is_solved_from_home(name: str, count: int) -> None:
+def test_solves_reachable_poses_from_home(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(20)
     home = robot.configuration("home")
     for i in range(count):
@@ -79,7 +79,7 @@ def test_every_reachable_pose_is_solved_from_home(name: str, count: int) -> None
 
 @pytest.mark.parametrize("count", first_of(25, 100))
 @pytest.mark.parametrize("name", URDF_ROBOTS)
-def test_a_start_nearby_is_not_left(name: str, count: int) -> None:
+def test_solution_is_no_farther_than_origin_of_pose(name: str, count: int) -> None:
     """The answer is no farther than the configuration that the pose came from."""
     robot, generator = ROBOTS[name], np.random.default_rng(21)
     for _ in range(count):
@@ -92,7 +92,7 @@ def test_a_start_nearby_is_not_left(name: str, count: int) -> None:
 
 
 @pytest.mark.parametrize("name", URDF_ROBOTS)
-def test_poses_at_joint_limits_are_solved(name: str) -> None:
+def test_solves_poses_at_joint_limits(name: str) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(22)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
@@ -116,7 +116,7 @@ def test_poses_at_joint_limits_are_solved(name: str) -> None:
         ("panda", {1: 0.0, 2: 0.0, 5: 0.0}),
     ],
 )
-def test_poses_at_singularities_are_solved(name: str, fixed: dict[int, float]) -> None:
+def test_solves_poses_at_singularities(name: str, fixed: dict[int, float]) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(23)
     for _ in range(10):
         q = sample(robot, generator)
@@ -128,7 +128,7 @@ def test_poses_at_singularities_are_solved(name: str, fixed: dict[int, float]) -
 
 @settings(max_examples=60)
 @given(ANGLE, ANGLE)
-def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
+def test_planar_arm_equals_closed_form(a: float, b: float) -> None:
     """With its orientation given, a two-link arm has one solution, the law of cosines' branch."""
     pose = PLANAR.forward([a, b])
     q = solve_pose_ik(PLANAR, pose, [0.1, 0.1]).q
@@ -145,14 +145,14 @@ def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
     assert min(gaps) < 1e-6
 
 
-def test_an_unbounded_joint_takes_the_turn_nearest_the_start() -> None:
+def test_unbounded_joint_takes_nearest_turn() -> None:
     q = np.array(KINOVA.configuration("home"))
     far = q + 2 * np.pi * np.array([40, 0, 0, -7, 0, 1]) + 0.1
     found = solve_pose_ik(KINOVA, KINOVA.forward(q), far).q
     np.testing.assert_allclose(found - far, -0.1, atol=1e-7)
 
 
-def test_near_may_differ_from_the_start() -> None:
+def test_near_differs_from_start() -> None:
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
     pose = UR5.forward(q)
     found = solve_pose_ik(UR5, pose, UR5.configuration("home"), near=q + 0.05)
@@ -161,7 +161,7 @@ def test_near_may_differ_from_the_start() -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
-def test_a_redundant_arm_stays_as_near_as_its_free_motion_allows(name: str) -> None:
+def test_redundant_arm_is_nearest_along_self_motion(name: str) -> None:
     """No small step of self-motion, inside the limits, brings the answer nearer."""
     robot, generator = ROBOTS[name], np.random.default_rng(5)
     home = robot.configuration("home")
@@ -175,7 +175,7 @@ def test_a_redundant_arm_stays_as_near_as_its_free_motion_allows(name: str) -> N
         assert np.linalg.norm(found - home) <= np.linalg.norm(q - home) + 1e-6
 
 
-def test_the_same_question_has_the_same_answer() -> None:
+def test_result_is_reproducible() -> None:
     pose = UR5.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
     first, second = (solve_pose_ik(UR5, pose, np.full(6, 0.7)) for _ in range(2))
     np.testing.assert_array_equal(first.q, second.q)
@@ -183,7 +183,7 @@ def test_the_same_question_has_the_same_answer() -> None:
     assert not first.q.flags.writeable
 
 
-def test_out_of_reach_says_how_far() -> None:
+def test_reports_distance_out_of_reach() -> None:
     """The two-link arm ends 0.9 m from its base."""
     pose = pin.SE3(pin.utils.rotate("z", 0.3), 1.5 * np.array([np.cos(0.3), np.sin(0.3), 0]))
     with pytest.raises(UnreachablePoseError, match=r"0\.6 m away in any orientation") as caught:
@@ -193,7 +193,7 @@ def test_out_of_reach_says_how_far() -> None:
     assert caught.value.orientation_shortfall == pytest.approx(0, abs=1e-3)
 
 
-def test_a_wrong_orientation_is_told_from_a_point_out_of_reach() -> None:
+def test_reports_unreachable_orientation() -> None:
     """Tilting the planar arm's tool out of its plane by 0.5 rad is never possible."""
     flat = PLANAR.forward([0.5, 1.2])
     pose = pin.SE3(pin.utils.rotate("x", 0.5) @ flat.rotation, flat.translation)
@@ -204,7 +204,7 @@ def test_a_wrong_orientation_is_told_from_a_point_out_of_reach() -> None:
     assert caught.value.orientation_shortfall == pytest.approx(0.5, abs=1e-6)
 
 
-def test_limits_that_are_in_the_way_are_named() -> None:
+def test_reports_blocking_limits() -> None:
     robot = UR5.with_limits(position={"elbow_joint": (-0.5, 0.5)})
     pose = UR5.forward(UR5.configuration("home"))
     with pytest.raises(OutsideLimitsError, match="elbow_joint at") as caught:
@@ -220,7 +220,7 @@ def test_limits_that_are_in_the_way_are_named() -> None:
     assert round(abs(value), 6) == min(elbows)
 
 
-def test_limits_count_from_the_nearest_turn() -> None:
+def test_limits_at_nearest_turn() -> None:
     robot = PLANAR.with_limits(position={"shoulder": (-2.0, 2.0)})
     with pytest.raises(OutsideLimitsError) as caught:
         solve_pose_ik(robot, PLANAR.forward([2.3, 0.4]), [0.0, 0.0])
@@ -229,7 +229,7 @@ def test_limits_count_from_the_nearest_turn() -> None:
     assert value == pytest.approx(2.3, abs=1e-7)
 
 
-def test_a_robot_without_a_tool_is_an_error() -> None:
+def test_refuses_robot_without_tool() -> None:
     robot = load_robot(PLANAR.urdf)
     with pytest.raises(RobotError, match=r"tool frame.*tip"):
         solve_pose_ik(robot, pin.SE3.Identity(), [0, 0])
@@ -237,7 +237,7 @@ def test_a_robot_without_a_tool_is_an_error() -> None:
 
 @settings(max_examples=60)
 @given(ANGLE, st.floats(-9, 9), st.floats(-10, 0), st.floats(1, 15))
-def test_the_turn_taken_is_the_nearest_that_the_limits_allow(
+def test_takes_nearest_turn_within_limits(
     angle: float, start: float, lower: float, width: float
 ) -> None:
     turns = angle + 2 * np.pi * np.arange(-5, 6)
@@ -253,7 +253,7 @@ def test_the_turn_taken_is_the_nearest_that_the_limits_allow(
 
 @pytest.mark.parametrize("poses", first_of(40, 500))
 @pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm", "panda"])
-def test_the_answer_is_no_farther_than_the_nearest_of_all_solutions(name: str, poses: int) -> None:
+def test_solution_is_nearest_of_all(name: str, poses: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(500)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
@@ -270,7 +270,7 @@ def test_the_answer_is_no_farther_than_the_nearest_of_all_solutions(name: str, p
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("nearest", [True, False])
-def test_numbers_that_are_not_finite_are_named(bad: float, nearest: bool) -> None:
+def test_refuses_numbers_that_are_not_finite(bad: float, nearest: bool) -> None:
     robot = ROBOTS["ur5"]
     home = np.array(robot.configuration("home"))
     pose = robot.forward(home)
@@ -292,7 +292,7 @@ BAXTER = {
 }
 
 
-def test_a_corner_of_the_limits_is_solved() -> None:
+def test_solves_corner_of_limits() -> None:
     """All seven joints at a limit at once, where no search inside the limits comes by."""
     robot = load_robot(BAXTER)
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
@@ -303,7 +303,7 @@ def test_a_corner_of_the_limits_is_solved() -> None:
 
 
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], 1e-4, 1e-8))
-def test_poses_with_a_nearly_straight_wrist_are_solved_from_close_by_and_from_anywhere(
+def test_solves_poses_with_nearly_straight_wrist(
     bent: float,
 ) -> None:
     generator = np.random.default_rng(12)
@@ -324,7 +324,7 @@ def test_poses_with_a_nearly_straight_wrist_are_solved_from_close_by_and_from_an
                         assert found.distance <= np.linalg.norm(start - q) + 0.02
 
 
-def test_an_arm_singular_in_more_than_one_way_is_solved_by_patience() -> None:
+def test_solves_simultaneous_singularities() -> None:
     """There the error of a search does not even halve in a dozen steps."""
     robot, generator = ROBOTS["xarm7"], np.random.default_rng(0)
     q = np.array([0, 0.5, np.pi / 2, 2.74175974, np.pi, 0.8871318, 0])
@@ -354,7 +354,7 @@ CLOSE_BY = {
 
 
 @pytest.mark.parametrize(("name", "nearest"), [*((name, True) for name in CLOSE_BY), ("z1", False)])
-def test_the_solution_beside_the_start_is_not_left(name: str, nearest: bool) -> None:
+def test_keeps_solution_next_to_start(name: str, nearest: bool) -> None:
     robot, (q, off) = ROBOTS[name], CLOSE_BY[name]
     found = solve_pose_ik(robot, robot.forward(q), np.add(q, off), nearest=nearest)
     assert found.distance < 0.2

@@ -52,7 +52,7 @@ def rules_of(robot: kw.Robot) -> JointRules:
 
 
 @pytest.mark.parametrize(("robot", "seed"), [(PANDA, 3), (XARM, 4)])
-def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: int) -> None:
+def test_refinement_keeps_poses_and_reduces_cost(robot: kw.Robot, seed: int) -> None:
     q = anywhere(robot, seed, 5)
     generator = np.random.default_rng(seed)
     twists = 0.05 * generator.uniform(-1, 1, (5, 6))
@@ -81,7 +81,7 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
     assert cost(refined) < cost(q)
 
 
-def test_whole_turns_do_not_matter_for_what_is_near() -> None:
+def test_near_ignores_whole_turns() -> None:
     q, near = anywhere(XARM, 6, 2)
     pose = CartesianWaypoint("a", 0.0, XARM.forward(q), pin.Motion.Zero())
     task = RefinementTask(rules_of(XARM), (), [pose], near)
@@ -93,7 +93,7 @@ def test_whole_turns_do_not_matter_for_what_is_near() -> None:
     np.testing.assert_allclose(turned, here + turn, atol=1e-6)
 
 
-def test_weights_are_those_of_limits_and_singular_values() -> None:
+def test_weights_grow_near_limits_and_singularities() -> None:
     for q in anywhere(PANDA, 6, 20):
         smallest = np.linalg.svd(PANDA.jacobian(q), compute_uv=False)[-1]
         room = min((q - PANDA.lower_position_limit).min(), (PANDA.upper_position_limit - q).min())
@@ -115,7 +115,7 @@ PASSING: dict[str, Any] = {
 }
 
 
-def test_joints_are_pulled_to_the_middle_where_the_tool_passes_at_speed() -> None:
+def test_pull_to_middle_at_passing_speed() -> None:
     plain, pulled = kw.plan(PASSING), kw.plan({**PASSING, "pull_to_middle": 0.2})
     assert plain.report.ok
     assert pulled.report.ok
@@ -132,7 +132,7 @@ def test_joints_are_pulled_to_the_middle_where_the_tool_passes_at_speed() -> Non
     assert use.max() == pytest.approx(1.0)  # as far as the velocity limits let it
 
 
-def test_a_pull_to_the_middle_needs_a_redundant_arm() -> None:
+def test_pull_to_middle_needs_redundant_arm() -> None:
     task = {"robot": "ur5", "pull_to_middle": 1, "waypoints": PASSING["waypoints"]}
     with pytest.raises(RobotError, match="pull_to_middle: robot 'ur5': is not redundant: it has 6"):
         kw.plan(task)
@@ -142,7 +142,7 @@ def test_a_pull_to_the_middle_needs_a_redundant_arm() -> None:
 
 @pytest.mark.parametrize("branch", ["keep", "fixed"])
 @pytest.mark.parametrize("robot", ["panda", "xarm7", "planar2"])
-def test_branches_are_refused_where_there_are_none(robot: str, branch: str) -> None:
+def test_refuses_branch_of_arm_without_branches(robot: str, branch: str) -> None:
     arm = kw.load_robot(robot)
     waypoints = stops_at(arm, [arm.configuration("home")])
     task = {"robot": robot, "branch": branch, "start": "home", "waypoints": waypoints}

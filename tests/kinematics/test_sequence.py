@@ -113,7 +113,7 @@ def cost_of(
     st.sampled_from(CHANGES),
     st.floats(0.3, 3.0),
 )
-def test_equal_to_trying_every_sequence(
+def test_equals_brute_force_over_sequences(
     seed: int, sizes: list[int], change: Any, duration: float
 ) -> None:
     layers = layers_of(seed, sizes)
@@ -131,7 +131,7 @@ def test_equal_to_trying_every_sequence(
 
 
 @pytest.mark.parametrize("size", [2, 5])
-def test_of_sequences_that_cost_the_same_the_first_candidates_win(size: int) -> None:
+def test_ties_go_to_first_candidates(size: int) -> None:
     """Rounding of the last digits, which differs between machines, does not decide."""
     generator = np.random.default_rng(size)
     ring = 2 * np.pi * np.arange(size) / size
@@ -152,7 +152,7 @@ def test_of_sequences_that_cost_the_same_the_first_candidates_win(size: int) -> 
 
 @examples(20)
 @given(st.integers(0, 10**6), st.lists(st.integers(1, 4), min_size=2, max_size=5))
-def test_joints_without_limits_go_the_short_way(seed: int, sizes: list[int]) -> None:
+def test_unbounded_joints_take_shortest_rotation(seed: int, sizes: list[int]) -> None:
     layers = layers_of(seed, sizes, spread=30.0)
     chosen = choose_sequence(layers, ENDLESS, [StepRules(100.0)] * (len(sizes) - 1))
     assert np.abs(np.diff(chosen.q, axis=0)).max() <= np.pi + 1e-9
@@ -161,7 +161,7 @@ def test_joints_without_limits_go_the_short_way(seed: int, sizes: list[int]) -> 
         np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
 
 
-def test_a_given_position_is_met_at_its_own_turn() -> None:
+def test_given_position_keeps_its_turn() -> None:
     layers = [
         still_layer(np.array([[3.0, 0.0]]), fixed=True),
         still_layer(np.array([[-3.0, 0.0]])),
@@ -172,13 +172,13 @@ def test_a_given_position_is_met_at_its_own_turn() -> None:
 
 
 @pytest.mark.parametrize("level", Level)
-def test_equal_costs_take_the_first_whatever_their_rounding(level: Level) -> None:
+def test_least_index_ignores_rounding(level: Level) -> None:
     value = np.array([[2.0 + 1e-12, 1.0], [2.0, 1.0 - 1e-12], [2.0 - 1e-12, 0.9]])
     cost = make_cost(3, 2, **{level.name.lower(): value})
     np.testing.assert_array_equal(least_index(cost), [0, 2])
 
 
-def test_an_infeasible_interval_does_not_blur_what_follows_it() -> None:
+def test_infeasible_interval_does_not_hide_later_travel() -> None:
     """Travel counts to the last digit, however much the interval before it is beyond limits."""
     layers = [still_layer(layer.q) for layer in layers_of(3, [4] * 1000, spread=0.3)]
     layers[0] = layers[0]._replace(q=layers[0].q + 3.0)

@@ -47,7 +47,7 @@ def truth(robot: Robot, pose: pin.SE3) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("count", first_of(20, 60))
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
-def test_every_branch_of_the_closed_form_is_found(arm: str, count: int, spherical: Robot) -> None:
+def test_finds_every_branch_of_closed_form(arm: str, count: int, spherical: Robot) -> None:
     robot = UR5 if arm == "ur5" else spherical
     generator = np.random.default_rng(11)
     wanted = found = 0
@@ -67,10 +67,10 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, count: int, spherica
 
 
 @pytest.mark.parametrize("arm", ["ur10", "z1", "kinova"])
-def test_the_closed_form_finds_what_searches_find(arm: str) -> None:
+def test_closed_form_equals_searches(arm: str) -> None:
     robot = kw.load_robot(arm)
     asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
-    targets = Targets.of([robot.forward(q) for q in asked])
+    targets = Targets.from_poses([robot.forward(q) for q in asked])
     told = in_closed_form(robot, targets)
     assert sum(one is not None for one in told) > 8
     for one, searched, q in zip(told, search_branches(robot, targets), asked, strict=True):
@@ -81,9 +81,7 @@ def test_the_closed_form_finds_what_searches_find(arm: str) -> None:
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 1e-2, 1e-5))
-def test_every_branch_is_found_next_to_a_wrist_singularity(
-    arm: str, bent: float, spherical: Robot
-) -> None:
+def test_finds_every_branch_near_wrist_singularity(arm: str, bent: float, spherical: Robot) -> None:
     """There the arm can move far while the tool hardly does, and searches do not converge."""
     robot = UR5 if arm == "ur5" else spherical
     generator = np.random.default_rng(4)
@@ -101,7 +99,7 @@ def test_every_branch_is_found_next_to_a_wrist_singularity(
 
 
 @pytest.mark.parametrize(("elbow", "bent"), [(1e-4, 1e-5), (1e-3, 1e-6)])
-def test_no_solution_is_listed_twice_where_wrist_and_elbow_are_nearly_straight(
+def test_lists_each_solution_once_near_two_singularities(
     elbow: float, bent: float, spherical: Robot
 ) -> None:
     """Along the curve of a nearly straight wrist the error is small far beside a solution, too."""
@@ -115,7 +113,7 @@ def test_no_solution_is_listed_twice_where_wrist_and_elbow_are_nearly_straight(
 
 
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-7, 1e-8], 1e-8))
-def test_the_way_here_is_found_where_closed_forms_round_it_away(bent: float) -> None:
+def test_finds_origin_of_pose_at_rounding_limit(bent: float) -> None:
     generator = np.random.default_rng(4)
     for _ in range(12):
         q = generator.uniform(-2.5, 2.5, 6)
@@ -125,7 +123,7 @@ def test_the_way_here_is_found_where_closed_forms_round_it_away(bent: float) -> 
 
 
 @pytest.mark.parametrize("elbow", [0.0, 1e-6, 1e-5])
-def test_where_two_branches_meet_they_are_one(elbow: float) -> None:
+def test_merges_branches_that_meet(elbow: float) -> None:
     generator = np.random.default_rng(3)
     for _ in range(8):
         q = generator.uniform(-2.5, 2.5, 6)
@@ -140,7 +138,7 @@ def test_where_two_branches_meet_they_are_one(elbow: float) -> None:
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("straight", [True, False])
 @pytest.mark.parametrize("count", first_of(3, 12))
-def test_every_branch_is_found_along_a_sequence(
+def test_finds_every_branch_along_sequence(
     arm: str, straight: bool, count: int, spherical: Robot
 ) -> None:
     """Where the branches of one waypoint start the search at the next, none gets lost."""
@@ -162,7 +160,7 @@ def test_every_branch_is_found_along_a_sequence(
             assert candidates.branches == len(wanted)
 
 
-def test_turns_are_all_copies_inside_the_limits() -> None:
+def test_turns_are_all_copies_within_limits() -> None:
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
     branches = kw.solve_pose_ik_all(UR5, UR5.forward(q))
     assert len(branches) == 8
@@ -177,7 +175,7 @@ def test_turns_are_all_copies_inside_the_limits() -> None:
     assert len({branch.flags for branch in branches}) == 8
 
 
-def test_a_joint_on_its_limit_has_both_turns() -> None:
+def test_joint_on_limit_has_both_turns() -> None:
     q = np.array([2 * np.pi, -1.2, 1.1, -0.8, 1.0, 0.0])
     (branch,) = (
         b
@@ -190,7 +188,7 @@ def test_a_joint_on_its_limit_has_both_turns() -> None:
 
 @pytest.mark.parametrize("count", first_of(3, 6))
 @pytest.mark.parametrize("name", robot_names())
-def test_where_a_pose_came_from_is_among_its_solutions(name: str, count: int) -> None:
+def test_origin_of_pose_is_among_solutions(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(4)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
@@ -207,7 +205,7 @@ def test_where_a_pose_came_from_is_among_its_solutions(name: str, count: int) ->
 
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
-def test_the_self_motion_of_a_redundant_arm_is_spread(name: str) -> None:
+def test_spreads_samples_of_self_motion(name: str) -> None:
     robot = ROBOTS[name]
     pose = robot.forward(robot.configuration("home"))
     branches = kw.solve_pose_ik_all(robot, pose, spread=12)
@@ -220,7 +218,7 @@ def test_the_self_motion_of_a_redundant_arm_is_spread(name: str) -> None:
     assert len(kw.solve_pose_ik_all(robot, pose, spread=30)) == 30
 
 
-def test_what_has_no_solution_is_refused() -> None:
+def test_refuses_unreachable_pose() -> None:
     with pytest.raises(UnreachablePoseError, match="out of reach"):
         kw.solve_pose_ik_all(UR5, pin.SE3(np.eye(3), np.array([3.0, 0, 0])))
     narrow = UR5.with_limits(position={"elbow_joint": (-0.5, 0.5)})
@@ -229,7 +227,7 @@ def test_what_has_no_solution_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_errors_of_many_are_those_of_forward_kinematics(name: str) -> None:
+def test_batch_errors_equal_forward_kinematics(name: str) -> None:
     """Of those that are not solved, too, and at angles up to half a turn."""
     robot, generator = ROBOTS[name], np.random.default_rng(1)
     q = generator.uniform(-3, 3, (8, robot.dof))
@@ -248,7 +246,7 @@ def test_errors_of_many_are_those_of_forward_kinematics(name: str) -> None:
         assert found.orientation_error[i] == pytest.approx(angle, abs=1e-8)
 
 
-def test_flags_are_defined_by_the_geometry(spherical: Robot) -> None:
+def test_flags_depend_on_geometry(spherical: Robot) -> None:
     def shown(robot: Robot) -> bool:
         pose = robot.forward(robot.configuration("home") if robot is not spherical else SIX)
         return "elbow" in kw.solve_pose_ik_all(robot, pose)[0].flags
@@ -260,7 +258,7 @@ def test_flags_are_defined_by_the_geometry(spherical: Robot) -> None:
 
 
 @pytest.mark.parametrize("arm", ["ur5", "ur10", "kinova", "z1", "spherical"])
-def test_flags_change_only_through_singularities(arm: str, spherical: Robot) -> None:
+def test_flags_change_only_at_singularities(arm: str, spherical: Robot) -> None:
     """Elbow × wrist is the sign of the Jacobian's determinant, up to one sign for the arm."""
     robot = spherical if arm == "spherical" else ROBOTS[arm]
     generator, products = np.random.default_rng(9), set()
@@ -273,7 +271,7 @@ def test_flags_change_only_through_singularities(arm: str, spherical: Robot) -> 
     assert len(products) == 1
 
 
-def test_flags_say_what_the_arm_looks_like(spherical: Robot) -> None:
+def test_flags_describe_posture(spherical: Robot) -> None:
     def flags(robot: Robot, q: list[float]) -> str:
         pose = robot.forward(np.array(q))
         branches = kw.solve_pose_ik_all(robot, pose)
@@ -292,7 +290,7 @@ def test_flags_say_what_the_arm_looks_like(spherical: Robot) -> None:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_many_poses_are_solved_at_once(name: str) -> None:
+def test_solves_batch_of_poses(name: str) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(6)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
@@ -310,7 +308,7 @@ def test_many_poses_are_solved_at_once(name: str) -> None:
             assert np.linalg.norm(pin.log3(error.rotation)) <= 1e-8
 
 
-def test_many_poses_say_which_are_out_of_reach() -> None:
+def test_batch_reports_unreachable_poses() -> None:
     away = pin.SE3(np.eye(3), np.array([3.0, 0, 0]))
     home = UR5.configuration("home")
     found = kw.kinematics.solve_pose_ik_batch(UR5, [away, UR5.forward(home)], home, max_restarts=3)
@@ -323,7 +321,7 @@ def test_many_poses_say_which_are_out_of_reach() -> None:
 
 
 @pytest.mark.parametrize("wide", mostly_exhaustive([20.0, 1e16], 1e16))
-def test_limits_far_apart_leave_a_number_of_turns_that_can_be_looked_through(wide: float) -> None:
+def test_wide_limits_keep_bounded_number_of_turns(wide: float) -> None:
     robot = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-wide, wide)))
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
     branches = kw.solve_pose_ik_all(robot, robot.forward(q))
@@ -336,7 +334,7 @@ def test_limits_far_apart_leave_a_number_of_turns_that_can_be_looked_through(wid
             assert robot.forward(turn).isApprox(robot.forward(q), 1e-7)
 
 
-def test_samples_of_a_self_motion_are_called_so() -> None:
+def test_marks_samples_of_self_motion() -> None:
     pose = UR5.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
     assert all(branch.sampled for branch in kw.solve_pose_ik_all(UR5, pose))
     assert not any(
@@ -347,7 +345,7 @@ def test_samples_of_a_self_motion_are_called_so() -> None:
     assert all(branch.sampled for branch in kw.solve_pose_ik_all(panda, panda.forward(middle)))
 
 
-def test_a_robot_can_be_asked() -> None:
+def test_robot_method_solves_all() -> None:
     pose = UR5.forward(np.full(6, 0.7))
     asked, called = (
         UR5.solve_pose_ik_all(pose, orientation_tolerance=1e-7),
@@ -369,7 +367,7 @@ LOST = {
 
 
 @pytest.mark.parametrize("where", LOST)
-def test_the_way_to_a_pose_next_to_a_singularity_is_among_its_solutions(where: str) -> None:
+def test_finds_origin_of_pose_near_singularities(where: str) -> None:
     """Found by looking all around singularities of all arms; each was lost once."""
     robot, q = ROBOTS[where.split()[0]], np.array(LOST[where])
     answers = np.array([branch.q for branch in kw.solve_pose_ik_all(robot, robot.forward(q))])

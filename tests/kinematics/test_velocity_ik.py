@@ -29,7 +29,7 @@ def attainable(robot: Robot, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_velocities_are_those_of_least_squares(name: str) -> None:
+def test_equals_least_squares(name: str) -> None:
     robot = ROBOTS[name]
     for seed in range(20):
         q, twist = attainable(robot, seed)
@@ -42,7 +42,7 @@ def test_velocities_are_those_of_least_squares(name: str) -> None:
         np.testing.assert_allclose(J @ v, twist, atol=1e-12)
 
 
-def test_spare_joints_may_be_pulled_to_the_middle_of_their_ranges() -> None:
+def test_pull_to_middle_uses_null_space() -> None:
     q, twist = attainable(PANDA, 52)
     pull = pull_to_middle(PANDA, q, rate=0.5)
     middle = 0.5 * (PANDA.lower_position_limit + PANDA.upper_position_limit)
@@ -59,7 +59,7 @@ def test_spare_joints_may_be_pulled_to_the_middle_of_their_ranges() -> None:
     assert (pull_to_middle(ROBOTS["kinova"], np.ones(6))[[0, 3, 5]] == 0).all()
 
 
-def test_messages_say_what_would_work() -> None:
+def test_message_has_feasible_values() -> None:
     possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
     lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
     with pytest.raises(SingularityError, match=r"the closest attainable velocity is \(") as caught:
@@ -79,20 +79,20 @@ def test_messages_say_what_would_work() -> None:
     assert (np.abs(v) / UR5.velocity_limit).max() == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_motion_object_and_an_array_are_the_same_twist() -> None:
+def test_accepts_motion_and_array() -> None:
     q, twist = attainable(UR5, 53)
     expected = solve_velocity_ik(UR5, q, twist)
     np.testing.assert_array_equal(solve_velocity_ik(UR5, q, pin.Motion(twist)), expected)
 
 
 @pytest.mark.parametrize("q", [WRIST_STRAIGHT, np.zeros(6)])
-def test_rest_is_rest_at_a_singularity_too(q: np.ndarray) -> None:
+def test_zero_twist_at_singularity(q: np.ndarray) -> None:
     assert smallest_singular_value(UR5, q) < 1e-12
     v = solve_velocity_ik(UR5, q, np.zeros(6))
     np.testing.assert_array_equal(v, np.zeros(6))
 
 
-def test_a_singular_arm_keeps_the_twists_it_can_do() -> None:
+def test_singular_arm_gives_attainable_twists() -> None:
     v = np.array([0.3, -0.1, 0.2, 0.4, 0.5, -0.3])
     twist = UR5.twist(WRIST_STRAIGHT, v)
     found = solve_velocity_ik(UR5, WRIST_STRAIGHT, twist)
@@ -100,7 +100,7 @@ def test_a_singular_arm_keeps_the_twists_it_can_do() -> None:
     assert np.linalg.norm(found) <= np.linalg.norm(v)
 
 
-def test_a_lost_direction_is_an_error_that_says_what_is_lost() -> None:
+def test_reports_lost_direction() -> None:
     lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
     possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
     with pytest.raises(SingularityError, match="singular here") as caught:
@@ -116,7 +116,7 @@ def test_a_lost_direction_is_an_error_that_says_what_is_lost() -> None:
     assert describe_direction(lost) in str(error)
 
 
-def test_a_stretched_arm_can_not_move_outwards() -> None:
+def test_stretched_arm_cannot_move_outwards() -> None:
     q = [0.0, 0.0]
     solve_velocity_ik(PLANAR, q, [0, 0.9, 0, 0, 0, 1.0])
     with pytest.raises(SingularityError, match="along x of the base frame") as caught:
@@ -134,14 +134,14 @@ def test_a_stretched_arm_can_not_move_outwards() -> None:
         ([0, 0, 0, 0.3, 0, 0], "about x of the base frame"),
     ],
 )
-def test_few_joints_can_not_do_every_motion(twist: list[float], lost: str) -> None:
+def test_refuses_twists_of_arm_with_few_joints(twist: list[float], lost: str) -> None:
     with pytest.raises(SingularityError, match="an arm of 2 joints can't") as caught:
         solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
     assert lost in str(caught.value)
     assert sum(caught.value.residual) == pytest.approx(sum(twist))
 
 
-def test_speeds_that_the_arm_has_not_got_are_an_error_only_near_a_singularity() -> None:
+def test_refuses_excessive_speeds_only_near_singularity() -> None:
     near, clear = WRIST_STRAIGHT.copy(), WRIST_STRAIGHT.copy()
     near[4], clear[4] = 5e-4, 1.0
     lost = np.linalg.svd(UR5.jacobian(near))[0][:, -1]
@@ -159,7 +159,7 @@ def test_speeds_that_the_arm_has_not_got_are_an_error_only_near_a_singularity() 
     np.testing.assert_allclose(fast, 10.0, rtol=1e-9)
 
 
-def test_tolerance_grows_with_the_speed_only() -> None:
+def test_tolerance_grows_with_speed() -> None:
     q, twist = attainable(UR5, 54)
     v = solve_velocity_ik(UR5, q, 1e6 * twist)
     np.testing.assert_allclose(v, 1e6 * solve_velocity_ik(UR5, q, twist), rtol=1e-9)
@@ -168,7 +168,7 @@ def test_tolerance_grows_with_the_speed_only() -> None:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_singular_values_are_the_jacobians(name: str) -> None:
+def test_singular_values_of_jacobian(name: str) -> None:
     robot = ROBOTS[name]
     q = robot.configuration("home")
     J = robot.jacobian(q)
@@ -178,12 +178,12 @@ def test_singular_values_are_the_jacobians(name: str) -> None:
 
 
 @pytest.mark.parametrize("twist", [[0] * 5, [0, 0, 0, 0, 0, np.nan], "fast", np.zeros((6, 1))])
-def test_input_is_checked(twist: object) -> None:
+def test_refuses_wrong_input(twist: object) -> None:
     with pytest.raises(WaypointDataError):
         solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
 
 
-def test_near_a_singularity_a_limit_that_is_not_given_does_not_let_any_speed_pass():
+def test_missing_limit_does_not_allow_any_speed():
     free = load_robot("ur5").with_limits(velocity=1e9)  # as good as none
     q = np.array(free.configuration("home"))
     q[4] = 1e-4  # the wrist all but straight

@@ -20,7 +20,7 @@ def arm(**axes: Any) -> kw.Robot:
     return kw.load_robot({"urdf": URDF, "tool_frame": "tool0", "external_axes": axes})
 
 
-def test_a_rail_carries_the_robot() -> None:
+def test_rail_carries_robot() -> None:
     robot = arm(rail={**RAIL, "position": [0.1, 0.2, 0.3], "rpy": [0.3, -0.2, 0.1]})
     assert robot.joint_names[0] == "rail"
     assert robot.joint_units[0] == "m"
@@ -34,7 +34,7 @@ def test_a_rail_carries_the_robot() -> None:
     assert robot.forward(q).isApprox(asked, 1e-12)
 
 
-def test_axes_carry_one_another() -> None:
+def test_axes_carry_each_other() -> None:
     tilt = {"carries": "cradle", "turns": [1, 0, 0], "range": [-1, 1], "position": [0.5, 0, 0.2]}
     turn = {"in": "cradle", "turns": [0, 0, 1], "position": [0, 0, 0.1]}
     robot = arm(tilt=tilt, plate=turn).with_tool("plate")
@@ -58,7 +58,7 @@ def test_weights_decide_which_joints_move() -> None:
     assert (share**2 * asked) @ null == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
+def test_light_rail_moves_and_arm_keeps_posture() -> None:
     task = kw.Task.load("ur5_rail_bead")
     plain, follows = (kw.plan(task.replace(prefer=p)) for p in ("travel", {"rail": 0.02}))
     motion = plain.scenario.paths[0].motion
@@ -76,12 +76,12 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
     assert "bead start to bead end: rail 1" in row.brief
 
 
-def test_weights_of_joints_that_there_are_not() -> None:
+def test_refuses_weights_of_unknown_joints() -> None:
     with pytest.raises(InputError, match=r"prefer: robot 'ur5_rail': unknown joint 'rial'.*rail"):
         kw.plan(kw.Task.load("ur5_rail_bead").replace(prefer={"rial": 0.2}))
 
 
-def test_weights_of_joints_that_do_not_move() -> None:
+def test_refuses_weights_of_locked_joints() -> None:
     pose = {"position": [0.4, 0.1, 0.3], "rpy": [np.pi, 0, 0]}
     task = {"robot": "ur5_turntable", "prefer": {"table": 0.1}, "start": "home"}
     with pytest.raises(InputError, match=r"prefer: .*'table' does not move: .*joints that move"):
@@ -90,7 +90,7 @@ def test_weights_of_joints_that_do_not_move() -> None:
 
 @pytest.mark.parametrize("prefer", [None, {"rail": 0.02}, {"rail": 1e4}])
 @pytest.mark.parametrize("place", [[0.45, -0.1, 0.3], [0.3, -0.3, 0.5], [-0.4, 0.3, 0.4]])
-def test_a_fast_way_to_a_pose_moves_a_slow_rail_little(place: list[float], prefer: Any) -> None:
+def test_fastest_motion_moves_slow_rail_little(place: list[float], prefer: Any) -> None:
     """No place of the rail, with any of the arm's solutions there, is reached a fifth sooner."""
     pose = {"position": place, "rpy": [np.pi, 0.0, -np.pi / 2]}
     limits = {"acceleration": {"rail": 0.5}}

@@ -86,7 +86,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", HOSTILE)
-def test_a_hostile_urdf_is_refused_in_a_line(case: str, tmp_path: Path, capfd) -> None:
+def test_refuses_hostile_urdf_in_one_line(case: str, tmp_path: Path, capfd) -> None:
     text, says = HOSTILE[case]
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
@@ -96,7 +96,7 @@ def test_a_hostile_urdf_is_refused_in_a_line(case: str, tmp_path: Path, capfd) -
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_largest_trees_that_are_read_are_read(tmp_path: Path) -> None:
+def test_reads_largest_trees(tmp_path: Path) -> None:
     """Also in a thread, which may have less room for recursion."""
     path = tmp_path / "arm.urdf"
     for text, links in ((row(500), 500), (star(2_000), 2_000)):
@@ -105,7 +105,7 @@ def test_the_largest_trees_that_are_read_are_read(tmp_path: Path) -> None:
             assert len(pool.submit(load_robot, path).result().frame_names) == links
 
 
-def test_a_robot_file_of_gigabytes_is_refused(tmp_path: Path) -> None:
+def test_refuses_file_of_gigabytes(tmp_path: Path) -> None:
     for name in ("arm.urdf", "arm.yaml"):
         with (tmp_path / name).open("wb") as file:
             file.truncate(3_000_000_000)
@@ -115,7 +115,7 @@ def test_a_robot_file_of_gigabytes_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["a", "b", "c", "root_joint", " j ", "é€😀", "[/]"])
 @pytest.mark.parametrize("kind", ["continuous", "revolute", "prismatic"])
-def test_a_joint_may_be_named_like_a_link(name: str, kind: str, tmp_path: Path) -> None:
+def test_joint_named_like_link(name: str, kind: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     poses = []
     for text in (robot(*ARM), robot(*ARM).replace('name="j"', f'name="{name}"')):
@@ -130,7 +130,7 @@ def test_a_joint_may_be_named_like_a_link(name: str, kind: str, tmp_path: Path) 
     np.testing.assert_allclose(locked.forward([0.2]).homogeneous, poses[0], atol=1e-15)
 
 
-def test_names_may_have_control_characters(tmp_path: Path) -> None:
+def test_names_with_control_characters(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(robot(*ARM).replace('name="j"', 'name="x&#10;y&#9;"'), encoding="utf-8")
     assert load_robot(path).with_tool("c").joint_names == ("x\ny\t", "k")
@@ -144,7 +144,7 @@ def test_nested_elements_beside_a_continuous_joint_in_a_process_of_its_own(tmp_p
     assert subprocess.run(command, capture_output=True, check=False).returncode == 2
 
 
-def test_a_robot_is_shared_by_threads() -> None:
+def test_threads_share_robot() -> None:
     arm = load_robot("ur5")
     rng = np.random.default_rng(3)
     q = rng.uniform(-2, 2, (400, arm.dof))

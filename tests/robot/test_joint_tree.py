@@ -12,12 +12,12 @@ from knotwork.robot.joint_tree import joint_tree, place_joints
 
 
 @pytest.mark.parametrize("arm", ["planar2", "ur5", "panda", "kinova", "xarm7"])
-def test_joints_and_the_tool_move_as_pinocchio_says(arm: str) -> None:
+def test_joints_and_tool_move_as_in_pinocchio(arm: str) -> None:
     robot, generator = kw.load_robot(arm), np.random.default_rng(1)
     model, data = robot.model, robot.model.createData()
     q = generator.uniform(-3, 3, (20, model.nv))
     rotations, origins = place_joints(joint_tree(model), q)
-    tip, columns, J = joint_axes(robot).placed(q)
+    tip, columns, J = joint_axes(robot).place(q)
     for k, one in enumerate(q):
         pin.forwardKinematics(model, data, one)
         for i in range(1, model.njoints):

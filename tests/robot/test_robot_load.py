@@ -67,7 +67,7 @@ def write(tmp_path: Path):
     return write
 
 
-def test_the_shipped_robots_are_these() -> None:
+def test_shipped_robots() -> None:
     assert sorted({*robot_names(), *FURTHER}) == sorted((*SHIPPED, *FURTHER))
     for name in set(FURTHER) - set(robot_names()):
         with pytest.raises(RobotError, match=f"install it with `pip install {FURTHER[name]}`"):
@@ -75,7 +75,7 @@ def test_the_shipped_robots_are_these() -> None:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_shipped_robots_have_limits_of_acceleration_and_jerk_with_their_source(name: str) -> None:
+def test_shipped_robots_have_limits_with_sources(name: str) -> None:
     robot = load_robot(name)
     for limit in (robot.acceleration_limit, robot.jerk_limit):
         assert np.isfinite(limit).all()
@@ -84,7 +84,7 @@ def test_shipped_robots_have_limits_of_acceleration_and_jerk_with_their_source(n
     assert any(word in comment for word in ("our default", "documentation", "of our own"))
 
 
-def test_a_model_in_a_python_package_is_found_without_importing_it(
+def test_finds_model_in_package_without_import(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     models = tmp_path / "site" / "some_models"
@@ -101,7 +101,7 @@ def test_a_model_in_a_python_package_is_found_without_importing_it(
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_shipped_robots_have_a_usable_home(name: str) -> None:
+def test_shipped_robots_have_regular_home(name: str) -> None:
     robot = load_robot(name)
     assert robot.name == name
     assert robot.description
@@ -117,7 +117,7 @@ def test_shipped_robots_have_a_usable_home(name: str) -> None:
     assert (robot.velocity_limit > 0).all()
 
 
-def test_a_robot_is_found_by_name_path_and_description(tmp_path: Path, write) -> None:
+def test_loads_robot_by_name_path_and_description(tmp_path: Path, write) -> None:
     shipped = load_robot("planar2")
     folder = shipped.source.parent
     by_path = load_robot(folder / "planar2.yaml")
@@ -134,7 +134,7 @@ def test_a_robot_is_found_by_name_path_and_description(tmp_path: Path, write) ->
     assert part.source == tmp_path / "task.yaml"
 
 
-def test_each_kind_of_wrong_robot_has_its_error() -> None:
+def test_refuses_wrong_references() -> None:
     for reference, error in (
         ("ur55", UnknownNameError),
         ("nowhere.urdf", InputError),
@@ -146,7 +146,7 @@ def test_each_kind_of_wrong_robot_has_its_error() -> None:
             load_robot(reference)
 
 
-def test_an_error_in_a_file_has_its_line(tmp_path: Path) -> None:
+def test_error_has_line_of_file(tmp_path: Path) -> None:
     text = "urdf: x.urdf\ntool_frame: tip\nlimits:\n  velocty: 3\n"
     with pytest.raises(DocumentError) as caught:
         load_robot(parse(text, tmp_path / "arm.yaml"))
@@ -181,14 +181,14 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("case", BROKEN)
-def test_a_broken_urdf_is_an_error_and_prints_nothing(case: str, write, capfd) -> None:
+def test_refuses_broken_urdf_silently(case: str, write, capfd) -> None:
     text, says = BROKEN[case]
     with pytest.raises(RobotError, match=says):
         load_robot(write(text))
     assert capfd.readouterr() == ("", "")
 
 
-def test_without_a_tool_frame_the_candidates_are_named(write) -> None:
+def test_names_candidates_for_tool_frame(write) -> None:
     robot = load_robot(write(chain("revolute")))
     assert robot.tool_frame is None
     for method in (robot.forward, robot.jacobian):
@@ -204,9 +204,7 @@ def test_without_a_tool_frame_the_candidates_are_named(write) -> None:
         ("revolute", '<mimic joint="first" multiplier="2" offset="0.1"/>', "mimics joint 'first'"),
     ],
 )
-def test_joints_that_can_not_be_planned_for_are_named(
-    kind: str, extra: str, says: str, write
-) -> None:
+def test_refuses_unsupported_joints(kind: str, extra: str, says: str, write) -> None:
     path = write(chain(kind, extra))
     robot = load_robot(path)
     assert robot.joint_names == ("first",)
@@ -221,7 +219,7 @@ def test_joints_that_can_not_be_planned_for_are_named(
             load_robot({"urdf": str(path), "tool_frame": "c", "locked": {"second": 0.5}})
 
 
-def test_prismatic_and_unbounded_joints_are_planned_for(write) -> None:
+def test_plans_prismatic_and_unbounded_joints(write) -> None:
     path = write(
         urdf(
             *map(link, "abcd"),
@@ -240,7 +238,7 @@ def test_prismatic_and_unbounded_joints_are_planned_for(write) -> None:
     np.testing.assert_allclose(tool, [0.2 + 0.2, 0.5, 0.4 - 0.1], atol=1e-12)
 
 
-def test_a_joint_without_room_is_an_error_unless_given_some_or_locked(write) -> None:
+def test_refuses_joint_without_range(write) -> None:
     path = write(chain("revolute", '<limit velocity="1" effort="1"/>'))
     with pytest.raises(RobotError, match=r"'second'.*leaves it no range"):
         load_robot(path).with_tool("c")
@@ -250,7 +248,7 @@ def test_a_joint_without_room_is_an_error_unless_given_some_or_locked(write) -> 
     assert load_robot({**description, "limits": limits}).upper_position_limit[1] == 1
 
 
-def test_locked_mimicking_joints_follow_their_master(write) -> None:
+def test_locked_mimic_joints_follow_master(write) -> None:
     path = write(
         urdf(
             *map(link, "abcd"),
@@ -264,7 +262,7 @@ def test_locked_mimicking_joints_follow_their_master(write) -> None:
 
 
 @pytest.mark.parametrize("frame", ["b", None])
-def test_links_that_follow_a_planned_joint_are_refused_unless_locked(write, frame) -> None:
+def test_refuses_followers_of_planned_joints(write, frame) -> None:
     """A link beside the arm that turns with its first joint would be checked as if it stood."""
     path = write(
         urdf(
@@ -286,7 +284,7 @@ def test_links_that_follow_a_planned_joint_are_refused_unless_locked(write, fram
     assert plan.space.robot.locked == {"crank": 0.5, "rod": -0.5}
 
 
-def test_joints_off_the_chain_are_locked_inside_their_limits(write) -> None:
+def test_other_joints_are_locked_within_limits(write) -> None:
     text = chain("revolute", '<limit lower="0.5" upper="1" velocity="1" effort="1"/>')
     robot = load_robot(write(text)).with_tool("b")
     assert robot.joint_names == ("first",)
@@ -296,7 +294,7 @@ def test_joints_off_the_chain_are_locked_inside_their_limits(write) -> None:
 BAXTER = "example-robot-data:baxter_description/urdf/baxter.urdf"
 
 
-def test_one_arm_of_a_two_armed_robot() -> None:
+def test_arm_of_two_armed_robot() -> None:
     robot = load_robot({"urdf": BAXTER, "base_frame": "torso", "tool_frame": "left_gripper"})
     assert robot.joint_names == tuple(
         f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2")
@@ -316,7 +314,7 @@ def test_one_arm_of_a_two_armed_robot() -> None:
     assert other.joint_names[0] == "right_s0"
 
 
-def test_a_base_frame_in_the_middle_of_the_chain_moves_with_nothing() -> None:
+def test_base_frame_within_chain() -> None:
     robot = load_robot(
         {"urdf": BAXTER, "base_frame": "left_upper_elbow", "tool_frame": "left_hand_link"}
     )
@@ -338,12 +336,12 @@ def test_a_base_frame_in_the_middle_of_the_chain_moves_with_nothing() -> None:
         ("torso", "torso", "no joint moves"),
     ],
 )
-def test_a_tool_that_the_base_does_not_move_is_an_error(base: str, tool: str, says: str) -> None:
+def test_refuses_tool_that_base_does_not_move(base: str, tool: str, says: str) -> None:
     with pytest.raises(RobotError, match=says):
         load_robot({"urdf": BAXTER, "base_frame": base, "tool_frame": tool})
 
 
-def test_all_joints_locked_is_an_error() -> None:
+def test_refuses_all_joints_locked() -> None:
     planar = load_robot("planar2")
     description = {"urdf": str(planar.urdf), "tool_frame": "tip"}
     with pytest.raises(RobotError, match="these joints are locked: shoulder, elbow"):
@@ -361,7 +359,7 @@ def test_all_joints_locked_is_an_error() -> None:
         ("icub_description/robots/icub.urdf", "l_hand"),
     ],
 )
-def test_models_of_whole_robots_load(path: str, tool: str | None) -> None:
+def test_loads_models_of_whole_robots(path: str, tool: str | None) -> None:
     robot = load_robot(f"example-robot-data:{path}")
     robot = robot.with_tool(tool or robot.tool_candidates[-1])
     middle = np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)

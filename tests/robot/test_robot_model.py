@@ -32,7 +32,7 @@ def full_configuration(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndar
 
 @settings(max_examples=30)
 @given(ANGLE, st.tuples(*[st.floats(-3, 3)] * 4))
-def test_planar_dynamics_have_the_closed_form(b: float, rates: tuple[float, ...]) -> None:
+def test_planar_dynamics_equal_closed_form(b: float, rates: tuple[float, ...]) -> None:
     """Two bars turning in a horizontal plane (Craig, Introduction to Robotics, section 6.7)."""
     m1, m2, i1, i2, c1, c2 = 3.0, 2.0, 0.0634, 0.027083333, 0.25, 0.2
     v, a = np.array(rates[:2]), np.array(rates[2:])
@@ -50,7 +50,7 @@ PLANAR = load_robot("planar2")
 
 
 @pytest.mark.parametrize("name", sorted({*robot_names()} - {"ur5_rail", "ur5_turntable"}))
-def test_agrees_with_the_unreduced_model(name: str) -> None:
+def test_agrees_with_full_model(name: str) -> None:
     """The same URDF as Pinocchio reads it by itself, fingers, (cos, sin) joints and all."""
     robot = load_robot(name)
     model = pin.buildModelFromUrdf(str(robot.urdf))
@@ -71,7 +71,7 @@ def test_agrees_with_the_unreduced_model(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_jacobian_agrees_with_finite_differences(name: str) -> None:
+def test_jacobian_equals_differences(name: str) -> None:
     offset = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.2, 0.5), np.array([0.02, -0.05, 0.11]))
     robot = load_robot(name).with_tool(offset=offset)
     step = 1e-6
@@ -87,7 +87,7 @@ def test_jacobian_agrees_with_finite_differences(name: str) -> None:
             np.testing.assert_allclose(J[:, j], [*linear, *angular], atol=1e-8)
 
 
-def test_a_base_frame_that_is_turned_turns_pose_and_twist() -> None:
+def test_turned_base_frame_turns_pose_and_twist() -> None:
     ur5 = load_robot("ur5")
     description = {
         "urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf",
@@ -107,7 +107,7 @@ def test_a_base_frame_that_is_turned_turns_pose_and_twist() -> None:
     assert (robot.base_placement * robot.forward(q)).isApprox(ur5.forward(q), 1e-9)
 
 
-def test_torque_holds_the_arm_against_gravity() -> None:
+def test_torque_balances_gravity() -> None:
     """At rest the joint torques are the gradient of the potential energy."""
     robot = load_robot("ur5")
     q, rest = samples(robot, 1)[0], np.zeros(6)
@@ -125,13 +125,13 @@ def test_torque_holds_the_arm_against_gravity() -> None:
 @pytest.mark.parametrize(
     "q", [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], [0.0, np.nan], [np.inf, 0.0], ["a", "b"], None]
 )
-def test_joint_positions_are_checked(q: object) -> None:
+def test_refuses_wrong_joint_positions(q: object) -> None:
     for method in (PLANAR.forward, PLANAR.jacobian, PLANAR.forward_and_jacobian):
         with pytest.raises(WaypointDataError):
             method(q)
 
 
-def test_limits_come_from_the_urdf_and_the_file() -> None:
+def test_limits_from_urdf_and_file() -> None:
     robot = load_robot("panda")
     np.testing.assert_array_equal(robot.velocity_limit, [2.175] * 4 + [2.61] * 3)
     np.testing.assert_array_equal(robot.acceleration_limit, [15, 7.5, 10, 12.5, 15, 20, 20])
@@ -142,7 +142,7 @@ def test_limits_come_from_the_urdf_and_the_file() -> None:
         robot.velocity_limit[0] = 1
 
 
-def test_unbounded_joints_have_no_limits_but_those_of_their_element() -> None:
+def test_unbounded_joints_have_limits_of_their_element_only() -> None:
     bravo, kinova = load_robot("bravo7"), load_robot("kinova")
     unbounded = [0, 3, 5]
     assert np.isinf(bravo.lower_position_limit[unbounded]).all()
@@ -154,7 +154,7 @@ def test_unbounded_joints_have_no_limits_but_those_of_their_element() -> None:
     np.testing.assert_allclose(kinova.velocity_limit, [0.628319] * 3 + [0.837758] * 3, rtol=1e-5)
 
 
-def test_limits_can_be_replaced() -> None:
+def test_replaces_limits() -> None:
     robot = load_robot("planar2")
     changed = robot.with_limits(
         position={"elbow": (-1.0, 0.5)}, velocity={"elbow": 0.7}, jerk=9.0, effort={"shoulder": 2}
@@ -182,18 +182,18 @@ def test_limits_can_be_replaced() -> None:
         ({"position": {"elbow": (1.0,)}}, "lower < upper"),
     ],
 )
-def test_what_is_no_limit_is_refused(limits: dict, says: str) -> None:
+def test_refuses_invalid_limits(limits: dict, says: str) -> None:
     with pytest.raises(RobotError, match=says):
         PLANAR.with_limits(**limits)
 
 
-def test_a_limit_for_an_unknown_joint_is_refused() -> None:
+def test_refuses_limit_of_unknown_joint() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'elbow'") as caught:
         PLANAR.with_limits(velocity={"elbo": 1.0})
     assert caught.value.available == ("shoulder", "elbow")
 
 
-def test_configurations_are_found_by_name() -> None:
+def test_finds_configuration_by_name() -> None:
     home = PLANAR.configuration("home")
     np.testing.assert_array_equal(home, [0.5, 1.2])
     assert not home.flags.writeable
@@ -201,7 +201,7 @@ def test_configurations_are_found_by_name() -> None:
         PLANAR.configuration("hom")
 
 
-def test_a_tool_offset_moves_the_tool_centre_point() -> None:
+def test_tool_offset_moves_tcp() -> None:
     offset = pin.SE3(pin.utils.rotate("y", 0.4), np.array([0.1, 0.02, 0.3]))
     robot = PLANAR.with_tool(offset=offset)
     q = [0.4, -0.9]
@@ -215,7 +215,7 @@ def test_a_tool_offset_moves_the_tool_centre_point() -> None:
     np.testing.assert_allclose(robot.twist(q, v).linear, expected, atol=1e-14)
 
 
-def test_a_new_tool_frame_takes_the_joints_that_move_it() -> None:
+def test_new_tool_frame_selects_its_joints() -> None:
     robot = PLANAR.with_tool("upper_arm", pin.SE3(np.eye(3), np.array([0.5, 0, 0])))
     assert robot.joint_names == ("shoulder",)
     np.testing.assert_allclose(

@@ -251,16 +251,16 @@ def check(seed: int) -> str:
 
 
 @pytest.mark.parametrize("count", first_of(ORDINARY, ALL))
-def test_a_random_path_is_followed_or_refused_with_a_true_reason(count: int) -> None:
+def test_follows_random_path_or_gives_true_reason(count: int) -> None:
     found = [check(seed) for seed in range(count)]
     assert found.count("followed") > count / 4
 
 
-def test_joints_that_race_past_a_singularity_are_named() -> None:
+def test_reports_fast_joints_near_singularity() -> None:
     # at 4.0 mm, between rest and the first millimetres, one would need 1.94 of its limit
     assert check(386) == "velocity limit"
 
 
-def test_room_for_rounding_is_not_judged_by_a_curve_of_too_few_waypoints() -> None:
+def test_rounding_margin_with_enough_waypoints() -> None:
     # the start is near a singularity, where joints become slower soon
     assert check(115) == "velocity limit"

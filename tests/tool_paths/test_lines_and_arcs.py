@@ -44,14 +44,14 @@ def differences(curve, order, h):
     ],
 )
 @pytest.mark.parametrize("order", [1, 2, 3])
-def test_derivatives_are_those_of_the_positions(curve, order):
+def test_derivatives_equal_differences(curve, order):
     by_differences, derivative = differences(curve, order, 1e-5)
     np.testing.assert_allclose(by_differences, derivative, atol=1e-8)
 
 
 @examples(40)
 @given(seeds, angles, st.floats(0.01, 10))
-def test_an_arc_through_points_is_their_circle(seed, angle, radius):
+def test_arc_through_points_is_their_circle(seed, angle, radius):
     points, centre, normal = circle(seed, angle, radius)
     arc = tp.Arc.through(*points)
     assert arc.radius == pytest.approx(radius, rel=1e-8)
@@ -65,7 +65,7 @@ def test_an_arc_through_points_is_their_circle(seed, angle, radius):
 
 @examples(40)
 @given(seeds, angles, st.integers(0, 3))
-def test_an_arc_about_a_centre_turns_as_its_normal_says(seed, angle, turns):
+def test_arc_about_centre_turns_about_normal(seed, angle, turns):
     points, centre, normal = circle(seed, angle, 0.3)
     arc = tp.Arc.about(points[0], centre, points[2], normal, turns)
     assert arc.angle == pytest.approx(angle + 2 * np.pi * turns, abs=1e-9)
@@ -77,41 +77,32 @@ def test_an_arc_about_a_centre_turns_as_its_normal_says(seed, angle, turns):
 
 @examples(40)
 @given(seeds, angles)
-def test_an_arc_of_a_radius_is_the_small_or_the_large_one(seed, angle):
+def test_arc_of_radius_is_small_or_large(seed, angle):
     points, centre, normal = circle(seed, angle, 0.3)
     arc = tp.Arc.of_radius(points[0], points[2], 0.3, normal, large=angle > np.pi)
     np.testing.assert_allclose(arc.centre, centre, atol=1e-7)
     assert arc.angle == pytest.approx(angle, abs=1e-6)
 
 
-def test_a_centre_rounded_to_micrometres_still_gives_an_arc_that_ends_where_it_should():
+def test_arc_with_rounded_centre_ends_exactly():
     end = [np.cos(1.0), np.sin(1.0), 0]
     arc = tp.Arc.about([1, 0, 0], [4e-7, -3e-7, 2e-7], end)
     np.testing.assert_allclose(arc.end, end, atol=1e-15)
 
 
-def test_a_full_circle_ends_where_it_starts_in_the_same_direction():
+def test_full_circle_closes():
     arc = tp.Arc.about([0.04, 0, 0], [0, 0, 0], [0.04, 0, 0], normal=[0, 0, 2])
     assert arc.length == pytest.approx(0.08 * np.pi)
     np.testing.assert_allclose(arc.position([arc.length]), [[0.04, 0, 0]], atol=1e-16)
     np.testing.assert_allclose(arc.position([arc.length], 1), [[0, 1, 0]], atol=1e-15)
 
 
-def test_nearest_on_an_arc_of_several_turns_stays_in_the_turn_of_the_guess():
+def test_nearest_stays_in_turn_of_guess():
     arc = tp.Arc.about([1, 0, 0], [0, 0, 0], [1, 0, 0], [0, 0, 1], turns=2)
     s = np.linspace(0.1, arc.length - 0.1, 40)
     points = 1.3 * arc.position(s) + [0, 0, 0.4]
     np.testing.assert_allclose(arc.nearest(points, s + 2.0), s, atol=1e-12)
     np.testing.assert_allclose(arc.nearest(points[:1], [-4.0]), [0.0])
-
-
-def test_bend_bounds_the_way_off_the_chord():
-    arc = tp.Arc.through([1, 0, 0], [0, 1, 0], [0, -1, 0])
-    assert arc.bend([0.3], [0.1])[0] == pytest.approx(0.04)
-    middle, chord = arc.position([0.2])[0], arc.position([0.1, 0.3]).mean(axis=0)
-    sagitta = np.linalg.norm(middle - chord)
-    assert sagitta <= 0.04 / 8 <= sagitta * 1.01
-    assert tp.Line([0, 0, 0], [1, 1, 1]).bend([0.0], [1.0])[0] == 0.0
 
 
 REFUSED = [
@@ -142,6 +133,6 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("make", "message"), REFUSED)
-def test_what_is_no_curve_is_refused(make, message):
+def test_refuses_invalid_curves(make, message):
     with pytest.raises(InputError, match=message):
         make()

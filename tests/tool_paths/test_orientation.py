@@ -37,7 +37,7 @@ def inside(curve, count=60, margin=1e-4):
 
 @examples(20)
 @given(seeds)
-def test_the_curve_passes_what_is_given_on_both_sides(seed):
+def test_passes_given_values_on_both_sides(seed):
     curve = random_curve(seed, jumps=True)
     for i, side in enumerate(("left", "right")):
         inner = slice(1, None) if side == "left" else slice(0, -1)
@@ -49,7 +49,7 @@ def test_the_curve_passes_what_is_given_on_both_sides(seed):
 
 @examples(20)
 @given(seeds)
-def test_rates_are_those_of_the_rotations(seed):
+def test_rates_equal_differences(seed):
     curve = random_curve(seed)
     s, h = inside(curve), 1e-5
     turned = curve.rotation(s + h) @ np.swapaxes(curve.rotation(s - h), 1, 2)
@@ -62,7 +62,7 @@ def test_rates_are_those_of_the_rotations(seed):
 
 @examples(20)
 @given(seeds)
-def test_bounds_of_rates_are_never_below_them(seed):
+def test_bounds_of_rates_hold(seed):
     curve = random_curve(seed)
     rng = np.random.default_rng(seed)
     ends = rng.uniform(0, curve.length, (2, 20))
@@ -79,7 +79,7 @@ def test_bounds_of_rates_are_never_below_them(seed):
 
 @examples(20)
 @given(seeds, st.floats(0.01, 3.1))
-def test_even_turning_is_slerp_with_exact_bounds(seed, angle):
+def test_even_turning_is_slerp(seed, angle):
     start = Rotation.random(random_state=seed)
     axis = Rotation.random(random_state=seed + 1).apply([1, 0, 0])
     end = start * Rotation.from_rotvec(angle * axis)
@@ -94,7 +94,7 @@ def test_even_turning_is_slerp_with_exact_bounds(seed, angle):
 
 @examples(20)
 @given(seeds, st.floats(-20, 20).filter(lambda angle: abs(angle) > 1e-3))
-def test_turning_goes_about_its_axis_by_any_angle(seed, angle):
+def test_turning_about_axis_by_any_angle(seed, angle):
     start = Rotation.random(random_state=seed)
     axis = np.random.default_rng(seed).normal(size=3)
     curve = OrientationCurve.turning(start.as_matrix(), axis, angle, 0.3)
@@ -105,7 +105,7 @@ def test_turning_goes_about_its_axis_by_any_angle(seed, angle):
     np.testing.assert_allclose(curve.rate(s), np.tile(angle / 0.3 * unit, (40, 1)), atol=1e-8)
 
 
-def test_a_curve_through_rotations_is_near_the_spline_of_scipy():
+def test_through_rotations_is_near_scipy_spline():
     s = np.array([0.0, 0.1, 0.25, 0.3, 0.5])
     turns = Rotation.from_rotvec(0.5 * np.random.default_rng(1).normal(size=(5, 3)))
     curve = OrientationCurve.through(s, turns.as_matrix())
@@ -163,6 +163,6 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("make", "message"), REFUSED)
-def test_what_is_no_orientation_curve_is_refused(make, message):
+def test_refuses_invalid_orientations(make, message):
     with pytest.raises(PathError, match=message):
         make()

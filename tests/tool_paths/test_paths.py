@@ -53,7 +53,7 @@ def timed(path, speed=0.1, **more):
     return tp.TimedPath(path, timing, start_time=2.0)
 
 
-def test_a_path_knows_where_its_parts_begin():
+def test_breaks_of_path():
     path = slot()
     half = math.pi * 0.05
     np.testing.assert_allclose(path.starts, [0, 0.2, 0.2 + half])
@@ -64,7 +64,7 @@ def test_a_path_knows_where_its_parts_begin():
     np.testing.assert_allclose(path.breaks, shares, atol=1e-12)
 
 
-def test_position_and_direction_are_continuous_and_the_side_chooses_the_curvature():
+def test_position_and_direction_are_continuous():
     path = slot()
     s = path.starts[1:]
     for order in (0, 1):
@@ -78,7 +78,7 @@ def test_position_and_direction_are_continuous_and_the_side_chooses_the_curvatur
 
 @examples(40)
 @given(st.floats(0, 1), st.floats(-0.08, 0.08), st.floats(-0.01, 0.01))
-def test_nearest_goes_on_into_the_next_curve(share, ahead, aside):
+def test_nearest_continues_in_next_curve(share, ahead, aside):
     path = slot()
     s = np.array([share * path.length])
     point = path.position(s) + np.array([[0, 0, aside]])
@@ -88,7 +88,7 @@ def test_nearest_goes_on_into_the_next_curve(share, ahead, aside):
 
 @examples(40)
 @given(st.integers(0, 10_000))
-def test_bends_bound_the_way_off_the_chord_even_across_junctions(seed):
+def test_bend_bounds_deviation_from_chord(seed):
     path = slot()
     s0, s1 = np.random.default_rng(seed).uniform(0, path.length, (2, 30))
     s1[15:] = np.clip(s0[15:] + 0.2 * (s1[15:] - s0[15:]), 0, path.length)
@@ -106,7 +106,7 @@ def test_bends_bound_the_way_off_the_chord_even_across_junctions(seed):
             assert (off <= allowed * bound + 1e-12).all()
 
 
-def test_a_sharp_corner_is_refused_with_its_angle():
+def test_refuses_sharp_corner_with_angle():
     lines = [tp.Line([0, 0, 0], [0.2, 0, 0]), tp.Line([0.2, 0, 0], [0.2, 0.3, 0])]
     with pytest.raises(CornerError, match=r"by 90 deg at .0\.2, 0, 0. m.*blend or stop") as raised:
         tp.ToolPath(lines, Turn.constant(np.eye(3), 0.5))
@@ -121,7 +121,7 @@ def broken(**changes):
     return tp.ToolPath(**arguments)
 
 
-def test_what_is_no_path_is_refused():
+def test_refuses_invalid_paths():
     with pytest.raises(PathError, match="no curves"):
         broken(curves=[])
     with pytest.raises(PathError, match=r"curve 1 starts 0\.1 m away"):
@@ -136,7 +136,7 @@ def test_what_is_no_path_is_refused():
 
 
 @pytest.mark.parametrize("make", [slot, hook])
-def test_twist_and_acceleration_are_derivatives_of_the_pose(make):
+def test_twist_and_acceleration_equal_differences(make):
     motion = timed(make(), start_speed=0.0, end_speed=0.0)
     h = 1e-5
     t = np.sort(np.concatenate((np.linspace(2, motion.end_time, 301), motion.breaks)))
@@ -152,7 +152,7 @@ def test_twist_and_acceleration_are_derivatives_of_the_pose(make):
         )
 
 
-def test_at_a_stop_the_tool_stands_and_each_side_keeps_its_own_acceleration():
+def test_stop_keeps_acceleration_of_each_side():
     motion = timed(hook(), start_speed=0.0, end_speed=0.0)
     stop = motion.breaks[[3]]
     for side, rate in (("left", math.pi / 2 / 0.2), ("right", -math.pi / 2 / 0.3)):

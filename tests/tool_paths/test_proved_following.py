@@ -59,7 +59,7 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
 
 
 @pytest.mark.parametrize("count", first_of(7, 60))
-def test_what_is_followed_is_proved(count: int) -> None:
+def test_proves_followed_path(count: int) -> None:
     followed = 0
     for seed in range(count):
         path, allowed = rough_curve(seed)
@@ -92,7 +92,7 @@ CIRCLE = {
 
 
 @pytest.mark.parametrize("knots", ["paper", "balanced", {"balanced": 0.1}, {"balanced": 0.45}])
-def test_the_knots_asked_for_hold_the_path_too(knots: Any) -> None:
+def test_follows_path_with_given_knots(knots: Any) -> None:
     given = task(ON, CIRCLE, tolerances={"path": 0.005}, knots=knots)
     plan = kw.plan(given)
     assert plan.report.ok
@@ -100,11 +100,11 @@ def test_the_knots_asked_for_hold_the_path_too(knots: Any) -> None:
 
 
 @pytest.mark.parametrize("arguments", [{"planner": "modified-hermite:balanced"}, {"knots": 0.2}])
-def test_knots_given_in_place_of_the_scenarios_hold_the_path(arguments: Any) -> None:
+def test_knots_override_scenario(arguments: Any) -> None:
     assert kw.plan(task(ON, CIRCLE, tolerances={"path": 0.005}), **arguments).report.ok
 
 
-def test_a_slow_stretch_before_a_fast_one_keeps_its_own_speed() -> None:
+def test_slow_stretch_keeps_its_speed() -> None:
     slow = {**CIRCLE, "speed": 4, "name": "slow"}
     slow.pop("stop")
     fast = {"name": "fast", "along": {"arc": {"through": [400, -50, 60]}}, "speed": 200}
@@ -115,7 +115,7 @@ def test_a_slow_stretch_before_a_fast_one_keeps_its_own_speed() -> None:
     assert not judged(plan, given)
 
 
-def test_a_tolerance_that_rounding_leaves_no_room_for_is_refused() -> None:
+def test_refuses_tolerance_below_rounding() -> None:
     at = ARM.forward(HOME).translation
     line = tp.Line(at, at + np.array([0.0, 0.1, 0.0]))
     with pytest.raises(PathError, match=r"tolerance of the speed, .* at least 2\.6e-07 is"):

@@ -80,7 +80,7 @@ def assert_smooth(path: Any, curve: Any) -> None:
     ("acceleration", "stops"),
     [(200, (False, True)), (1000, (False, True)), (500, (True, False)), (400, (True, True))],
 )
-def test_a_seam_on_a_dome_comes_to_rest_without_a_spike(
+def test_no_spike_at_rest_on_dome(
     tmp_path: Path, acceleration: float, stops: tuple[bool, bool]
 ) -> None:
     points, rotations = circle_on_dome()
@@ -120,7 +120,7 @@ def test_a_seam_on_a_dome_comes_to_rest_without_a_spike(
     ramps=st.floats(0.001, 1.0),
 )
 @examples(8)
-def test_a_path_with_stops_is_followed_without_spikes(
+def test_no_spikes_at_stops(
     count: int,
     radius: float,
     dome: float,
@@ -162,7 +162,7 @@ JERK_FACTOR = 2.0
 @given(part=TINY)
 @example(part=1e-8)
 @examples(10)
-def test_ramps_with_next_to_nothing_between_them_make_no_spike(part: float) -> None:
+def test_no_spike_between_adjacent_ramps(part: float) -> None:
     speed, length = 0.1, 0.1
     line = tp.Line(TOP, TOP + np.array([0.0, length, 0.0]))
     motions = [

@@ -20,7 +20,7 @@ def wave(seed):
 
 @examples(3)
 @given(st.integers(0, 10_000))
-def test_the_tool_sees_the_curve_in_the_same_direction_and_does_not_turn_about_it(seed):
+def test_tangent_is_constant_in_tool_axes(seed):
     curve = wave(seed)
     start = Rotation.random(random_state=seed).as_matrix()
     orientation = tp.tangent_orientation(curve, start)
@@ -41,7 +41,7 @@ def test_the_tool_sees_the_curve_in_the_same_direction_and_does_not_turn_about_i
     np.testing.assert_allclose(orientation.rotations[-1], truth, atol=3e-6)
 
 
-def test_a_rounded_corner_with_a_tool_that_turns_is_a_path():
+def test_tangent_orientation_along_blend():
     blend = tp.Blend([0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], 0.02)
     curves = [tp.Line([0, 0, 0], blend.start), blend, tp.Line(blend.end, [0.1, 0.1, 0])]
     stretches, R = [], np.eye(3)
@@ -56,6 +56,6 @@ def test_a_rounded_corner_with_a_tool_that_turns_is_a_path():
     assert np.abs(off).max() < 1e-4
 
 
-def test_what_is_no_rotation_is_refused():
+def test_refuses_invalid_rotation():
     with pytest.raises(PathError, match="not a rotation matrix"):
         tp.tangent_orientation(wave(1), 2 * np.eye(3))

@@ -51,7 +51,7 @@ def check_advice(error, lengths, wanted, acceleration, options):
     st.floats(0, 0.3),
     st.sets(st.integers(0, 3)),
 )
-def test_a_profile_keeps_its_promises_or_says_what_would_do(parts, acceleration, v0, v1, stops):
+def test_profile_holds_or_gives_feasible_values(parts, acceleration, v0, v1, stops):
     lengths, wanted = (list(column) for column in zip(*parts, strict=True))
     options = {"start_speed": v0, "end_speed": v1, "stops": stops}
     timing, error = attempt(lengths, wanted, acceleration, options)
@@ -82,14 +82,14 @@ def test_a_profile_keeps_its_promises_or_says_what_would_do(parts, acceleration,
             assert timing(timing.times[[i + 1]], 1)[0] == pytest.approx(lower, rel=1e-6)
 
 
-def test_times_of_arc_lengths_are_those_at_which_the_tool_is_there():
+def test_time_of_inverts_arc_length():
     timing = profile([0.1, 0.2], [0.05, 0.1], start_speed=0.0, end_speed=0.0, stops={0})
     t = np.linspace(0.01, timing.duration - 0.01, 50)
     np.testing.assert_allclose(timing.time_of(timing(t)), t, atol=1e-9)
     np.testing.assert_array_equal(timing.time_of([0.0, 0.1, 0.3]), timing.times)
 
 
-def test_too_short_a_stretch_names_the_closed_forms():
+def test_short_stretch_reports_feasible_values():
     with pytest.raises(RampError, match=r"the path is 0\.01 m long") as raised:
         profile([0.01], [0.1], start_speed=0.0, end_speed=0.0)
     error = raised.value
@@ -108,7 +108,7 @@ def test_too_short_a_stretch_names_the_closed_forms():
     st.none() | st.floats(0, 0.4),
     st.none() | st.floats(0, 0.4),
 )
-def test_the_speed_for_a_duration_takes_it(length, speed, acceleration, v0, v1):
+def test_speed_for_duration_takes_it(length, speed, acceleration, v0, v1):
     ends = {"start_speed": v0, "end_speed": v1}
     try:
         duration = profile([length], [speed], acceleration, **ends).duration
@@ -119,7 +119,7 @@ def test_the_speed_for_a_duration_takes_it(length, speed, acceleration, v0, v1):
     assert again == pytest.approx(duration, rel=1e-8)
 
 
-def test_a_time_too_short_names_the_least():
+def test_short_duration_reports_minimum():
     with pytest.raises(PathError, match=r"at least 0\.489898 s") as raised:
         tp.speed_for_duration(0.04, 0.3, acceleration=1.0, start_speed=0.0, end_speed=0.0)
     least = math.sqrt(0.04 / 1.5) * 1.5 * 2
@@ -127,7 +127,7 @@ def test_a_time_too_short_names_the_least():
     tp.speed_for_duration(0.04, least, acceleration=1.0, start_speed=0.0, end_speed=0.0)
 
 
-def test_a_time_too_long_names_the_greatest():
+def test_long_duration_reports_maximum():
     with pytest.raises(PathError, match=r"and at most"):
         tp.speed_for_duration(0.01, 9, acceleration=1.0, start_speed=0.5, end_speed=0.5)
 
@@ -147,6 +147,6 @@ def test_a_time_too_long_names_the_greatest():
         ),
     ],
 )
-def test_what_is_no_timing_is_refused(make, message):
+def test_refuses_invalid_timing(make, message):
     with pytest.raises(PathError, match=message):
         make()

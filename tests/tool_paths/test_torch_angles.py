@@ -61,7 +61,7 @@ ARC = {
 }
 
 
-def test_a_torch_keeps_its_angles_along_line_and_arc() -> None:
+def test_torch_keeps_angles_along_line_and_arc() -> None:
     line = {"along": "line", "speed": 0.02, "pose": {"position": END}}
     line["orientation"] = {"normal": UP, **ANGLES}
     plan = kw.plan(welded(line, ARC))
@@ -79,7 +79,7 @@ def test_a_torch_keeps_its_angles_along_line_and_arc() -> None:
 
 
 @pytest.mark.parametrize("orientation", [{}, {**ANGLES, "tangent": "-y"}])
-def test_points_with_normals_lean_the_tool(tmp_path: Path, orientation: dict[str, Any]) -> None:
+def test_normals_of_points_lean_torch(tmp_path: Path, orientation: dict[str, Any]) -> None:
     """Over a cylinder about x, slantwise: normals turn with the surface, and nothing is free."""
     radius, whole, axis = 0.2, np.radians(25), np.array([0.6, -0.2, 0.05])
     angle = np.linspace(0.0, whole, 21)
@@ -122,7 +122,7 @@ WIDE = {"work_angle": [0.2, 0.5], "travel_angle": [-0.3, 0.0]}
 
 
 @pytest.mark.parametrize("turn", [{}, {"turn": "z"}])
-def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
+def test_free_torch_angles_stay_in_ranges(turn: dict[str, Any]) -> None:
     plan, fixed = kw.plan(free_angles({**WIDE, **turn})), planned_fixed()
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
@@ -145,7 +145,7 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
     assert told == pytest.approx([min(works), max(works)], abs=0.03)
     times = np.linspace(motion.start_time, motion.end_time, 300)
     moved = [np.abs(np.diff(one.trajectory(times), axis=0)).sum() for one in (plan, fixed)]
-    assert moved[0] < 0.96 * moved[1]
+    assert moved[0] < 0.98 * moved[1]
     rows = plan.report.select(quantity="path_turn")
     assert [row.proof for row in rows] == ["bounded", "bounded"]
     narrow = {"work_angle": [WORK - 0.01, WORK + 0.01], "travel_angle": [TRAVEL - 0.01, TRAVEL]}

@@ -90,7 +90,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_the_tool_is_where_seam_and_weave_add_up(name: str) -> None:
+def test_tool_follows_seam_plus_weave(name: str) -> None:
     plan, shape = planned(name), SHAPES[name][1]
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
@@ -112,7 +112,7 @@ def test_the_tool_is_where_seam_and_weave_add_up(name: str) -> None:
     ("shape", "dwell", "rounding"),
     [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.0)],
 )
-def test_edges_are_reached_held_and_rounded(shape: str, dwell: float, rounding: float) -> None:
+def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float) -> None:
     weave = {"shape": shape, "dwell": dwell or None, "rounding": rounding or None}
     plan = kw.plan(seam({key: value for key, value in weave.items() if value is not None}))
     assert plan.report.ok, plan.report
@@ -130,7 +130,7 @@ def test_edges_are_reached_held_and_rounded(shape: str, dwell: float, rounding: 
     assert all(one.ok for one in plan.report.select(group="Continuity"))
 
 
-def test_a_weave_goes_on_from_a_line_into_an_arc() -> None:
+def test_weave_continues_into_arc() -> None:
     """Its axes turn with the seam; on the arc the tool is off the circle by the weave."""
     weave = {"shape": "sine", "width": WIDTH, "frequency": RATE}
     arc = {
@@ -157,7 +157,7 @@ def test_a_weave_goes_on_from_a_line_into_an_arc() -> None:
 
 
 @pytest.mark.exhaustive
-def test_one_weave_follows_another() -> None:
+def test_consecutive_weaves() -> None:
     on = {"along": "line", "speed": SPEED, "pose": {"position": [0.67, -0.2, 0.25]}}
     on["weave"] = {"shape": "sine", "width": 0.002, "frequency": 3}
     plan = kw.plan(seam({"shape": "sine"}, on))
@@ -171,7 +171,7 @@ def test_one_weave_follows_another() -> None:
     assert abs(tool(plan, np.array([first.end]))[0, 1] - START[1]) < 1e-8
 
 
-def test_a_weave_rides_on_a_belt() -> None:
+def test_weave_on_belt() -> None:
     task = seam({"shape": "circle"}, frames={"belt": {"position": [0, 0, 0]}}, frame="belt")
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.01, 0], "angular": [0, 0, 0.02]}
     task["scene"] = {"objects": {"part": {"in": "belt", "sphere": 0.01, "position": [0.6, 0, 0.1]}}}
@@ -189,14 +189,14 @@ def test_a_weave_rides_on_a_belt() -> None:
 
 
 @pytest.mark.parametrize("changed", [{"width": 3.3e-3}, {"frequency": 2.04}, {"in": ["normal"]}])
-def test_another_weave_fails_the_check(changed: dict[str, Any]) -> None:
+def test_check_fails_for_other_weave(changed: dict[str, Any]) -> None:
     plan = planned("sine")
     other = kw.load_scenario(seam({"shape": "sine", **changed}))
     failed = {one.quantity for one in kw.check(plan.trajectory, other).failures}
     assert "path_deviation" in failed
 
 
-def test_a_weave_faster_than_a_joint_names_it() -> None:
+def test_reports_joint_that_weave_exceeds() -> None:
     fast = seam({"shape": "sine", "width": 0.1, "frequency": 8})
     with pytest.raises(kw.errors.InputError, match="shoulder_pan_joint") as caught:
         kw.plan(fast)
@@ -211,9 +211,7 @@ def test_a_weave_faster_than_a_joint_names_it() -> None:
         ({"shape": "triangle", "width": 0.006, "dwell": 0.05}, {"acceleration": 20, "jerk": 1000}),
     ],
 )
-def test_limits_ask_for_another_weave_which_keeps_them(
-    weave: dict[str, Any], limits: dict[str, float]
-) -> None:
+def test_proposed_frequency_keeps_limits(weave: dict[str, Any], limits: dict[str, float]) -> None:
     fast = seam(weave, limits=limits)
 
     def woven_failures(task: dict[str, Any]) -> list[str]:

@@ -162,12 +162,12 @@ def _checked_report(
     return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
 
 
-_EPILOG = """
+_REPORT_EPILOG = """
 Exit codes: 0 every check passes, 1 a check fails (the page is written), 2 the input is wrong.
 """
 
 
-@click.command(epilog=_EPILOG)
+@click.command(epilog=_REPORT_EPILOG)
 @html_option(required=True)
 @package_path_option
 @log_options

@@ -26,7 +26,7 @@ from knotwork.export.urscript import describe_steps
 from knotwork.planning import Plan
 from knotwork.spline.trajectory import JointTrajectory
 
-_EPILOG = f"""
+_EXPORT_EPILOG = f"""
 Formats:
 {chr(10).join(f"{form.name:8} {form.summary}" for form in FORMATS.values())}
 
@@ -59,7 +59,7 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     return factors
 
 
-@click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EPILOG.strip().split("\n\n")))
+@click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split("\n\n")))
 @click.argument("motion", metavar="TRAJECTORY|SCENARIO")
 @click.option(
     "--format",

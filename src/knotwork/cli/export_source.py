@@ -17,7 +17,7 @@ from knotwork.verification import Finding, check
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
 from knotwork.verification.worst import failure_lines
 
-MOST_FAILURES = 10
+MOST_EXPORT_FAILURES = 10
 
 
 def read_motion(
@@ -82,7 +82,7 @@ def points_pass(
 
 
 def _show(failures: Sequence[Finding], whose: str, verdict: str) -> None:
-    for failure in failure_lines(failures, MOST_FAILURES):
+    for failure in failure_lines(failures, MOST_EXPORT_FAILURES):
         echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)
     sys.stderr.flush()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from knotwork.planning import Plan
     from knotwork.planning.task_to_joint import Choice, TaskSolution
 
-INDENT = " " * len("FAIL ")
+REPORT_INDENT = " " * len("FAIL ")
 MARKS = {
     "met": "[green]ok[/]",
     "failed": "[bold red]FAIL[/]",
@@ -61,9 +61,9 @@ def print_report(
     out = console()
     description = "" if scenario is None else " ".join(scenario.task.description.split())
     head = f"{report.scenario}  " if description else report.scenario
-    print_wrapped(description, head, INDENT, "bold")
+    print_wrapped(description, head, REPORT_INDENT, "bold")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
-    print_wrapped(f"{robot}; {origin or report.planner}", "", INDENT)
+    print_wrapped(f"{robot}; {origin or report.planner}", "", REPORT_INDENT)
     for group, members in report.groups.items():
         measured = [f for f in members if not (_is_sentence(f) or f.detail)]
         if measured:
@@ -79,7 +79,7 @@ def print_report(
         ("FAIL ", "bold red", report.failures),
     ):
         for finding in findings:
-            print_wrapped(str(finding), head, INDENT if style else "    ", style)
+            print_wrapped(str(finding), head, REPORT_INDENT if style else "    ", style)
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from knotwork.planning import Plan
     from knotwork.verification import Report
 
-WIDEST = 100
+TEXT_WIDTH = 100
 """Width of lines of text, on wider terminals too."""
 
-_WORDS: dict[str, tuple[str, dict[str, Any]]] = {
+_LINE_WORDS: dict[str, tuple[str, dict[str, Any]]] = {
     "passed": ("PASSED", {"fg": "green", "bold": True}),
     "failed": ("FAILED", {"fg": "red", "bold": True}),
     "failure": ("FAIL ", {"fg": "red", "bold": True}),
@@ -40,8 +40,8 @@ def describe_left_out(plan: Plan) -> str:
 
 def print_short(report: Report) -> None:
     """Print a report in some 15 lines."""
-    for line in report.brief(min(_width(), WIDEST)):
-        word, style = _WORDS.get(line.kind, ("", {}))
+    for line in report.brief(min(_width(), TEXT_WIDTH)):
+        word, style = _LINE_WORDS.get(line.kind, ("", {}))
         echo_line(line.text, word, **style)
 
 

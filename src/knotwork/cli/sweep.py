@@ -26,7 +26,7 @@ from knotwork.sweeps.figures import figure_named
 from knotwork.sweeps.folder import is_study
 from knotwork.view.picture_files import checked_picture_path, save_figure
 
-PICTURE = "study.png"
+STUDY_PICTURE = "study.png"
 """Picture in the folder of a study, if `--plot` names no file."""
 
 
@@ -92,8 +92,8 @@ PICTURE = "study.png"
     metavar="[FILE]",
     is_flag=False,
     flag_value="",
-    help=f"Draw maps: PNG, SVG or PDF, by the suffix; {PICTURE} in the folder of the study if no "
-    "file is given.",
+    help=f"Draw maps: PNG, SVG or PDF, by the suffix; {STUDY_PICTURE} in the folder of the study "
+    "if no file is given.",
 )
 @click.option(
     "--figures",
@@ -187,7 +187,7 @@ def _picture_path(name: str | None, folder: Path | None) -> Path | None:
         return None
     if not name and folder is None:
         raise InputError("--plot: there is no folder for the picture; name a file, or give --out")
-    return checked_picture_path(name or (folder or Path()) / PICTURE)
+    return checked_picture_path(name or (folder or Path()) / STUDY_PICTURE)
 
 
 def _refuse_planning(source: str, options: dict[str, Any]) -> None:

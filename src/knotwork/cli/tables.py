@@ -10,7 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from knotwork.cli.short_report import WIDEST
+from knotwork.cli.short_report import TEXT_WIDTH
 from knotwork.cli.terminal import cell
 
 # Numbers are never truncated: tables wider than the terminal use the width they need.
@@ -79,7 +79,7 @@ def print_wrapped(text: str, first: str, following: str, style: str = "") -> Non
     out = console(wrap=True)
     lines = textwrap.wrap(
         text,
-        min(out.width, WIDEST),
+        min(out.width, TEXT_WIDTH),
         initial_indent=" " * len(first),
         subsequent_indent=following,
         break_long_words=False,

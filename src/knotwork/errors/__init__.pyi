@@ -17,7 +17,6 @@ from .base import together as together
 from .path_errors import CornerError as CornerError
 from .path_errors import PathError as PathError
 from .path_errors import RampError as RampError
-from .path_errors import SlowStretchError as SlowStretchError
 from .path_errors import StretchTimeError as StretchTimeError
 from .tasks import BranchError as BranchError
 from .tasks import FollowingError as FollowingError

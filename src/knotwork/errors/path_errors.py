@@ -67,18 +67,6 @@ class RampError(PathError):
     lowest_acceleration: float = 0.0
 
 
-class SlowStretchError(PathError):
-    """A stretch of a tool path too slow for its changes of speed to be resolved in time.
-
-    Attributes:
-        stretch: Index of the slowest stretch.
-        lowest_speed: The lowest speed at which they are resolved, its neighbours as fast [m/s].
-    """
-
-    stretch: int = 0
-    lowest_speed: float = 0.0
-
-
 class StretchTimeError(PathError):
     """A stretch of a tool path that can't take the given time.
 

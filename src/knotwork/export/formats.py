@@ -89,7 +89,7 @@ _PARQUET = "samples or knots as Parquet (needs pyarrow)"
 _SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
 _DRAKE = "for Drake there is trajectory.to_drake() in Python"
 
-_ALL = (
+_ALL_FORMATS = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
     Format("urscript", _URSCRIPT, ".script", "urscript", ArmOptions, events=True),
@@ -112,7 +112,7 @@ _ALL = (
     Format("drake", _DRAKE, "", "polynomial_files", binary=True),
 )
 
-FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})
+FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL_FORMATS})
 """All formats by name."""
 
 
@@ -161,7 +161,7 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """
     for name in options:
         if name not in form.options:
-            takers = ", ".join(known.name for known in _ALL if name in known.options)
+            takers = ", ".join(known.name for known in _ALL_FORMATS if name in known.options)
             advice = f"; formats that do: {takers}" if takers else ""
             raise InputError(f"format {form.name!r} takes no option {name!r}{advice}")
     return dict(options)

@@ -10,10 +10,10 @@ from knotwork.files.storage import to_json
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-SAME_TIME = 1e-9
+SAME_ROW_TIME = 1e-9
 """Rows this little before an event are at the event [s]."""
 
-FORMAT = "knotwork.events"
+EVENTS_FORMAT = "knotwork.events"
 
 
 def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[str]]:
@@ -31,7 +31,7 @@ def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[s
     names = ["", *(segment.name for segment in trajectory.segments)]
     switched: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
-        row = int(np.searchsorted(time, event.time - SAME_TIME))
+        row = int(np.searchsorted(time, event.time - SAME_ROW_TIME))
         switched[min(row, len(time) - 1)].append(event.text)
     segment = [names[i] for i in np.searchsorted(starts, time, "right")]
     return {"segment": segment, "event": ["; ".join(row) for row in switched]}
@@ -51,7 +51,7 @@ def side_file(trajectory: JointTrajectory) -> str:
         {**item.to_dict(), "start": item.start - start, "end": item.end - start}
         for item in trajectory.segments
     ]
-    return to_json({"format": FORMAT, "version": 1, "events": events, "segments": segments})
+    return to_json({"format": EVENTS_FORMAT, "version": 1, "events": events, "segments": segments})
 
 
 def side_path(path: Path) -> Path:

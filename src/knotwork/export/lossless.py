@@ -26,14 +26,14 @@ LOSSLESS = 1e-12
 """Points are lossless if the error of their curve is below this, relative to the largest term of
 the motion's polynomials: some hundred times the rounding error."""
 
-MOST_POINTS = 1_000_000
+MOST_EXPORTED_POINTS = 1_000_000
 """Largest number of points: no controller takes more in one message."""
 
-MOST_PARTS = 64
+MOST_CUTS = 64
 """Largest number of parts that a piece is cut into at once."""
 
 PIECE_NAMES = {2: "cubics", 3: "quintics"}
-CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
+POINT_CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Points:
 
     def describe(self) -> str:
         """Describe the number of points and their accuracy."""
-        points = f"{self.count} points of {CONTENTS[3 if self.with_acceleration else 2]}"
+        points = f"{self.count} points of {POINT_CONTENTS[3 if self.with_acceleration else 2]}"
         if self.exact:
             return f"{points} define the whole motion exactly"
         smooth = f"C1: acceleration jumps by up to {self.acceleration_jump:.3g} [per s^2]"
@@ -194,7 +194,7 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
         "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
     )
     raise ExportError(
-        f"points of {CONTENTS[order]} can't define this motion"
+        f"points of {POINT_CONTENTS[order]} can't define this motion"
         f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
         f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
         f"one value of it; {instead}",
@@ -225,7 +225,7 @@ def _lossy(
     planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
     return ExportError(
         f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
-        f"{CONTENTS[order]} of its {times.size} knots would be off by up to "
+        f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
         f"{times[piece + 1]:.6g} s): {'; or '.join(remedies)}",
         joint=name,
@@ -253,11 +253,11 @@ def _refine(
             return times, joined
         parts = np.ones(worst.size, dtype=int)
         needed = np.ceil((worst[bad] / tolerance) ** (0.5 / order))
-        parts[bad] = np.clip(needed, 2, MOST_PARTS).astype(int)
-        if parts.sum() + 1 > MOST_POINTS:
+        parts[bad] = np.clip(needed, 2, MOST_CUTS).astype(int)
+        if parts.sum() + 1 > MOST_EXPORTED_POINTS:
             raise InputError(
-                f"a fit within {tolerance:g} takes more than {MOST_POINTS} points; choose a "
-                "larger tolerance"
+                f"a fit within {tolerance:g} takes more than {MOST_EXPORTED_POINTS} points; choose "
+                "a larger tolerance"
             )
         times = split_evenly(times, parts)
         joined = _receiver_pieces(trajectory, times, order)

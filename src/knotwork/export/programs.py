@@ -24,11 +24,11 @@ import numpy as np
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.export.straight import (
-    AXES,
-    OTHERS,
-    STANDING,
+    ARM_AXES,
+    AXES_ACCEPTED,
+    RESTING_SPEED,
     STRAIGHT,
-    TICK,
+    TIME_TICK,
     Positions,
     arm_joints,
     bound_text,
@@ -41,7 +41,7 @@ from knotwork.waypoints import FloatArray
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-REMARK = 32
+REMARK_LENGTH = 32
 """Number of characters of a remark of FANUC."""
 MOST_TRIGGERS = 8
 """Largest number of triggers of one move of ABB."""
@@ -95,7 +95,7 @@ def to_krl(
     """
     points = straight_points(motion, **STRAIGHT["krl"], fit=fit)
     arm, outer, further = _axes(points, points.position, robot)
-    names = [f"A{j + 1}" for j in range(AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
+    names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
 
     def axes(i: int) -> str:
         values = zip(names, (*arm[i], *outer[i]), strict=True)
@@ -147,7 +147,7 @@ def to_rapid(
     lines = ["MODULE KnotworkMotion", *(f"  ! {line}" for line in _about(points, "ABB", further))]
     lines += [f"  CONST jointtarget kw_q{{{points.time.size}}} := ["]
     for i in range(points.time.size):
-        more = [f"{value:.6f}" for value in outer[i]] + ["9E9"] * (AXES - outer.shape[1])
+        more = [f"{value:.6f}" for value in outer[i]] + ["9E9"] * (ARM_AXES - outer.shape[1])
         angles = ",".join(f"{value:.6f}" for value in arm[i])
         lines += [f"    [[{angles}],[{','.join(more)}]]{',' * (i + 1 < points.time.size)}"]
     steps = list(_steps(points))
@@ -207,18 +207,18 @@ def to_ls(
         return f"DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
 
     off = f"lines {bound_text(points.error, 2)} off"
-    moves = [f"  !{points.time[-1]:.3f} s, {off}"[: REMARK + 3], "J P[1] 10% FINE"]
+    moves = [f"  !{points.time[-1]:.3f} s, {off}"[: REMARK_LENGTH + 3], "J P[1] 10% FINE"]
     moves += [f"  {switch(event)}" for event in _at_start(points)]
     for step in _steps(points):
         # remarks have up to 32 characters
-        moves += [f"  !{note[:REMARK]}" for note in step.notes]
+        moves += [f"  !{note[:REMARK_LENGTH]}" for note in step.notes]
         switched = [switch(event) for event in step.switched]
         if step.stands:
             moves += [f"  WAIT {step.time:.2f}(sec)"]
         else:
             end = "FINE" if step.last else "CNT100"
             on_the_way = f" TB .00sec,{switched.pop(0)}" if switched and not step.last else ""
-            moves += [f"J P[{step.to + 1}] {round(step.time / TICK)}msec {end}{on_the_way}"]
+            moves += [f"J P[{step.to + 1}] {round(step.time / TIME_TICK)}msec {end}{on_the_way}"]
         moves += [f"  {line}" for line in switched]
     lines = ["/PROG  KNOTWORK", "/ATTR", 'COMMENT = "KNOTWORK";', "DEFAULT_GROUP = 1,*,*,*,*;"]
     lines += ["/MN", *(f"{i:4}:{move} ;" for i, move in enumerate(moves, 1)), "/POS"]
@@ -237,8 +237,8 @@ def _axes(
     units = points.trajectory.joint_units
     arm = arm_joints(points.trajectory, robot)
     outer = [i for i in range(len(units)) if i not in arm]
-    if len(arm) != AXES or len(outer) > AXES:
-        raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {OTHERS}")
+    if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
+        raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {AXES_ACCEPTED}")
     factors = np.array([180.0 / np.pi if units[i] == "rad" else 1e3 for i in outer])
     names = points.trajectory.joint_names
     shown = {names[i]: "deg" if units[i] == "rad" else "mm" for i in outer}
@@ -253,7 +253,7 @@ def _steps(points: Positions) -> Iterator[Step]:
         switched[i].append(event)
     notes: list[list[str]] = [[] for _ in time]
     for segment in motion.segments:
-        start = segment.start - motion.start_time + 0.5 * TICK
+        start = segment.start - motion.start_time + 0.5 * TIME_TICK
         i = int(np.searchsorted(time, start, "right"))
         notes[min(i, len(time) - 1)].append(_ascii(segment.name))
     stands = [False, *_stands(points), False]
@@ -274,9 +274,11 @@ def _stands(points: Positions) -> Iterator[bool]:
     """Whether the arm is at rest between two points; times are rounded by half a tick."""
     motion = points.trajectory
     for start, end in zip(points.time[:-1], points.time[1:], strict=True):
-        inside = np.array([start + 0.5 * TICK, 0.5 * (start + end), end - 0.5 * TICK])
+        inside = np.array([start + 0.5 * TIME_TICK, 0.5 * (start + end), end - 0.5 * TIME_TICK])
         within = np.minimum(motion.start_time + inside, motion.end_time)
-        yield end - start > 1.5 * TICK and bool(np.abs(motion.velocity(within)).max() <= STANDING)
+        yield end - start > 1.5 * TIME_TICK and bool(
+            np.abs(motion.velocity(within)).max() <= RESTING_SPEED
+        )
 
 
 def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:

@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from knotwork.spline.trajectory.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
-LONGEST = 2**31 - 1
+LONGEST_DURATION = 2**31 - 1
 """`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
 
-STANDING = 1e-7
+NEGLIGIBLE_SPEED = 1e-7
 """The controller treats a smaller last velocity as zero [rad/s or m/s]."""
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
@@ -57,9 +57,10 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
         ExportError: Two knots round to the same nanosecond.
         InputError: The motion is longer than a message can hold.
     """
-    if trajectory.duration > LONGEST:
+    if trajectory.duration > LONGEST_DURATION:
         raise InputError(
-            f"the motion lasts {trajectory.duration:.9g} s; a ROS 2 duration is at most {LONGEST} s"
+            f"the motion lasts {trajectory.duration:.9g} s; a ROS 2 duration is at most "
+            f"{LONGEST_DURATION} s"
         )
     times = trajectory.breaks.tolist()
     exact = [(Fraction(time) - Fraction(times[0])) * NANOSECONDS for time in times]
@@ -152,14 +153,16 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     message = _message(points)
     lines.append(_first_line(points.trajectory))
-    if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
+    if max(abs(v) for v in message["points"][-1]["velocities"]) > NEGLIGIBLE_SPEED:
         lines.append(
             "# The last point has a velocity: joint_trajectory_controller accepts that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
     data = {"trajectory": message} if goal else message
     # Rows of numbers on a line each; YAML 1.1, which ROS 2's tools read.
-    text = yaml.dump(data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST)
+    text = yaml.dump(
+        data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST_DURATION
+    )
     return "\n".join(lines) + "\n" + text
 
 
@@ -169,7 +172,7 @@ def _first_line(curve: JointTrajectory) -> str:
         name: ", ".join(
             f"{joint} {value:.6g}"
             for joint, value in zip(curve.joint_names, curve(curve.start_time, order), strict=True)
-            if abs(value) > STANDING
+            if abs(value) > NEGLIGIBLE_SPEED
         )
         for order, name in ((1, "velocity"), (2, "acceleration"))
     }

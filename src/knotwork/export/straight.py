@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import finite_number
-from knotwork.export.lossless import MOST_POINTS, largest_difference, split_evenly
+from knotwork.export.lossless import MOST_EXPORTED_POINTS, largest_difference, split_evenly
 from knotwork.spline.polynomial.extrema import candidates
 from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.spline.trajectory import JointTrajectory
@@ -20,17 +20,17 @@ from knotwork.waypoints import FloatArray
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-AXES = 6
+ARM_AXES = 6
 """Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
-OTHERS = (
-    f"turning joints of an arm; accepted: {AXES}, and up to {AXES} external axes, which slide or "
-    "are `external_axes` of the robot (in Python robot=plan.space.robot)"
+AXES_ACCEPTED = (
+    f"turning joints of an arm; accepted: {ARM_AXES}, and up to {ARM_AXES} external axes, which "
+    "slide or are `external_axes` of the robot (in Python robot=plan.space.robot)"
 )
-TOLERANCE = 1e-3
+LINE_TOLERANCE = 1e-3
 """Default error of straight lines between points [rad or m]."""
-TICK = 1e-3
+TIME_TICK = 1e-3
 """Programs have times in whole milliseconds [s]."""
-GOES_ON = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
+CONTINUE_ADVICE = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
 _DIGIT = np.radians(0.5e-6)
 STRAIGHT: Mapping[str, Any] = {
     "krl": {"written": _DIGIT},
@@ -43,7 +43,7 @@ STRAIGHT: Mapping[str, Any] = {
     "franka": {"cycle": 0.001},
 }
 """Options of `straight_points` for formats of positions."""
-STANDING = 1e-9
+RESTING_SPEED = 1e-9
 """Speed below which a joint is at rest [rad/s or m/s]."""
 
 
@@ -105,8 +105,8 @@ def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray
     """
     q = points.position.copy()
     arm = arm_joints(points.trajectory, robot)
-    if len(arm) > AXES:
-        raise ExportError(f"the motion has {len(arm)} {OTHERS}")
+    if len(arm) > ARM_AXES:
+        raise ExportError(f"the motion has {len(arm)} {AXES_ACCEPTED}")
     if len(arm) > 2:
         q[:, arm[2]] -= q[:, arm[1]]
     return q
@@ -141,17 +141,19 @@ def straight_points(
     """
     if isinstance(motion, Positions):
         return motion
-    tolerance = TOLERANCE if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+    tolerance = (
+        LINE_TOLERANCE if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+    )
     refuse_moving(motion)
-    last = math.ceil(motion.duration / (cycle or TICK) * (1.0 - 1e-12))
+    last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
     if cycle is not None:
         return _sample_positions(motion, np.arange(last + 1.0) * cycle)
     moments = [event.time - motion.start_time for event in motion.events]
     aim = tolerance
     while True:
-        near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TICK)
+        near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TIME_TICK)
         ticks = np.append(np.unique(near[near < last]), last)
-        points = _sample_positions(motion, ticks * TICK, written)
+        points = _sample_positions(motion, ticks * TIME_TICK, written)
         if points.error <= tolerance:
             return points
         if ticks.size > last:
@@ -164,8 +166,10 @@ def straight_points(
 
 def _sample_positions(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
     """Positions at times since the start, and the error of lines between them."""
-    if time.size > MOST_POINTS:
-        raise InputError(f"the motion takes {time.size} points; at most {MOST_POINTS} are accepted")
+    if time.size > MOST_EXPORTED_POINTS:
+        raise InputError(
+            f"the motion takes {time.size} points; at most {MOST_EXPORTED_POINTS} are accepted"
+        )
     clock = np.minimum(motion.start_time + time, motion.end_time)
     position = motion.position(clock)
     # the lines in pieces between the breaks of the motion
@@ -186,9 +190,10 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
     h = np.diff(breaks)
     most = np.abs(candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]).max(axis=(0, 2))
     parts = np.maximum(1, np.ceil(h * np.sqrt(most / (8.0 * tolerance))))
-    if parts.sum() > MOST_POINTS:
+    if parts.sum() > MOST_EXPORTED_POINTS:
         raise InputError(
-            f"lines within {tolerance:g} take more than {MOST_POINTS} points; give a larger fit"
+            f"lines within {tolerance:g} take more than {MOST_EXPORTED_POINTS} points; give a "
+            "larger fit"
         )
     return split_evenly(breaks, parts.astype(int))
 
@@ -202,13 +207,13 @@ def refuse_moving(trajectory: JointTrajectory) -> None:
     for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
         speeds = np.abs(trajectory.velocity(time))
         joint = int(speeds.argmax())
-        if speeds[joint] > STANDING:
+        if speeds[joint] > RESTING_SPEED:
             name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
             raise ExportError(
                 f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} {unit}/s, and "
                 "this format is for motions from rest to rest; add a waypoint with stop: true "
                 f"{'before' if where == 'starts' else 'after'} it"
-                f"{GOES_ON if where == 'starts' else ''}",
+                f"{CONTINUE_ADVICE if where == 'starts' else ''}",
                 joint=name,
                 error=float(speeds[joint]),
                 time=float(time),

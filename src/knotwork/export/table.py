@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 DEFAULT_RATE = 100.0
 """Default sampling rate [Hz]."""
 
-MOST_VALUES = 20_000_000
+MOST_TABLE_VALUES = 20_000_000
 """Largest number of values in a table, some 400 MB of text; more are a mistake in the rate."""
 
-TOOL = {
+TOOL_COLUMNS = {
     "tool_position": ("tool.position", "xyz", "m"),
     "tool_quaternion": ("tool.quaternion", "xyzw", ""),
     "tool_linear_velocity": ("tool.linear_velocity", "xyz", "m_per_s"),
@@ -44,8 +44,8 @@ class MotionTable:
         trajectory: The motion itself.
         time: Times [s], shape (s,).
         joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
-        tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
-            robot.
+        tool: As in `TOOL_COLUMNS`, each of shape (s, 3) or, for the quaternion, (s, 4); empty
+            without a robot.
         note: Accuracy of the motion defined by the rows.
         labels: `"segment"` and `"event"`, a text for each row; or empty.
     """
@@ -71,7 +71,7 @@ class MotionTable:
             ):
                 columns[f"{name}.{quantity}_{unit}{per}"] = values
         for key, values in self.tool.items():
-            name, components, unit = TOOL[key]
+            name, components, unit = TOOL_COLUMNS[key]
             for i, component in enumerate(components):
                 label = "_".join(part for part in (name, component, unit) if part)
                 if label in columns:
@@ -137,8 +137,8 @@ def _samples(
 ) -> tuple[FloatArray, dict[str, FloatArray], str]:
     """Times of samples, joint values there, and a note on them."""
     columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
-    columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
-    time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_VALUES // columns)
+    columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
+    time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_TABLE_VALUES // columns)
     joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
     return time, joints, f"{time.size} samples at {rate:g} Hz"
 
@@ -167,7 +167,9 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
         robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}"
     )
     q, v = curve.position(time), curve.velocity(time)
-    rows = {key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL.items()}
+    rows = {
+        key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL_COLUMNS.items()
+    }
     last = np.array([0.0, 0.0, 0.0, 1.0])
     for i, (position, velocity) in enumerate(zip(q, v, strict=True)):
         pose, jacobian = robot.forward_and_jacobian(position)

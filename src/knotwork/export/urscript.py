@@ -10,7 +10,7 @@ that is continuous.
 Outputs are switched and payloads set between two pieces, up to a step before their time.
 
 The clock continues over knots, which may be between two steps. The error of the controller's target
-is corrected with a time constant of 1/`GAIN`.
+is corrected with a time constant of 1/`TARGET_GAIN`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from knotwork.waypoints import FloatArray
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-JOINTS = (
+UR_JOINTS = (
     "shoulder_pan_joint",
     "shoulder_lift_joint",
     "elbow_joint",
@@ -40,10 +40,10 @@ JOINTS = (
 )
 """Joints of the arms, base first, in the controller's order; a common prefix is allowed."""
 
-START = 0.001
+START_DISTANCE = 0.001
 """Largest distance of the arm from the first point at the start, in each joint [rad]."""
 
-OUTPUTS = (
+UR_OUTPUTS = (
     *(("standard", i) for i in range(8)),
     *(("configurable", i) for i in range(8)),
     *(("tool", i) for i in range(2)),
@@ -53,7 +53,7 @@ OUTPUTS = (
 FLANGE = "tool0"
 """The link with the axes of the controller's flange; a prefix is allowed."""
 
-SHORTEST = 1e-4
+SHORTEST_PIECE = 1e-4
 """Events this near to a knot are at it [s]: the program extrapolates a piece by up to a step,
 which magnifies its rounding by the cube of the step over the duration."""
 
@@ -64,7 +64,7 @@ at 3 rad/s moves half as far in a step."""
 RATES = (125, 500)
 """Control rates of the CB series and the e-Series [Hz]."""
 
-GAIN = 2.0
+TARGET_GAIN = 2.0
 """Gain of the correction of a target's error [1/s]."""
 
 _PROGRAM = """\
@@ -184,10 +184,10 @@ def to_urscript(
     ]
     program = _PROGRAM.format(
         first=_numbers(position[0]),
-        rest=_numbers(np.zeros(len(JOINTS))),
+        rest=_numbers(np.zeros(len(UR_JOINTS))),
         largest=_number(LARGEST_ERROR),
-        gain=_number(GAIN),
-        start=_number(START),
+        gain=_number(TARGET_GAIN),
+        start=_number(START_DISTANCE),
         pieces="\n".join(f"  {line}" for line in pieces),
     )
     return "".join(f"# {line}\n" for line in about) + program
@@ -210,7 +210,7 @@ def _with_events(trajectory: JointTrajectory) -> FloatArray:
     time: FloatArray = trajectory.knots.time
     events = [item.time for item in trajectory.events]
     for moment in (*events, *(item.time for item in trajectory.loads)):
-        if np.abs(time - moment).min() > SHORTEST:
+        if np.abs(time - moment).min() > SHORTEST_PIECE:
             time = np.sort(np.append(time, moment))
     return time
 
@@ -257,7 +257,7 @@ def _tool(robot: Robot | None) -> list[str]:
 def _switch(event: Event) -> str:
     """The command that switches an output, with a comment on it."""
     n = event.output
-    if n is None or n >= len(OUTPUTS):
+    if n is None or n >= len(UR_OUTPUTS):
         known = f"output {n}" if n is not None else f"signal {event.name!r}"
         numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
         raise ExportError(
@@ -266,7 +266,7 @@ def _switch(event: Event) -> str:
             f"output, {numbers}, given by outputs: {{{event.name}: number}}; or --without-events",
             time=event.time,
         )
-    kind, number = OUTPUTS[n]
+    kind, number = UR_OUTPUTS[n]
     words = f"{_comment(event.text)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
 
@@ -286,16 +286,16 @@ def _numbers(values: FloatArray) -> str:
 
 
 def _joint_order(trajectory: JointTrajectory) -> list[int]:
-    """Index of each of `JOINTS` among the joints of a motion."""
+    """Index of each of `UR_JOINTS` among the joints of a motion."""
     names = list(trajectory.joint_names)
     prefix = names[0].removesuffix(
-        next((joint for joint in JOINTS if names[0].endswith(joint)), "")
+        next((joint for joint in UR_JOINTS if names[0].endswith(joint)), "")
     )
-    wanted = [prefix + name for name in JOINTS]
+    wanted = [prefix + name for name in UR_JOINTS]
     if sorted(names) != sorted(wanted):
         raise ExportError(
             f"the motion moves {', '.join(names)}; a controller of Universal Robots moves six "
-            f"joints, which must be named {', '.join(JOINTS)}, in any order, all with the same "
+            f"joints, which must be named {', '.join(UR_JOINTS)}, in any order, all with the same "
             "prefix if any"
         )
     for name, unit in zip(names, trajectory.joint_units, strict=True):

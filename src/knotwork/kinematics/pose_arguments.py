@@ -11,9 +11,11 @@ import pinocchio as pin
 from knotwork.errors import WaypointDataError
 
 # Tolerance of RᵀR = I for rotation matrices.
-ROTATION_TOLERANCE = 1e-6
+POSE_ROTATION_TOLERANCE = 1e-6
+# Finest tolerance of a pose, because of rounding [m, rad].
+FINEST_TOLERANCE = 1e-12
 # Squares of larger numbers overflow [m].
-FARTHEST = 1e150
+LARGEST_COORDINATE = 1e150
 
 
 def check_pose(pose: Any, name: str = "pose") -> None:
@@ -25,12 +27,14 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     """
     # X⁻¹X is the identity only if all numbers are finite and the matrix is orthogonal. This takes
     # a microsecond, much less than checks of arrays.
-    if isinstance(pose, pin.SE3) and pose.actInv(pose).isIdentity(ROTATION_TOLERANCE):
+    if isinstance(pose, pin.SE3) and pose.actInv(pose).isIdentity(POSE_ROTATION_TOLERANCE):
         (a, b, c), (d, e, f), (g, h, i) = pose.rotation.tolist()
         if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0:
-            if max(map(abs, pose.translation.tolist())) > FARTHEST:
+            if max(map(abs, pose.translation.tolist())) > LARGEST_COORDINATE:
                 place = f"{name} is at {pose.translation.tolist()} m"
-                raise WaypointDataError(f"{place}; up to {FARTHEST:g} m is accepted", value=pose)
+                raise WaypointDataError(
+                    f"{place}; up to {LARGEST_COORDINATE:g} m is accepted", value=pose
+                )
             return
     elif not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
         raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
@@ -38,7 +42,7 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     raise WaypointDataError(
         f"the matrix of {name} is not a rotation: for {R.tolist()} the product RᵀR differs from I "
         f"by {np.abs(R.T @ R - np.eye(3)).max():.3g}, and the determinant is "
-        f"{np.linalg.det(R):.6g}; accepted: a difference up to {ROTATION_TOLERANCE:g} and a "
+        f"{np.linalg.det(R):.6g}; accepted: a difference up to {POSE_ROTATION_TOLERANCE:g} and a "
         "determinant above 0",
         value=pose,
     )
@@ -48,11 +52,18 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
     """Check a pose and its tolerances.
 
     Raises:
-        WaypointDataError: As `check_pose` and `check_tolerance`.
+        WaypointDataError: As `check_pose` and `check_tolerance`; or a tolerance is too fine.
     """
     check_pose(pose)
-    check_tolerance(position_tolerance, "position_tolerance")
-    check_tolerance(orientation_tolerance, "orientation_tolerance")
+    tolerances = {
+        "position_tolerance": position_tolerance,
+        "orientation_tolerance": orientation_tolerance,
+    }
+    for name, value in tolerances.items():
+        check_tolerance(value, name)
+        if value < FINEST_TOLERANCE:
+            message = f"{name} {value:g} is finer than rounding; {FINEST_TOLERANCE:g} or more is"
+            raise WaypointDataError(f"{message} accepted", value=value)
 
 
 def check_count(value: Any, name: str, least: int = 0) -> None:

@@ -14,7 +14,7 @@ from knotwork.errors import InputError
 from knotwork.files.documents import Document, edited
 from knotwork.planning.planned_motion import PlannedMotion
 from knotwork.planning.remaining_scene import by_joint, on_moving_frames, scene_from
-from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_TIME, change_speed
+from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.event_reader import action_of, segments
 from knotwork.scenario.joint_space import joint_space
@@ -215,11 +215,13 @@ class ExecutedMotion(PlannedMotion):
         start, end = motion.x[[0, -1]].tolist()
         low, high = span if clock is not None else (span[0], span[0])
         points = self.scenario.waypoints
-        passed = [p for p in points if low - SAME_TIME <= p.time <= high + SAME_TIME]
+        passed = [
+            p for p in points if low - SAME_WAYPOINT_TIME <= p.time <= high + SAME_WAYPOINT_TIME
+        ]
         old = np.array([waypoint.time for waypoint in passed])
         new = np.full(len(old), start) if clock is None else inverse_time(clock, old)
         for i, time in enumerate(new):
-            new[i] = next((t for t in (start, end) if abs(t - time) < SAME_TIME), time)
+            new[i] = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
         arrivals = dict(zip((point.name for point in passed), new.tolist(), strict=True))
         if start not in arrivals.values():
             arrivals = {ends[0]: start} | arrivals
@@ -230,22 +232,22 @@ class ExecutedMotion(PlannedMotion):
     ) -> dict[str, list[dict[str, Any]]]:
         """Actions at waypoints, for given times; at the first one all signals already on."""
         outputs, events = self.scenario.task.outputs, self.trajectory.events
-        begin = start + SAME_TIME if clock is None else start - SAME_TIME
+        begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME
         actions: dict[str, list[dict[str, Any]]] = {name: [] for name in placed}
         actions[next(iter(placed))] += [
             action_of(event, outputs) for event in signals_on_at(events, begin)
         ]
         if clock is None:
             return actions
-        end = float(clock(clock.x[-1])) + SAME_TIME
+        end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
         for event in (event for event in events if begin < event.time <= end):
             time = float(inverse_time(clock, np.array([event.time]))[0])
             name = event.waypoint
             if name not in placed:
-                name = [name for name, t in placed.items() if t <= time + SAME_TIME][-1]
+                name = [name for name, t in placed.items() if t <= time + SAME_WAYPOINT_TIME][-1]
             delay = time - placed[name]
             moment = {"after" if delay > 0.0 else "before": abs(delay)}
-            is_later = abs(delay) > SAME_TIME
+            is_later = abs(delay) > SAME_WAYPOINT_TIME
             actions[name].append(action_of(event, outputs) | (moment if is_later else {}))
         return actions
 
@@ -255,7 +257,7 @@ class ExecutedMotion(PlannedMotion):
         executed = []
         for segment in self.trajectory.segments:
             ends = np.array([max(segment.start, first), min(segment.end, last)])
-            if ends[1] - ends[0] > SAME_TIME:
+            if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
                 start, end = inverse_time(clock, ends).tolist()
                 executed.append(replace(segment, start=start, end=end))
         return tuple(executed)

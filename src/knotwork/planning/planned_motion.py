@@ -118,7 +118,7 @@ class PlannedMotion:
         return Path(os.path.relpath(source, folder)).as_posix()
 
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
-        """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
+        """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, each whole.
 
         The report states the SHA-256 of the other two under `files`, and the place of the scenario
         under `scenario_file`. Where times were chosen, the scenario with numbers in their place

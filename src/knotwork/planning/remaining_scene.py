@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.planning.speed_override import SAME_TIME
+from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
 from knotwork.scenario import GraspedObject, Scenario
 from knotwork.task import SceneObject, Task
 from knotwork.task.scene_shapes import SHAPES
@@ -77,13 +77,13 @@ def scene_from(
     for held in scenario.scene.held:
         take, leave = index[held.take], index[held.leave]
         asked = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
-        if times[take] < last - SAME_TIME and first < times[leave]:
+        if times[take] < last - SAME_WAYPOINT_TIME and first < times[leave]:
             holds[held.name] = shift_appearance(asked, held.appears).replace(
                 take=held.take if first < times[take] else ends[0],
                 leave=held.leave if times[leave] <= last else ends[1],
             )
             continue
-        i = take if last - SAME_TIME <= times[take] else leave
+        i = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
         near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
         pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
         put_down = _put_down(scenario, held, i, pose, near=near)
@@ -116,7 +116,7 @@ def _put_down(
     if carrier is not None:
         waypoint = task.waypoints[scenario.index[i]]
         parent = getattr(waypoint, "frame", None) or task.frame or "base"
-        placed = carrier.at(scenario.waypoints[i].time).actInv(placed)
+        placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
     shape = {key: getattr(asked, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
     place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()

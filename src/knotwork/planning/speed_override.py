@@ -23,7 +23,7 @@ from knotwork.waypoints import FloatArray
 PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""
 
-SAME_TIME = 1e-9
+SAME_WAYPOINT_TIME = 1e-9
 """Times nearer to one another than this [s] are the same."""
 
 LOWER_CAPS, CHANGE_FACTORS = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
@@ -55,7 +55,7 @@ def change_speed(
     def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
         clock = profile.clock(trajectory.start_time, trajectory.duration)
         first, last = clock(clock.x[[0, -1]])
-        passed = times[(times >= first - SAME_TIME) & (times <= last + SAME_TIME)]
+        passed = times[(times >= first - SAME_WAYPOINT_TIME) & (times <= last + SAME_WAYPOINT_TIME)]
         reached = inverse_time(clock, passed).tolist()
         return cubic_through(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
@@ -84,7 +84,7 @@ def _slow_down(asked: Profile, cap: float, factor: float) -> Profile:
     for begin, end, rate in zip(asked.times, asked.times[1:], asked.rates[1:], strict=False):
         if min(rate, cap) == rates[-1]:
             continue
-        if begin - times[-1] > SAME_TIME:
+        if begin - times[-1] > SAME_WAYPOINT_TIME:
             times.append(float(begin))
             rates.append(rates[-1])
         times.append(times[-1] + factor * float(end - begin))

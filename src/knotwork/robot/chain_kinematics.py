@@ -47,10 +47,10 @@ class ChainKinematics:
             tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
             placement = tool.placement * self.tool_offset
             carrier = tool.parentJoint
-            carried = [(one, placement) for one in self.held]
+            carried = [(load, placement) for load in self.held]
             carried += [] if self.payload is None else [(self.payload, tool.placement)]
-            for one, axes in carried:
-                body = pin.Inertia(one.mass, one.centre_of_mass, one.inertia)
+            for load, axes in carried:
+                body = pin.Inertia(load.mass, load.centre_of_mass, load.inertia)
                 model.appendBodyToJoint(carrier, body, axes)
             for joint in virtual:
                 axes = pin.SE3.Identity()
@@ -110,12 +110,12 @@ class ChainKinematics:
         """
         if self.tcp_frame_id is None:
             leaves = self.tool_candidates
-            others = ", ".join(name for name in self.frame_names if name not in leaves)
+            links = ", ".join(name for name in self.frame_names if name not in leaves)
             raise RobotError(
                 self.name,
                 "needs a tool frame; name the link that carries the tool with `tool: {frame: "
                 "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
-                f"(links: {others}; links at the end of a chain: {', '.join(leaves)})",
+                f"(links: {links}; links at the end of a chain: {', '.join(leaves)})",
             )
         return self.tcp_frame_id
 
@@ -133,7 +133,7 @@ class ChainKinematics:
         array([0.5, 0.4, 0. ])
         """
         frame = self.require_tool()
-        pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
+        pin.forwardKinematics(self.model, self.data, self._check_array(q, "q"))
         return self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
@@ -158,7 +158,7 @@ class ChainKinematics:
     def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
         """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
         frame = self.require_tool()
-        pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
+        pin.computeJointJacobians(self.model, self.data, self._check_array(q, "q"))
         pose = self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
         J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
         J = J.reshape(6, self.dof)  # a single column comes as a vector
@@ -183,7 +183,7 @@ class ChainKinematics:
         (array([0. , 0.9, 0. ]), array([0., 0., 1.]))
         """
         frame = self.require_tool()
-        q, v = self._checked(q, "q"), self._checked(v, "v")
+        q, v = self._check_array(q, "q"), self._check_array(v, "v")
         pin.forwardKinematics(self.model, self.data, q, v)
         pin.updateFramePlacement(self.model, self.data, frame)
         twist = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
@@ -213,16 +213,16 @@ class ChainKinematics:
         """
         if self.base_moves:
             raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
-        q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
+        q, v, a = self._check_array(q, "q"), self._check_array(v, "v"), self._check_array(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
-    def _checked(self, values: ArrayLike, what: str) -> FloatArray:
+    def _check_array(self, values: ArrayLike, name: str) -> FloatArray:
         array = np.asarray(values)
         fine = array.shape == (self.model.nq,) and array.dtype == np.float64
         # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
         if fine and np.isfinite(array.dot(array)):
             return array
-        return read_only(values, (self.dof,), what)
+        return read_only(values, (self.dof,), name)
 
     def _in_base(self, placement: Any) -> Any:
         if self._world_from_base is None:

@@ -17,7 +17,7 @@ from pydantic import model_validator
 from knotwork.errors import InputError, did_you_mean
 from knotwork.files.documents import StrictModel, Text
 from knotwork.files.documents.values import Interval, Positive, Vector3, optional
-from knotwork.robot.urdf_rules import child_elements, link_of, named
+from knotwork.robot.urdf_rules import child_elements, elements_by_name, link_of
 from knotwork.waypoints import FloatArray
 
 CELL = "cell"
@@ -85,7 +85,7 @@ class UrdfFile(NamedTuple):
 
 
 def add_axes(
-    robot: Element, axes: Axes, root: str, others: Mapping[str, tuple[Element, str]]
+    robot: Element, axes: Axes, root: str, urdfs: Mapping[str, tuple[Element, str]]
 ) -> tuple[UrdfFile, ...]:
     """Add external axes to a URDF, below a new root link `CELL`.
 
@@ -93,7 +93,7 @@ def add_axes(
         robot: The URDF, which is changed.
         axes: The axes.
         root: Root link of the URDF.
-        others: For each axis with a URDF that URDF, which is consumed, and its root link.
+        urdfs: For each axis with a URDF that URDF, which is consumed, and its root link.
 
     Returns:
         The other URDFs.
@@ -102,51 +102,54 @@ def add_axes(
         InputError: An axis duplicates a link or joint name, is mounted on an unknown link or on one
             that it carries itself, or its URDF has no moving joint.
     """
-    names = {kind: set(named(robot, kind)) for kind in ("link", "joint")}
+    names = {kind: set(elements_by_name(robot, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
-    _put(robot, "link", name=CELL)
-    if not any(one.carries == ROBOT for _, one in axes):
+    _append_element(robot, "link", name=CELL)
+    if not any(axis.carries == ROBOT for _, axis in axes):
         _joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
-    for name, one in axes:
-        if one.urdf is None:
-            _add_joint(robot, name, one, root, names)
+    for name, axis in axes:
+        if axis.urdf is None:
+            _add_joint(robot, name, axis, root, names)
     counts = {
-        kind: Counter(each for given, _ in others.values() for each in named(given, kind))
+        kind: Counter(
+            item for element, _ in urdfs.values() for item in elements_by_name(element, kind)
+        )
         for kind in names
     }
     shared = {
-        kind: own | {each for each, n in counts[kind].items() if n > 1}
-        for kind, own in names.items()
+        kind: used | {item for item, n in counts[kind].items() if n > 1}
+        for kind, used in names.items()
     }
     files = [
-        _add_urdf(robot, name, one, others[name], names, shared)
-        for name, one in axes
-        if one.urdf is not None
+        _add_urdf(robot, name, axis, urdfs[name], names, shared)
+        for name, axis in axes
+        if axis.urdf is not None
     ]
-    for name, one in axes:
-        if one.parent not in names["link"]:
-            known = did_you_mean(one.parent, sorted(names["link"]))
-            raise InputError(f"{name}: in: there is no link {one.parent!r}; {known}")
+    for name, axis in axes:
+        if axis.parent not in names["link"]:
+            known = did_you_mean(axis.parent, sorted(names["link"]))
+            raise InputError(f"{name}: in: there is no link {axis.parent!r}; {known}")
     above = {
-        link_of(one, "child"): link_of(one, "parent") for one in child_elements(robot, "joint")
+        link_of(joint, "child"): link_of(joint, "parent")
+        for joint in child_elements(robot, "joint")
     }
-    for name, one in axes:
-        link, below = one.parent, {one.parent}
+    for name, axis in axes:
+        link, below = axis.parent, {axis.parent}
         while link != CELL and (link := above[link]) not in below:
             below.add(link)
         if link != CELL:
             raise InputError(
-                f"{name}: in: {one.parent!r} is carried by what {name!r} carries; accepted: "
+                f"{name}: in: {axis.parent!r} is carried by what {name!r} carries; accepted: "
                 f"{CELL}, or a link that it does not carry"
             )
     return tuple(files)
 
 
 def _add_joint(
-    robot: Element, name: str, one: ExternalAxis, root: str, names: Mapping[str, set[str]]
+    robot: Element, name: str, axis: ExternalAxis, root: str, names: Mapping[str, set[str]]
 ) -> None:
-    link = one.carries or name
-    key = "carries: " if one.carries else ""
+    link = axis.carries or name
+    key = "carries: " if axis.carries else ""
     if name in names["joint"]:
         raise InputError(f"{name}: there is a joint {name!r} already; accepted: another name")
     if link in names["link"]:
@@ -159,50 +162,56 @@ def _add_joint(
         link = root
     else:
         names["link"].add(link)
-        _put(robot, "link", name=link)
-    kind = "prismatic" if one.slides else "revolute" if one.range else "continuous"
-    joint = _joint(robot, name, kind, (one.parent, link), one.position, one.rpy)
-    _put(joint, "axis", xyz=_text(one.slides or one.turns or ()))
-    lower, upper = map(repr, one.range or (0.0, 0.0))
-    _put(joint, "limit", velocity=str(one.velocity or 0), effort="0", lower=lower, upper=upper)
+        _append_element(robot, "link", name=link)
+    kind = "prismatic" if axis.slides else "revolute" if axis.range else "continuous"
+    joint = _joint(robot, name, kind, (axis.parent, link), axis.position, axis.rpy)
+    _append_element(joint, "axis", xyz=_text(axis.slides or axis.turns or ()))
+    lower, upper = map(repr, axis.range or (0.0, 0.0))
+    _append_element(
+        joint, "limit", velocity=str(axis.velocity or 0), effort="0", lower=lower, upper=upper
+    )
 
 
 def _add_urdf(
     robot: Element,
     name: str,
-    one: ExternalAxis,
-    other: tuple[Element, str],
+    axis: ExternalAxis,
+    urdf: tuple[Element, str],
     names: Mapping[str, set[str]],
     shared: Mapping[str, set[str]],
 ) -> UrdfFile:
     """Move links and joints of another URDF into the robot's, renaming `shared` names."""
-    given, root = other
-    if all(joint.getAttribute("type") == "fixed" for joint in child_elements(given, "joint")):
+    root_element, root = urdf
+    if all(
+        joint.getAttribute("type") == "fixed" for joint in child_elements(root_element, "joint")
+    ):
         raise InputError(
-            f"{name}: {one.urdf} has no joint that moves; accepted: the URDF of a positioner, or, "
+            f"{name}: {axis.urdf} has no joint that moves; accepted: the URDF of a positioner, or, "
             "for what stands still, scene: objects of a scenario"
         )
     called: dict[str, dict[str, str]] = {}
     for kind, known in names.items():
-        own = named(given, kind)
-        called[kind] = {each: f"{name}_{each}" if each in shared[kind] else each for each in own}
-        for each, new in called[kind].items():
-            if new in known or (new != each and new in own):
+        elements = elements_by_name(root_element, kind)
+        called[kind] = {old: f"{name}_{old}" if old in shared[kind] else old for old in elements}
+        for old, new in called[kind].items():
+            if new in known or (new != old and new in elements):
                 raise InputError(
-                    f"{name}: there is another {kind} {each!r} than that of {one.urdf}, and one of "
+                    f"{name}: there is another {kind} {old!r} than that of {axis.urdf}, and one of "
                     f"the name {new!r} as well; accepted: another name for {name!r}, which comes "
                     "in front of names that are taken"
                 )
         known.update(called[kind].values())
-    for element in (*child_elements(given, "link"), *child_elements(given, "joint")):
+    for element in (*child_elements(root_element, "link"), *child_elements(root_element, "joint")):
         _rename(element, "name", called[element.tagName])
         for tag, key in (("parent", "link"), ("child", "link"), ("mimic", "joint")):
             for part in child_elements(element, tag):
                 _rename(part, key, called[key])
         robot.appendChild(element)
     new_root = called["link"][root]
-    _joint(robot, f"{name} to {new_root}", "fixed", (one.parent, new_root), one.position, one.rpy)
-    return UrdfFile(Path(one.urdf or ""), tuple(called["link"].items()))
+    _joint(
+        robot, f"{name} to {new_root}", "fixed", (axis.parent, new_root), axis.position, axis.rpy
+    )
+    return UrdfFile(Path(axis.urdf or ""), tuple(called["link"].items()))
 
 
 def _rename(element: Element, key: str, called: Mapping[str, str]) -> None:
@@ -210,7 +219,7 @@ def _rename(element: Element, key: str, called: Mapping[str, str]) -> None:
     element.setAttribute(key, called.get(old, old))
 
 
-def see_from(robot: Element, link: str) -> None:
+def invert_to_root(robot: Element, link: str) -> None:
     """Make a link the root of a URDF, by inverting the joints between it and the root.
 
     A joint places its child at T · J(q) in its parent, so it places the parent at J(-q) · T⁻¹ in
@@ -222,22 +231,22 @@ def see_from(robot: Element, link: str) -> None:
     """
     import pinocchio as pin  # the keys of robot files need none
 
-    above = {link_of(one, "child"): one for one in child_elements(robot, "joint")}
+    above = {link_of(element, "child"): element for element in child_elements(robot, "joint")}
     while link in above:
         joint, child = above[link], link
         link = link_of(joint, "parent")
         step, axis = f"{link} from {child}", _attribute(joint, "axis", "xyz", "1 0 0")
         turn = pin.rpy.rpyToMatrix(_attribute(joint, "origin", "rpy"))
-        back = pin.SE3(turn, _attribute(joint, "origin", "xyz")).inverse()
+        inverse = pin.SE3(turn, _attribute(joint, "origin", "xyz")).inverse()
         for old in child_elements(joint):
             if old.tagName in ("parent", "child", "origin", "axis"):
                 joint.removeChild(old)
-        _put(joint, "parent", link=child)
-        _put(joint, "child", link=step)
-        _put(joint, "axis", xyz=_text(-axis))
-        _put(robot, "link", name=step)
-        rpy = pin.rpy.matrixToRpy(back.rotation)
-        _joint(robot, step, "fixed", (step, link), back.translation, rpy)
+        _append_element(joint, "parent", link=child)
+        _append_element(joint, "child", link=step)
+        _append_element(joint, "axis", xyz=_text(-axis))
+        _append_element(robot, "link", name=step)
+        rpy = pin.rpy.matrixToRpy(inverse.rotation)
+        _joint(robot, step, "fixed", (step, link), inverse.translation, rpy)
 
 
 def _joint(
@@ -248,20 +257,20 @@ def _joint(
     xyz: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
     rpy: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
 ) -> Element:
-    joint = _put(robot, "joint", name=name, type=kind)
-    _put(joint, "origin", xyz=_text(xyz), rpy=_text(rpy))
+    joint = _append_element(robot, "joint", name=name, type=kind)
+    _append_element(joint, "origin", xyz=_text(xyz), rpy=_text(rpy))
     for end, link in zip(("parent", "child"), ends, strict=True):
-        _put(joint, end, link=link)
+        _append_element(joint, end, link=link)
     return joint
 
 
-def _put(carrier: Element, tag: str, **attributes: str) -> Element:
+def _append_element(carrier: Element, tag: str, **attributes: str) -> Element:
     document: Any = carrier.ownerDocument
-    made: Element = document.createElement(tag)
+    element: Element = document.createElement(tag)
     for name, value in attributes.items():
-        made.setAttribute(name, value)
-    carrier.appendChild(made)
-    return made
+        element.setAttribute(name, value)
+    carrier.appendChild(element)
+    return element
 
 
 def _text(numbers: Sequence[float] | FloatArray) -> str:
@@ -269,5 +278,5 @@ def _text(numbers: Sequence[float] | FloatArray) -> str:
 
 
 def _attribute(joint: Element, tag: str, name: str, default: str = "0 0 0") -> FloatArray:
-    given = [one.getAttribute(name) for one in child_elements(joint, tag)]
-    return np.array([float(part) for part in ((given and given[0]) or default).split()])
+    values = [element.getAttribute(name) for element in child_elements(joint, tag)]
+    return np.array([float(part) for part in ((values and values[0]) or default).split()])

@@ -16,7 +16,7 @@ from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
 
 # Maximum number of configurations evaluated by Pinocchio.
-FEW = 16
+PINOCCHIO_COUNT = 16
 
 
 class JointAxes:
@@ -42,17 +42,17 @@ class JointAxes:
         if len(self._joints.path(int(tool.parentJoint))) < robot.dof:
             raise RobotError(robot.name, "is not a serial chain: a joint does not move the tool")
         self._robot, self._base = ref(robot), robot.base_placement.inverse()
-        across = self._joints.aligned[-1].T
+        across = self._joints.alignment[-1].T
         # Rows are the weights of the columns of the last joint's frame.
         placement = tool.placement
         self._tool = np.column_stack(
             [across @ placement.rotation, across @ placement.translation]
         ).T
         self.revolute = self._joints.angles
-        tip, _, points, axes = (one[..., 0] for one in self.forward(np.zeros((1, robot.dof))))
+        tip, _, points, axes = (values[..., 0] for values in self.forward(np.zeros((1, robot.dof))))
         self.axes, self.origins = axes.T.copy(), points.T.copy()
-        ways = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
-        self.reach = float(np.linalg.norm(ways, axis=1).sum())
+        links = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
+        self.reach = float(np.linalg.norm(links, axis=1).sum())
 
     def certain_miss(self, position: FloatArray) -> FloatArray:
         """Distance of points beyond the length of the arm [m], not positive within it.
@@ -103,24 +103,24 @@ class JointAxes:
 
     def jacobians(self, q: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
-        return self.placed(q)[2].transpose(2, 0, 1)
+        return self.place(q)[2].transpose(2, 0, 1)
 
-    def placed(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def place(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`.
 
         For few configurations single calls of Pinocchio are faster than arrays.
         """
         robot = self._robot()
-        if len(q) > FEW or robot is None:
+        if len(q) > PINOCCHIO_COUNT or robot is None:
             tip, turned, points, axes = self.forward(q)
             return tip, turned, self.jacobian(tip, points, axes)
         model, data, frame = robot.model, robot.data, robot.require_tool()
         place, turn = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
         J = np.empty((len(q), 6, q.shape[1]))
-        each = J if q.shape[1] > 1 else J[:, :, 0]  # a single column comes as a vector
+        columns = J if q.shape[1] > 1 else J[:, :, 0]  # a single column comes as a vector
         tool, axes = data.oMf[frame], pin.LOCAL_WORLD_ALIGNED
-        for i, one in enumerate(q):
-            each[i] = pin.computeFrameJacobian(model, data, one, frame, axes)
+        for i, configuration in enumerate(q):
+            columns[i] = pin.computeFrameJacobian(model, data, configuration, frame, axes)
             place[i], turn[i] = tool.translation, tool.rotation
         base = self._base.rotation
         J = (base @ J.reshape(-1, 2, 3, q.shape[1])).reshape(J.shape)

@@ -17,12 +17,12 @@ LimitTables = Mapping[str, Mapping[str, Any]]
 
 
 def limit_tables(
-    given: Mapping[str, Any], joints: Sequence[str], urdf: Urdf, robot: str
+    limits: Mapping[str, Any], joints: Sequence[str], urdf: Urdf, robot: str
 ) -> LimitTables:
     """Check limits, and expand a number to all joints of the URDF.
 
     Args:
-        given: Quantity to joint to limit, to a number for all joints, or to `None`.
+        limits: Quantity to joint to limit, to a number for all joints, or to `None`.
         joints: Names of the joints.
         urdf: The whole model.
         robot: Name of the robot, for errors.
@@ -32,7 +32,7 @@ def limit_tables(
         RobotError: A magnitude isn't positive or an interval is empty.
     """
     tables: dict[str, Mapping[str, Any]] = {}
-    for kind, table in given.items():
+    for kind, table in limits.items():
         if kind not in JOINT_QUANTITIES:
             raise UnknownNameError("limit", kind, JOINT_QUANTITIES, where=f"robot {robot!r}")
         if isinstance(table, Mapping):
@@ -60,8 +60,8 @@ def _check_limit(kind: str, value: Any, robot: str, joint: str | None = None) ->
         accepted = "it must be a positive number"
         fine = numbers.shape == () and numbers > 0.0
     if not fine:
-        what = f"{kind} limit of {joint!r}" if joint is not None else f"{kind} limit"
-        raise RobotError(robot, f"{what} is {value!r}; {accepted}", joint=joint)
+        name = f"{kind} limit of {joint!r}" if joint is not None else f"{kind} limit"
+        raise RobotError(robot, f"{name} is {value!r}; {accepted}", joint=joint)
 
 
 def chain_limits(
@@ -86,7 +86,7 @@ def chain_limits(
         RobotError: A joint's position limits have no range.
     """
     full = urdf.model
-    own = {"velocity": full.velocityLimit, "effort": full.effortLimit}
+    from_urdf = {"velocity": full.velocityLimit, "effort": full.effortLimit}
     position = np.array([[-np.inf], [np.inf]]).repeat(len(joints), axis=1)
     magnitudes = {kind: np.full(len(joints), np.inf) for kind in MAGNITUDES}
     for i, name in enumerate(joints):
@@ -108,8 +108,8 @@ def chain_limits(
         for kind, array in magnitudes.items():
             if name in tables.get(kind, {}):
                 array[i] = tables[kind][name]
-            elif kind in own and own[kind][joint.idx_v] > 0:
-                array[i] = own[kind][joint.idx_v]
+            elif kind in from_urdf and from_urdf[kind][joint.idx_v] > 0:
+                array[i] = from_urdf[kind][joint.idx_v]
     for array in (position, *magnitudes.values()):
         array.setflags(write=False)
     return position[0], position[1], magnitudes

@@ -62,15 +62,15 @@ class JointTree:
         return result
 
     @cached_property
-    def aligned(self) -> FloatArray:
+    def alignment(self) -> FloatArray:
         """Rotations of frames with z along the joint's axis, shape (n + 1, 3, 3)."""
         return np.array([np.eye(3), *map(_frame_along, self.axis[1:])])
 
     @cached_property
     def _steps(self) -> FloatArray:
         """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
-        up = self.aligned[list(self.parent)].transpose(0, 2, 1)
-        turned = (up @ self.rotation @ self.aligned).transpose(0, 2, 1)
+        up = self.alignment[list(self.parent)].transpose(0, 2, 1)
+        turned = (up @ self.rotation @ self.alignment).transpose(0, 2, 1)
         return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
@@ -149,19 +149,19 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
         turns: Whether each joint is revolute; otherwise prismatic.
     """
     n = len(placements)
-    turned = np.array([0.0, *(float(one) for one in turns)])
+    turned = np.array([0.0, *(float(placement) for placement in turns)])
     return JointTree(
         (0, *range(n)),
         (-1, *range(n)),
-        np.array([np.eye(3), *(one.rotation for one in placements)]),
-        np.array([np.zeros(3), *(one.translation for one in placements)]),
+        np.array([np.eye(3), *(placement.rotation for placement in placements)]),
+        np.array([np.zeros(3), *(placement.translation for placement in placements)]),
         np.vstack((np.zeros(3), axis)),
         turned,
         np.array([0.0, *(1.0 - turned[1:])]),
     )
 
 
-def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
+def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
     """Inverse joints from a link to the root of a tree.
 
     Args:
@@ -173,14 +173,14 @@ def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree,
         These joints with opposite axes, and the indices of their positions in the tree. Another
         joint, the last one, stays at 0 and has the axes of the root.
     """
-    way = tree.path(joint)[::-1]
-    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
-    axes = np.array([*(-tree.axis[i] for i in way), [0.0, 0.0, 1.0]])
-    turns = [*(bool(tree.turns[i]) for i in way), True]
-    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in way]
+    joints = tree.path(joint)[::-1]
+    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]
+    axes = np.array([*(-tree.axis[i] for i in joints), [0.0, 0.0, 1.0]])
+    turns = [*(bool(tree.turns[i]) for i in joints), True]
+    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in joints]
 
 
-def joined(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
+def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
     """Join two trees: joints and positions of the second follow those of the first.
 
     Args:
@@ -217,14 +217,14 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
         Shapes (k, n + 1, 3, 3) and (k, n + 1, 3) [m].
     """
     frames = joints.frames(q)
-    columns = joints.aligned @ frames[:, :3].reshape(len(frames), 3, -1)
+    columns = joints.alignment @ frames[:, :3].reshape(len(frames), 3, -1)
     columns = columns.reshape(len(frames), 3, 3, -1)
     return np.ascontiguousarray(columns.transpose(3, 0, 2, 1)), frames[:, 3].transpose(2, 0, 1)
 
 
 def _frame_along(axis: FloatArray) -> FloatArray:
     """A rotation matrix with a unit vector as its third column, shape (3, 3)."""
-    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    x = other - other.dot(axis) * axis
+    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = helper - helper.dot(axis) * axis
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(axis, x), axis])

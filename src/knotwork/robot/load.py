@@ -15,7 +15,7 @@ from knotwork.robot.description import Description
 from knotwork.robot.external_axes import Axes
 from knotwork.robot.file import RobotFile
 from knotwork.robot.joint_limits import limit_tables
-from knotwork.robot.model import Robot
+from knotwork.robot.robot import Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
 EXAMPLE_ROBOT_DATA = "example-robot-data:"
@@ -42,9 +42,9 @@ def further_robots() -> list[tuple[str, list[str]]]:
     robots: dict[str, list[str]] = {}
     for name in resources.names("robots"):
         text = (resources.folder("robots") / f"{name}.yaml").read_text(encoding="utf-8")
-        found = _SHIPPED_MODEL.search(text)
-        if found and _module_folder(found[1]) is None:
-            robots.setdefault(_INSTALLED_AS[found[1]], []).append(name)
+        match = _SHIPPED_MODEL.search(text)
+        if match and _module_folder(match[1]) is None:
+            robots.setdefault(_INSTALLED_AS[match[1]], []).append(name)
     return sorted(robots.items())
 
 
@@ -117,7 +117,9 @@ def _from_document(document: Document, folder: Path) -> Robot:
             locked=content.locked,
             configurations=content.configurations,
             limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
-            package_paths=tuple(_path(one, folder, name) for one in content.package_paths),
+            package_paths=tuple(
+                _path(folder_name, folder, name) for folder_name in content.package_paths
+            ),
             ignored_pairs=tuple((pair[0], pair[1]) for pair in content.collision.ignore),
             srdf=None if srdf is None else _file(srdf, folder, name, "SRDF"),
         )
@@ -130,17 +132,17 @@ def _from_document(document: Document, folder: Path) -> Robot:
 
 def _axes(content: RobotFile, document: Document, folder: Path, robot: str) -> Axes:
     """External axes, with the paths of their URDFs."""
-    found = []
-    for name, one in content.external_axes.items():
-        if one.urdf is not None:
+    axes = []
+    for name, axis in content.external_axes.items():
+        if axis.urdf is not None:
             try:
-                path = _file(one.urdf, folder, robot, "URDF")
+                path = _file(axis.urdf, folder, robot, "URDF")
             except InputError as error:
                 error.locate(document.where(("external_axes", name, "urdf")))
                 raise
-            one = one.model_copy(update={"urdf": str(path)})
-        found.append((name, one))
-    return tuple(found)
+            axis = axis.model_copy(update={"urdf": str(path)})
+        axes.append((name, axis))
+    return tuple(axes)
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
@@ -221,7 +223,7 @@ def _path(reference: str, folder: Path, robot: str) -> Path:
 
 def _module_folder(module: str) -> Path | None:
     """Folder of an installed Python package, without importing it."""
-    return next((path for one in sys.path if (path := Path(one) / module).is_dir()), None)
+    return next((path for folder in sys.path if (path := Path(folder) / module).is_dir()), None)
 
 
 def example_robot_data(robot: str) -> Path:

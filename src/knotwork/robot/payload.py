@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_only
 
-ROUNDED = 1e-3
+INERTIA_TOLERANCE = 1e-3
 """Tolerance of the triangle inequality of moments of inertia, which are often rounded, relative to
 the largest one."""
 
@@ -37,10 +37,10 @@ class Payload(ReadOnlyArrays):
     inertia: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        given = self.inertia
-        moments = read_only(np.zeros((3, 3)) if given is None else given, (3, 3), "inertia")
+        inertia = self.inertia
+        moments = read_only(np.zeros((3, 3)) if inertia is None else inertia, (3, 3), "inertia")
         mass = float(read_only(self.mass, (), "mass"))
-        fault = payload_fault(mass, None if given is None else moments)
+        fault = payload_fault(mass, None if inertia is None else moments)
         if fault is not None:
             raise InputError("payload: {} {}; give {}".format(*fault))
         centre = read_only(self.centre_of_mass, (3,), "centre of mass")
@@ -50,7 +50,7 @@ class Payload(ReadOnlyArrays):
     @property
     def key(self) -> bytes:
         """Key of all values, the same for equal bodies."""
-        return b"".join(np.asarray(one).tobytes() for one in vars(self).values())
+        return b"".join(np.asarray(value).tobytes() for value in vars(self).values())
 
 
 def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, str] | None:
@@ -69,14 +69,14 @@ def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, st
         return None
     if mass == 0.0:
         return "inertia", "is given, but the mass is zero", "a mass above zero, or no inertia"
-    if np.abs(inertia - inertia.T).max() > ROUNDED * np.abs(inertia).max():
+    if np.abs(inertia - inertia.T).max() > INERTIA_TOLERANCE * np.abs(inertia).max():
         return "inertia", f"is not symmetric: {inertia.tolist()}", "a symmetric matrix"
     moments = np.linalg.eigvalsh(inertia)
-    found = "has the principal moments {:.4g}, {:.4g} and {:.4g} kg m²".format(*moments)
+    moments_text = "has the principal moments {:.4g}, {:.4g} and {:.4g} kg m²".format(*moments)
     if not moments[0] > 0.0:
         accepted = "three positive moments, or no inertia for a point mass"
-        return "inertia", f"{found}, which is not positive definite", accepted
-    if moments[2] > (1.0 + ROUNDED) * (moments[0] + moments[1]):
+        return "inertia", f"{moments_text}, which is not positive definite", accepted
+    if moments[2] > (1.0 + INERTIA_TOLERANCE) * (moments[0] + moments[1]):
         accepted = "moments about the centre of mass of which none is above the sum of the others"
-        return "inertia", f"{found}, which no body has", accepted
+        return "inertia", f"{moments_text}, which no body has", accepted
     return None

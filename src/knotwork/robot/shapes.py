@@ -17,11 +17,11 @@ import pinocchio as pin
 from knotwork.errors import InputError, shown
 from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.external_axes import UrdfFile
-from knotwork.robot.urdf import MOST_BYTES, MOST_ELEMENTS
+from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.waypoints import FloatArray
 
-FARTHEST = 1e6
+LARGEST_LENGTH = 1e6
 """Maximum length of a shape [m], factor of a mesh and angle [rad]."""
 # Dimensions of each kind of shape.
 _SIZES = {
@@ -36,7 +36,7 @@ Colour: TypeAlias = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class LinkShape:
     """A shape of a link.
 
     Attributes:
@@ -90,8 +90,8 @@ class UrdfShapes:
         self.links = tuple(self._links)
 
     def _read(self, path: Path, names: Mapping[str, str]) -> None:
-        text = read_text(path, most=MOST_BYTES)
-        root: Any = parse_xml(text.encode(), MOST_ELEMENTS).documentElement
+        text = read_text(path, most=MAX_URDF_BYTES)
+        root: Any = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
         materials: dict[str, Element] = {}
         for material in root.getElementsByTagName("material"):
             if child_elements(material, "color"):
@@ -105,18 +105,18 @@ class UrdfShapes:
                 origins = self.carried.setdefault(names.get(name, name), [])
                 origins.append(_origin(joint)[1])
 
-    def of(self, link: str, kind: str) -> tuple[list[Shape], list[str]]:
+    def link_shapes(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
         """Give a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
-        found: list[Shape] = []
-        lost: list[str] = []
+        valid: list[LinkShape] = []
+        faults: list[str] = []
         path, element, materials = self._links[link]
         for item in child_elements(element, kind):
-            given = child_elements(item, "geometry")
-            shapes = [shape for geometry in given for shape in child_elements(geometry)]
-            if len(given) != 1 or len(shapes) != 1:
-                lost.append(
-                    f"<{kind}> has {len(given)} <geometry> with {len(shapes)} shapes in all; each "
-                    f"<{kind}> has one"
+            geometries = child_elements(item, "geometry")
+            shapes = [shape for geometry in geometries for shape in child_elements(geometry)]
+            if len(geometries) != 1 or len(shapes) != 1:
+                faults.append(
+                    f"<{kind}> has {len(geometries)} <geometry> with {len(shapes)} shapes in all; "
+                    f"each <{kind}> has one"
                 )
                 if len(shapes) != 1:
                     continue
@@ -128,20 +128,20 @@ class UrdfShapes:
             try:
                 shape, (rotation, translation) = _shape(shapes[0]), _origin(item)
             except InputError as error:
-                lost.append(str(error))
+                faults.append(str(error))
                 continue
             placed = replace(shape, urdf=path, rotation=rotation, translation=translation)
-            found.append(replace(placed, colour=colour, fault=fault))
-        return found, lost
+            valid.append(replace(placed, colour=colour, fault=fault))
+        return valid, faults
 
 
 def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
     colour = None
     for material in child_elements(item, "material"):
         named = materials.get(material.getAttribute("name"))
-        given = material if child_elements(material, "color") else named
-        if given is not None:
-            element = child_elements(given, "color")[0]
+        definition = material if child_elements(material, "color") else named
+        if definition is not None:
+            element = child_elements(definition, "color")[0]
             red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
             colour = (red, green, blue, opacity[0] if opacity else 1.0)
             if not all(0.0 <= part <= 1.0 for part in colour):
@@ -150,7 +150,7 @@ def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
     return colour
 
 
-def _shape(element: Element) -> Shape:
+def _shape(element: Element) -> LinkShape:
     kind = element.tagName
     if kind not in _SIZES:
         raise InputError(f"there is no shape <{kind}>; drawn are {', '.join(_SIZES)}")
@@ -164,7 +164,7 @@ def _shape(element: Element) -> Shape:
             scale = np.array(_numbers(element, "scale", 3))
         if not scale.all():
             raise InputError(f"mesh {shown(mesh)} has scale {shown(scale.tolist())}; none may be 0")
-    return Shape(kind, tuple(size), mesh, scale=scale)
+    return LinkShape(kind, tuple(size), mesh, scale=scale)
 
 
 def _numbers(element: Element, name: str, least: int, most: int | None = None) -> list[float]:
@@ -179,12 +179,14 @@ def _numbers(element: Element, name: str, least: int, most: int | None = None) -
     except ValueError:
         numbers = []
     most = least if most is None else most
-    if not least <= len(numbers) <= most or not all(abs(one) <= FARTHEST for one in numbers):
+    if not least <= len(numbers) <= most or not all(
+        abs(number) <= LARGEST_LENGTH for number in numbers
+    ):
         count = f"{least}" if least == most else f"{least} or {most}"
         many = "number" if count == "1" else "numbers"
         raise InputError(
             f"{element.tagName} has {name} {shown(text)}; it must be {count} {many} of at most "
-            f"{FARTHEST:g}"
+            f"{LARGEST_LENGTH:g}"
         )
     return numbers
 

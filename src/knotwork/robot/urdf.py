@@ -20,15 +20,21 @@ import pinocchio as pin
 
 from knotwork.errors import InputError, RobotError
 from knotwork.files.documents import parse_xml, read_text
-from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, see_from
-from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, named, plain_text
+from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, invert_to_root
+from knotwork.robot.urdf_rules import (
+    check_tree,
+    child_elements,
+    elements_by_name,
+    link_of,
+    plain_text,
+)
 
 # Limit of unbounded joints while the URDF is parsed; infinity in the arrays.
-_WIDE = "1e9"
-MOST_BYTES = 32_000_000
-MOST_ELEMENTS = 100_000
+_WIDE_LIMIT = "1e9"
+MAX_URDF_BYTES = 32_000_000
+MAX_URDF_ELEMENTS = 100_000
 # Longer files are not cached.
-MOST_KEPT = 1_000_000
+MAX_CACHED_LENGTH = 1_000_000
 # Other XML formats of robots, by their root element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
@@ -85,47 +91,50 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
         RobotError: The file is not a valid URDF; the message quotes the parser, or names the
             file's format.
     """
-    paths = (path, *(Path(one.urdf) for _, one in axes if one.urdf is not None))
-    texts = tuple(read_text(one, most=MOST_BYTES) for one in paths)
-    read = _kept if sum(map(len, texts)) <= MOST_KEPT else _parsed
+    paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
+    texts = tuple(read_text(file, most=MAX_URDF_BYTES) for file in paths)
+    read = _parse_cached if sum(map(len, texts)) <= MAX_CACHED_LENGTH else _parse
     return read(texts, path, robot, axes, seen_from)
 
 
 @lru_cache(maxsize=32)
-def _kept(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
-    return _parsed(texts, path, robot, axes, seen_from)
+def _parse_cached(
+    texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str
+) -> Urdf:
+    return _parse(texts, path, robot, axes, seen_from)
 
 
-def _parsed(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
-    root, base = _tree(texts[0], path, robot)
-    own = {kind: named(root, kind) for kind in ("link", "joint")}
-    files = [UrdfFile(path, tuple((link, link) for link in own["link"]))]
+def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
+    root, base = _parse_tree(texts[0], path, robot)
+    elements = {kind: elements_by_name(root, kind) for kind in ("link", "joint")}
+    files = [UrdfFile(path, tuple((link, link) for link in elements["link"]))]
     if axes:
-        placed = [(name, Path(one.urdf)) for name, one in axes if one.urdf is not None]
-        others = {
-            name: _tree(text, file, robot)
+        placed = [(name, Path(element.urdf)) for name, element in axes if element.urdf is not None]
+        trees = {
+            name: _parse_tree(text, file, robot)
             for (name, file), text in zip(placed, texts[1:], strict=True)
         }
-        for (_, file), (other, _) in zip(placed, others.values(), strict=True):
-            _build(plain_text(other), file, robot)  # so that errors name the right file
+        for (_, file), (tree, _) in zip(placed, trees.values(), strict=True):
+            _build(plain_text(tree), file, robot)  # so that errors name the right file
         try:
-            files += add_axes(root, axes, base, others)
+            files += add_axes(root, axes, base, trees)
             base = check_tree(root)
         except InputError as error:
             raise RobotError(robot, f"external_axes: {error}") from error
     parents = {
-        link_of(one, "child"): link_of(one, "parent") for one in child_elements(root, "joint")
+        link_of(element, "child"): link_of(element, "parent")
+        for element in child_elements(root, "joint")
     }
     if seen_from:
-        see_from(root, seen_from)
+        invert_to_root(root, seen_from)
         base = seen_from
-    joints = named(root, "joint")
+    joints = elements_by_name(root, "joint")
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
     for name in unbounded:
         _bound(joints[name])
     model = _build(plain_text(root), path, robot)
-    links = tuple(named(root, "link"))
+    links = tuple(elements_by_name(root, "link"))
     carriers = set(parents.values())
     return Urdf(
         files=tuple(files),
@@ -138,14 +147,16 @@ def _parsed(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_fro
         unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
         axes=axes,
-        added=tuple(n for n, kind in types.items() if n not in own["joint"] and kind != "fixed"),
+        added=tuple(
+            n for n, kind in types.items() if n not in elements["joint"] and kind != "fixed"
+        ),
     )
 
 
-def _tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
+def _parse_tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
     """Root element of a URDF with a valid tree of links, and its root link."""
     try:
-        document = parse_xml(text.encode(), MOST_ELEMENTS)
+        document = parse_xml(text.encode(), MAX_URDF_ELEMENTS)
     except InputError as error:
         raise RobotError(robot, f"{path} is not a URDF: {error}") from error
     root = _root(document, text, path, robot)
@@ -200,34 +211,34 @@ def _bound(joint: Element) -> None:
         limit.setAttribute("velocity", "0")
         limit.setAttribute("effort", "0")
         joint.appendChild(limit)
-    limit.setAttribute("lower", f"-{_WIDE}")
-    limit.setAttribute("upper", _WIDE)
+    limit.setAttribute("lower", f"-{_WIDE_LIMIT}")
+    limit.setAttribute("upper", _WIDE_LIMIT)
 
 
 def _build(text: str, path: Path, robot: str) -> Any:
     captured: list[str] = []
     try:
-        with _captured_stderr(captured):
+        with _capture_stderr(captured):
             model = pin.buildModelFromXML(text)
     except Exception as error:  # Boost.Python passes on all exceptions of the parser
         reason = captured[0] if captured and captured[0] else str(error)
         raise RobotError(robot, f"{path} is not a valid URDF: {reason}") from error
     for frame in model.frames:
-        for what, numbers in (
+        for name, numbers in (
             ("origin", frame.placement.homogeneous),
             ("inertia", frame.inertia.toDynamicParameters()),
         ):
             if not np.isfinite(numbers).all():
                 raise RobotError(
                     robot,
-                    f"{path} is not a valid URDF: the {what} of {frame.name!r} is not finite",
+                    f"{path} is not a valid URDF: the {name} of {frame.name!r} is not finite",
                     joint=frame.name,
                 )
     return model
 
 
 @contextlib.contextmanager
-def _captured_stderr(captured: list[str]) -> Iterator[None]:
+def _capture_stderr(captured: list[str]) -> Iterator[None]:
     """Append the output of C++ code to standard error, as one line, to `captured`."""
     with tempfile.TemporaryFile() as file:
         try:

@@ -11,13 +11,13 @@ from xml.dom.minidom import Element
 
 from knotwork.errors import InputError, shown
 
-MOST_LINKS = 2_000
-MOST_LINKS_IN_A_ROW = 500
-LEAST_MOMENT = -1e-12
+MAX_LINKS = 2_000
+MAX_LINK_DEPTH = 500
+MIN_MOMENT = -1e-12
 """Minimum moment of inertia [kg m²]: CAD programs may write negative rounding errors for zero."""
 
 # Elements of the tree of links; Pinocchio sees no others.
-_KEPT = {
+_TREE_ELEMENTS = {
     "robot": ("link", "joint"),
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
@@ -37,9 +37,9 @@ def link_of(joint: Element, end: str) -> str:
     return elements[0].getAttribute("link") if elements else ""
 
 
-def named(root: Element, tag: str) -> dict[str, Element]:
+def elements_by_name(root: Element, tag: str) -> dict[str, Element]:
     """Child elements by name, such as the links of a URDF."""
-    return {one.getAttribute("name"): one for one in child_elements(root, tag)}
+    return {element.getAttribute("name"): element for element in child_elements(root, tag)}
 
 
 def check_tree(root: Element) -> str:
@@ -51,8 +51,8 @@ def check_tree(root: Element) -> str:
     if not root.getAttribute("name"):
         raise InputError("<robot> has no name")
     links, joints = child_elements(root, "link"), child_elements(root, "joint")
-    if len(links) > MOST_LINKS:
-        raise InputError(f"it has {len(links)} links; at most {MOST_LINKS} are read")
+    if len(links) > MAX_LINKS:
+        raise InputError(f"it has {len(links)} links; at most {MAX_LINKS} are read")
     names = _names(links, "link")
     _names(joints, "joint")
     above: dict[str, str] = {}
@@ -63,8 +63,8 @@ def check_tree(root: Element) -> str:
         for end in ("parent", "child"):
             link = link_of(joint, end)
             if link not in names:
-                found = f"{link!r}, which is not a link" if link else "not given"
-                raise InputError(f"the {end} of joint {name!r} is {found}")
+                fault = f"{link!r}, which is not a link" if link else "not given"
+                raise InputError(f"the {end} of joint {name!r} is {fault}")
         child = link_of(joint, "child")
         if child in above:
             raise InputError(f"link {child!r} is the child of two joints, and may be of one")
@@ -99,19 +99,19 @@ def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]
     below: dict[str, list[str]] = {}
     for child, parent in above.items():
         below.setdefault(parent, []).append(child)
-    level, depth, left = roots, 0, dict(names)
+    level, depth, unvisited = roots, 0, dict(names)
     while level:
         depth += 1
-        if depth > MOST_LINKS_IN_A_ROW:
+        if depth > MAX_LINK_DEPTH:
             raise InputError(
                 f"link {level[0]!r} is the last of {depth} in a row; at most "
-                f"{MOST_LINKS_IN_A_ROW} are read"
+                f"{MAX_LINK_DEPTH} are read"
             )
         for link in level:
-            del left[link]
+            del unvisited[link]
         level = [child for link in level for child in below.get(link, ())]
-    if left:  # not connected to a root
-        ring = [next(iter(left))]
+    if unvisited:  # not connected to a root
+        ring = [next(iter(unvisited))]
         while ring[-1] not in ring[:-1]:
             ring.append(above[ring[-1]])
         ring = ring[ring.index(ring[-1]) :]
@@ -128,14 +128,14 @@ def _check_inertia(link: Element) -> None:
         for inertia in child_elements(inertial, "inertia"):
             for moment in ("ixx", "iyy", "izz"):
                 if inertia.hasAttribute(moment):
-                    what = f"{moment} of link {name!r}"
-                    _check_not_negative(inertia, moment, what, LEAST_MOMENT)
+                    quantity = f"{moment} of link {name!r}"
+                    _check_not_negative(inertia, moment, quantity, MIN_MOMENT)
 
 
-def _check_not_negative(element: Element, attribute: str, what: str, least: float = 0.0) -> None:
+def _check_not_negative(element: Element, attribute: str, name: str, least: float = 0.0) -> None:
     text = element.getAttribute(attribute)
     if not least <= _number(text) < math.inf:
-        raise InputError(f"{what} is {shown(text)}; it must be a number from 0 on")
+        raise InputError(f"{name} is {shown(text)}; it must be a number from 0 on")
 
 
 def _check_axis(joint: Element) -> None:
@@ -174,6 +174,8 @@ def _prune(element: Element) -> None:
         if ":" in name:  # of a namespace, possibly undeclared
             element.removeAttribute(name)
     children = child_elements(element)
-    element.childNodes[:] = [x for x in children if x.tagName in _KEPT.get(element.tagName, ())]
+    element.childNodes[:] = [
+        x for x in children if x.tagName in _TREE_ELEMENTS.get(element.tagName, ())
+    ]
     for child in child_elements(element):
         _prune(child)

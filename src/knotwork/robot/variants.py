@@ -27,13 +27,13 @@ class Variants(ChainKinematics):
     def __init__(self, description: Description) -> None:
         self._given = description
 
-    def _made(self, **changes: Any) -> Self:
+    def _replace(self, **changes: Any) -> Self:
         return type(self)(replace(self._given, **changes))
 
     def with_held(self, *held: Payload) -> Self:
         """The arm with objects held by its tool, in the axes of the TCP; they count in `torque`."""
         self.require_tool()
-        return self._made(held=held)
+        return self._replace(held=held)
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Self:
         """The chain with virtual joints after the TCP, which move its frame.
@@ -41,7 +41,7 @@ class Variants(ChainKinematics):
         They are last in all arrays, and have no mass and only position limits.
         """
         self.require_tool()
-        return self._made(virtual=joints)
+        return self._replace(virtual=joints)
 
     def with_weights(self, weights: Mapping[str, float]) -> Self:
         """Weight the motion of joints where there is a choice.
@@ -74,7 +74,7 @@ class Variants(ChainKinematics):
                 raise UnknownNameError(
                     "joint", name, self.joint_names, where=f"robot {self.name!r}"
                 )
-        return self._made(weights=dict(weights))
+        return self._replace(weights=dict(weights))
 
     def with_rest(self, name: str) -> Self:
         """Set the joints that are not planned to a named configuration.
@@ -85,9 +85,13 @@ class Variants(ChainKinematics):
             RobotError: Another configuration of the task has a joint at another position, or a
                 position is outside the limits.
         """
-        given, rest = self._given, dict(self._given.rest)
-        for joint, value in given.configurations[name].items():
-            if joint in self.joint_names or joint in given.locked or joint in given.urdf.mimics:
+        description, rest = self._given, dict(self._given.rest)
+        for joint, value in description.configurations[name].items():
+            if (
+                joint in self.joint_names
+                or joint in description.locked
+                or joint in description.urdf.mimics
+            ):
                 continue
             if rest.setdefault(joint, value) != value:
                 raise RobotError(
@@ -97,7 +101,7 @@ class Variants(ChainKinematics):
                     "same position in both, or a pose on what it carries",
                     joint=joint,
                 )
-        return self if rest == given.rest else self._made(rest=rest)
+        return self if rest == description.rest else self._replace(rest=rest)
 
     def with_gravity(self, gravity: ArrayLike) -> Self:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.
@@ -113,7 +117,7 @@ class Variants(ChainKinematics):
         >>> hanging.torque(still, still, still)[1:3].round(1)
         array([59.2, 15.7])
         """
-        return self._made(gravity=read_only(gravity, (3,), "gravity"))
+        return self._replace(gravity=read_only(gravity, (3,), "gravity"))
 
     def with_limits(
         self,
@@ -134,7 +138,7 @@ class Variants(ChainKinematics):
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
         array([3. , 0.5])
         """
-        given, old = {"position": position, **magnitudes}, self._given.limits
-        new = limit_tables(given, self.joint_names, self._given.urdf, self.name)
+        limits, old = {"position": position, **magnitudes}, self._given.limits
+        new = limit_tables(limits, self.joint_names, self._given.urdf, self.name)
         merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
-        return self._made(limits={**old, **merged})
+        return self._replace(limits={**old, **merged})

@@ -129,7 +129,7 @@ class Carriers:
         frame = self.frame_of(i)
         if frame is None:
             return ""
-        x, y, z = frame.at(time).translation / length
+        x, y, z = frame.placement_at(time).translation / length
         name = self.names[i]
         return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
 
@@ -150,9 +150,9 @@ class Carriers:
             other_carrier, seen[k] = self.frame_of(k), poses[k]
             if _joints_of(other_carrier) != _joints_of(carrier):
                 seen[k] = (
-                    seen[k] if other_carrier is None else other_carrier.carried(seen[k], times[k])
+                    seen[k] if other_carrier is None else other_carrier.pose_at(seen[k], times[k])
                 )
-                seen[k] = seen[k] if carrier is None else carrier.uncarried(seen[k], times[k])
+                seen[k] = seen[k] if carrier is None else carrier.pose_at_rest(seen[k], times[k])
         return seen
 
     def frame_axes(self, i: int, name: str, time: float) -> FloatArray:
@@ -160,7 +160,7 @@ class Carriers:
         carrier, axes_frame = self.frame_of(i), self.frames.moving[name]
         if _joints_of(carrier) == axes_frame.joints:
             return np.array(self.frames[name].rotation)
-        turn = np.array(axes_frame.at(time).rotation)
+        turn = np.array(axes_frame.placement_at(time).rotation)
         return turn if carrier is None else carrier.since_rest([time]).place[0, :3, :3].T @ turn
 
     def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:

@@ -57,7 +57,7 @@ def move_frame(
         return frame
     c = np.array([[rates], [np.zeros(len(rates))]])
     steady = EndlessCurve(PiecewisePolynomial(c, [0.0, 1.0]), stands=False, delay=motion.at)
-    return frame.moved(np.array(axes), tuple(turns), steady)
+    return frame.with_joints(np.array(axes), tuple(turns), steady)
 
 
 def _move_by_file(
@@ -73,7 +73,7 @@ def _move_by_file(
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
     axes = np.eye(3)[["xyz".index(FRAME_JOINTS[name][1]) for name in names]]
     turns = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
-    return frame.moved(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
+    return frame.with_joints(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
 
 
 def _read_motion(path: Path) -> JointTrajectory:

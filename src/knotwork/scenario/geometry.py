@@ -128,7 +128,7 @@ class Frames:
                     moving = replace(moving, link=frame.on)
                 if frame.moves is not None:
                     moving = move_frame(moving, frame.moves, places, ("frames", link, "moves"))
-                self.moving[link], self._placements[link] = moving, moving.rest
+                self.moving[link], self._placements[link] = moving, moving.rest_placement
 
     def _unplaced_chain(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
         """List a frame and its parents up to the first one that is placed already."""

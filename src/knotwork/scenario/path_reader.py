@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import CornerError, PathError, RampError, SlowStretchError, StretchTimeError
+from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.scenario.asked_timing import DEFAULT_PATH_ACCELERATION, AskedTiming
 from knotwork.scenario.carriers import Carriers
 from knotwork.scenario.free_reader import greatest_speed
@@ -19,7 +19,7 @@ from knotwork.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.tool_paths.moving_frame import MovingFrame
-from knotwork.tool_paths.path_timing import standstill
+from knotwork.tool_paths.timing_profile import standstill
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 TIMING_TOLERANCE = 1e-6
@@ -218,16 +218,6 @@ class PathReader:
                 f"take {text(error.needed)} at {text(limit, '/s²')}",
                 (f"at most {text(fits, '/s')}, or " if fits else "")
                 + f"path: {{acceleration: {error.lowest_acceleration / unit:.6g}}} or more",
-            ) from error
-        except SlowStretchError as error:
-            k, least = error.stretch, error.lowest_speed
-            by_speed = isinstance(steps[k].speed, float)
-            raise self.curves.places.error(
-                ("waypoints", first + 1 + k, "speed" if by_speed else _time_key(steps[k])),
-                f"is too slow to resolve the changes of speed in time: {error}",
-                f"at least {text(least, '/s')}"
-                if by_speed
-                else f"at most {asked.lengths[k] / least:.6g} s for this stretch",
             ) from error
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"

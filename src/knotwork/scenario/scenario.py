@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from knotwork.spline.trajectory import JointTrajectory
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
-    from knotwork.tool_paths.weave import Weave
+    from knotwork.tool_paths.weave import WeavePattern
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Stretch:
     end: float
     speed: float
     full_speed: tuple[float, float]
-    weave: Weave | None = None
+    weave: WeavePattern | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -175,7 +175,7 @@ class _SceneReader:
         motion = robot.motion and places.named_file(robot.motion, (*place, "motion"))
         return PlacedRobot(
             name,
-            base.rest * self.reader.placement(robot, place),
+            base.rest_placement * self.reader.placement(robot, place),
             path if path.is_file() else robot.scenario,
             motion or None,
             robot.delay,

@@ -157,7 +157,7 @@ class WaypointReader:
             twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
             if frame is not None:
                 twist = frame.carried_twist(pose, twist, time)
-        return (pose if frame is None else frame.carried(pose, time)), twist
+        return (pose if frame is None else frame.pose_at(pose, time)), twist
 
     @cached_property
     def carriers(self) -> Carriers:

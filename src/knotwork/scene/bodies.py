@@ -15,7 +15,7 @@ import pinocchio as pin
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.external_axes import UrdfFile
-from knotwork.robot.shapes import Shape as UrdfShape
+from knotwork.robot.shapes import LinkShape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scenario import PlacedShape
 from knotwork.scene.meshes.locating import find_mesh, ros_folders
@@ -124,7 +124,11 @@ def _collision_meshes(
 ) -> tuple[tuple[_MeshName, Path | None], ...]:
     """Names of the meshes of all collision shapes, each once, and their files."""
     urdf_shapes = _shapes(files, changed)
-    shapes = (shape for link in urdf_shapes.links for shape in urdf_shapes.of(link, "collision")[0])
+    shapes = (
+        shape
+        for link in urdf_shapes.links
+        for shape in urdf_shapes.link_shapes(link, "collision")[0]
+    )
     names = dict.fromkeys((shape.urdf, shape.mesh) for shape in shapes if shape.kind == "mesh")
     return tuple((name, _find_mesh_file(name, packages, ros)) for name in names)
 
@@ -174,9 +178,9 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
         if link not in urdf_shapes.links:
             continue
         carrier = pin.SE3(np.array(numbers).reshape(4, 4))
-        shapes, lost = urdf_shapes.of(link, "collision")
+        shapes, lost = urdf_shapes.link_shapes(link, "collision")
         missing += [f"link {link!r}: {fault}" for fault in lost]
-        if not shapes and not lost and any(urdf_shapes.of(link, "visual")):
+        if not shapes and not lost and any(urdf_shapes.link_shapes(link, "visual")):
             bare.append(link)
         solids = []
         for shape in shapes:

@@ -15,7 +15,7 @@ import pinocchio as pin
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, joined, serial, turned_back
+from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
 from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
 from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
@@ -212,14 +212,16 @@ class _Builder:
             link = theirs.standing_frame
             standing, placement = self._joint_of_frame(placed.carrier)
             placement = placement * placed.placement
-        inverse, columns = turned_back(motion.model.joints, *(base := _joint_of_link(theirs, link)))
+        inverse, columns = inverse_chain(
+            motion.model.joints, *(base := _joint_of_link(theirs, link))
+        )
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
         still = EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
         turned = [replace(known[0], curve=turned_curve)] if columns else []
         root = self._add_joints(inverse, placement, [*turned, still], standing)
-        self.joints = joined(self.joints, motion.model.joints, pin.SE3.Identity(), root)
+        self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
         self.known += known
         self.robots[placed.name] = motion.robot, root
         for body in motion.model.bodies:
@@ -273,7 +275,7 @@ class _Builder:
         self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
     ) -> int:
         """Add joints with known positions, and give the index of the last."""
-        self.joints = joined(self.joints, tree, placement, carrier)
+        self.joints = join_trees(self.joints, tree, placement, carrier)
         self.known += known
         return len(self.joints.parent) - 1
 

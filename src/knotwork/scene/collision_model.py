@@ -70,7 +70,7 @@ def joint_of_frame(
     """
     joint, placement = carriers[frame.link, frame.joints]
     joint_axes = MovingFrame(frame.joints, pin.SE3.Identity())
-    at = joint_axes.rest if time is None else joint_axes.at(time)
+    at = joint_axes.rest_placement if time is None else joint_axes.placement_at(time)
     return joint, placement * at.inverse()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import parse_xml, read_text
-from knotwork.robot.urdf import MOST_BYTES, MOST_ELEMENTS
+from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements
 
 
@@ -23,8 +23,8 @@ def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]
         InputError: The file can't be read, or is not an SRDF.
     """
     try:
-        text = read_text(path, most=MOST_BYTES)
-        root = parse_xml(text.encode(), MOST_ELEMENTS).documentElement
+        text = read_text(path, most=MAX_URDF_BYTES)
+        root = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
     except DocumentError:
         raise
     except InputError as error:

@@ -11,10 +11,10 @@ from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import read_text
 from knotwork.sweeps.outcome import Outcome
-from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from_dict
+from knotwork.sweeps.spec import STUDY_VERSION, StudySpec, first_difference, spec_from_dict
 
 STUDY, ROWS = "study.json", "rows.jsonl"
-FORMAT = "knotwork.study"
+STUDY_FORMAT = "knotwork.study"
 LARGEST_STUDY = 2_000_000_000
 """Largest file of rows to read [bytes], enough for a million rows."""
 RESUME_ADVICE = "finished rows are kept, continue with --resume"
@@ -99,7 +99,7 @@ def create(path: Path, spec: StudySpec) -> StudyFolder:
             f"{path} has rows of a study but no {STUDY} that describes it; give another folder"
         )
     data = {
-        "format": FORMAT,
+        "format": STUDY_FORMAT,
         "knotwork": own_version(),
         "rows": len(spec),
         "file": str(spec.document.file) if spec.document.file is not None else None,
@@ -175,12 +175,13 @@ def _read(path: Path) -> dict[str, Any]:
         data = json.loads(read_text(path / STUDY))
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path / STUDY}: is not JSON: {error}") from error
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
+    if not isinstance(data, dict) or data.get("format") != STUDY_FORMAT:
         raise InputError(f"{path / STUDY}: is not the description of a study")
     study = data.get("study")
     number = study.get("version") if isinstance(study, dict) else None
-    if number != VERSION:
+    if number != STUDY_VERSION:
         raise InputError(
-            f"{path / STUDY}: has version {number}, and {VERSION} is accepted; run the study again"
+            f"{path / STUDY}: has version {number}, and {STUDY_VERSION} is accepted; run the study "
+            "again"
         )
     return data

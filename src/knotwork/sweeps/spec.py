@@ -23,7 +23,7 @@ from knotwork.verification.checks import own_checks
 
 TEXTS = ("verdict", "reason", "message")
 LONGEST_LINE = 10**9
-VERSION = 4
+STUDY_VERSION = 4
 """Version of the meaning of rows; folders of another version are not continued."""
 
 
@@ -103,7 +103,7 @@ class StudySpec:
     def to_dict(self) -> dict[str, Any]:
         """Convert to plain data, ready for JSON."""
         return {
-            "version": VERSION,
+            "version": STUDY_VERSION,
             "scenario": self.document.data,
             "files": self._files,
             "vary": [

@@ -3,10 +3,10 @@ from .blend import Blend as Blend
 from .curve import Curve as Curve
 from .line import Line as Line
 from .orientation import OrientationCurve as OrientationCurve
-from .path import ToolPath as ToolPath
-from .path_timing import Timing as Timing
-from .path_timing import speed_profile as speed_profile
 from .stretch_speed import speed_for_duration as speed_for_duration
 from .tangent import tangent_orientation as tangent_orientation
 from .through_points import ThroughPoints as ThroughPoints
 from .timed_path import TimedPath as TimedPath
+from .timing_profile import Timing as Timing
+from .timing_profile import speed_profile as speed_profile
+from .tool_path import ToolPath as ToolPath

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, number, unit, unplaced
+from knotwork.tool_paths.curve import SAME_POINT, Curve, checked_order, geometry_error, number, unit
 from knotwork.waypoints import FloatArray, read_only
 
-STRAIGHT = 1e-6
+PARALLEL_SINE = 1e-6
 """Sine of the angle below which two directions count as parallel."""
 
-SQUARE = 1e-3
+RIGHT_ANGLE_TOLERANCE = 1e-3
 """Tolerance of a normal's right angle [rad]."""
 
-RADII = 1e-6
+RADIUS_TOLERANCE = 1e-6
 """Tolerance of the difference of the radii at both ends, relative to the larger."""
 
 
@@ -42,15 +42,15 @@ class Arc(Curve):
         self.centre = read_only(centre, (3,), "centre")
         spoke = self.start - self.centre
         self.radius = float(np.linalg.norm(spoke))
-        if self.radius <= REPEATED:
-            raise unplaced(
+        if self.radius <= SAME_POINT:
+            raise geometry_error(
                 "the arc's start {start} is its centre; they must differ", start=self.start
             )
         self._outward: FloatArray = spoke / self.radius
-        self.normal = _square(normal, self._outward, "the radius at the start")
+        self.normal = _unit_normal(normal, self._outward, "the radius at the start")
         self._forward: FloatArray = np.cross(self.normal, self._outward)
         self.angle = number(angle, "the arc's angle")
-        if not (math.isfinite(self.angle) and self.angle * self.radius > REPEATED):
+        if not (math.isfinite(self.angle) and self.angle * self.radius > SAME_POINT):
             raise PathError(
                 f"the arc's angle is {angle!r} rad; it must be greater than 0 "
                 "(turn the normal round for the other sense)"
@@ -74,30 +74,30 @@ class Arc(Curve):
             read_only(point, (3,), name)
             for point, name in ((start, "start"), (through, "through"), (end, "end"))
         )
-        if np.linalg.norm(c - a) <= REPEATED:
-            raise unplaced(
+        if np.linalg.norm(c - a) <= SAME_POINT:
+            raise geometry_error(
                 "the arc starts and ends at {start}: one more point does not say which circle; "
                 "give its centre and, as a full circle needs, its normal",
                 start=a,
             )
         for point, name in ((a, "start"), (c, "end")):
-            if np.linalg.norm(b - point) <= REPEATED:
-                raise unplaced(
+            if np.linalg.norm(b - point) <= SAME_POINT:
+                raise geometry_error(
                     f"the point to pass through, {{through}}, is the arc's {name}; "
                     "it must lie between both ends",
                     through=b,
                 )
         u, v = b - a, c - a
         normal = np.cross(u, v)
-        if np.linalg.norm(normal) <= STRAIGHT * np.linalg.norm(u) * np.linalg.norm(c - b):
-            raise unplaced(
+        if np.linalg.norm(normal) <= PARALLEL_SINE * np.linalg.norm(u) * np.linalg.norm(c - b):
+            raise geometry_error(
                 "{start}, {through} and {end} are on a line, and no arc goes through "
                 "them; use a line or move the point to pass through aside",
                 start=a,
                 through=b,
                 end=c,
             )
-        return cls._between(a, a + _circumcentre(u, v, normal), c, normal)
+        return cls._from_spokes(a, a + _circumcentre(u, v, normal), c, normal)
 
     @classmethod
     def about(
@@ -134,23 +134,24 @@ class Arc(Curve):
             read_only(point, (3,), name)
             for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
         )
-        whole = number(turns, "turns")
-        if not whole.is_integer() or whole < 0:
+        count = number(turns, "turns")
+        if not count.is_integer() or count < 0:
             raise PathError(f"turns is {turns!r}; it must be a whole number, 0 or greater")
         from_a, from_c = a - m, c - m
         radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
-        if abs(radii[0] - radii[1]) > RADII * max(radii) or min(radii) <= REPEATED:
-            raise unplaced(
+        if abs(radii[0] - radii[1]) > RADIUS_TOLERANCE * max(radii) or min(radii) <= SAME_POINT:
+            raise geometry_error(
                 "the centre {centre} is {first} from the start and {last} "
-                f"from the end; both must be the radius, greater than 0, within {RADII:g} of it",
+                "from the end; both must be the radius, greater than 0, within "
+                f"{RADIUS_TOLERANCE:g} of it",
                 centre=m,
                 first=radii[0],
                 last=radii[1],
             )
         axis, chord = _axis_about(from_a, from_c, normal), c - a
-        if np.linalg.norm(chord) > REPEATED:
+        if np.linalg.norm(chord) > SAME_POINT:
             m = m + chord * ((0.5 * (a + c) - m) @ chord) / (chord @ chord)
-            return cls._between(a, m, c, axis, int(turns))
+            return cls._from_spokes(a, m, c, axis, int(turns))
         return cls(a, m, axis, 2.0 * math.pi * (1 + int(turns)))
 
     @classmethod
@@ -179,28 +180,28 @@ class Arc(Curve):
         a, c = read_only(start, (3,), "start"), read_only(end, (3,), "end")
         chord = c - a
         distance = float(np.linalg.norm(chord))
-        if distance <= REPEATED:
-            raise unplaced(
+        if distance <= SAME_POINT:
+            raise geometry_error(
                 "the arc starts and ends at {start}: its radius does not say which circle; "
                 "give its centre and normal",
                 start=a,
             )
         r = number(radius, "radius")
-        if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADII)):
-            raise unplaced(
+        if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADIUS_TOLERANCE)):
+            raise geometry_error(
                 "radius is {radius}, but start and end are {apart} apart; it must be at least "
                 "{least}",
                 radius=r,
                 apart=distance,
                 least=0.5 * distance,
             )
-        axis = _square(normal, chord / distance, "the way from start to end")
+        axis = _unit_normal(normal, chord / distance, "the way from start to end")
         height = math.sqrt(max(r**2 - 0.25 * distance**2, 0.0)) * (-1.0 if large else 1.0)
         centre = 0.5 * (a + c) + height * np.cross(axis, chord / distance)
-        return cls._between(a, centre, c, axis)
+        return cls._from_spokes(a, centre, c, axis)
 
     @classmethod
-    def _between(
+    def _from_spokes(
         cls,
         start: FloatArray,
         centre: FloatArray,
@@ -209,7 +210,7 @@ class Arc(Curve):
         turns: int = 0,
     ) -> Arc:
         """Arc between two different points of a circle, of up to a full turn plus `turns`."""
-        arc = cls(start, centre, axis, 1.0 / RADII)
+        arc = cls(start, centre, axis, 1.0 / RADIUS_TOLERANCE)
         angle = float(arc._angle_of((end - centre)[None])[0]) % (2.0 * math.pi)
         return cls(start, centre, axis, angle + 2.0 * math.pi * turns)
 
@@ -246,7 +247,7 @@ def _circumcentre(u: FloatArray, v: FloatArray, normal: FloatArray) -> FloatArra
     return np.asarray(spoke / (2.0 * (normal @ normal)))
 
 
-def _square(normal: ArrayLike, direction: FloatArray, what: str) -> FloatArray:
+def _unit_normal(normal: ArrayLike, direction: FloatArray, name: str) -> FloatArray:
     """Return the unit normal without its component along a direction.
 
     Raises:
@@ -254,10 +255,10 @@ def _square(normal: ArrayLike, direction: FloatArray, what: str) -> FloatArray:
     """
     axis = unit(normal, "normal")
     along = float(axis @ direction)
-    if abs(along) > SQUARE:
+    if abs(along) > RIGHT_ANGLE_TOLERANCE:
         raise PathError(
             f"the arc's normal makes an angle of {math.degrees(math.acos(abs(along))):.6g} deg "
-            f"with {what}; it must be 90 deg within {math.degrees(SQUARE):.2g}"
+            f"with {name}; it must be 90 deg within {math.degrees(RIGHT_ANGLE_TOLERANCE):.2g}"
         )
     return unit(axis - along * direction, "normal")
 
@@ -270,10 +271,10 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
             perpendicular to their plane.
     """
     plane = np.cross(from_a, from_c)
-    flat = np.linalg.norm(plane) <= STRAIGHT * np.linalg.norm(from_a) * np.linalg.norm(from_c)
+    flat = np.linalg.norm(plane) <= PARALLEL_SINE * np.linalg.norm(from_a) * np.linalg.norm(from_c)
     if normal is not None:
         axis = unit(normal, "normal")
-        return axis if flat else _square_to_plane(axis, plane)
+        return axis if flat else _plane_normal(axis, plane)
     if flat:
         case = "a full circle" if from_a @ from_c > 0.0 else "half a circle"
         raise PathError(
@@ -283,7 +284,7 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
     return np.asarray(plane)
 
 
-def _square_to_plane(axis: FloatArray, plane: FloatArray) -> FloatArray:
+def _plane_normal(axis: FloatArray, plane: FloatArray) -> FloatArray:
     """Return the normal of the plane of start, centre and end, on the side of the given axis.
 
     Raises:
@@ -291,10 +292,10 @@ def _square_to_plane(axis: FloatArray, plane: FloatArray) -> FloatArray:
     """
     plane = unit(plane, "normal")
     along = float(axis @ plane)
-    if np.linalg.norm(axis - along * plane) > SQUARE:
+    if np.linalg.norm(axis - along * plane) > RIGHT_ANGLE_TOLERANCE:
         raise PathError(
             f"the arc's normal is {math.degrees(math.acos(min(abs(along), 1.0))):.6g} deg off that "
             "of the plane of start, centre and end; it may differ by "
-            f"{math.degrees(SQUARE):.2g} deg at most"
+            f"{math.degrees(RIGHT_ANGLE_TOLERANCE):.2g} deg at most"
         )
     return np.asarray(plane * math.copysign(1.0, along))

@@ -40,13 +40,13 @@ def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> Flo
     def step(values: FloatArray, u: FloatArray) -> FloatArray:
         return values[:-1] + u * (values[1:] - values[:-1])
 
-    found = []
+    result = []
     values = coefficients
     for layer in range(coefficients.shape[0]):
         value = values
         for _ in range(coefficients.shape[0] - 1 - layer):
             value = step(value, u1)
-        found.append(value[0])
+        result.append(value[0])
         if len(values) > 1:
             values = step(values, u0)
-    return np.array(found[::-1])
+    return np.array(result[::-1])

@@ -7,16 +7,16 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.tool_paths.curve import REPEATED, number, unplaced
+from knotwork.tool_paths.curve import SAME_POINT, geometry_error, number
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
 
-SPACING = 0.44, 0.75
+CONTROL_SPACING = 0.44, 0.75
 """Distances of the second and third control point from the first, relative to the blend distance
 and to the root of cos(θ/2), θ the turning angle. Chosen for the lowest peak of the curvature's
 derivative with a peak curvature about a third above that of the arc between the same points."""
 
-BACK = 1e-3
+REVERSAL_ANGLE = 1e-3
 """Corners within this angle of a reversal can't be rounded [rad]."""
 
 
@@ -53,23 +53,23 @@ class Blend(PolynomialCurve):
     ) -> None:
         self.corner = read_only(corner, (3,), "corner")
         self.distance = number(distance, "blend distance")
-        if not (math.isfinite(self.distance) and self.distance > REPEATED):
-            raise unplaced(
+        if not (math.isfinite(self.distance) and self.distance > SAME_POINT):
+            raise geometry_error(
                 "blend distance is {distance}; it must be greater than {least}",
                 distance=self.distance,
-                least=REPEATED,
+                least=SAME_POINT,
             )
         u = _way(self.corner, read_only(before, (3,), "before"), "before", self.distance)
         v = _way(self.corner, read_only(after, (3,), "after"), "after", self.distance)
         self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
-        if math.pi - self.angle < BACK:
-            raise unplaced(
+        if math.pi - self.angle < REVERSAL_ANGLE:
+            raise geometry_error(
                 "the path turns back at the corner {corner}, by "
                 f"{math.degrees(self.angle):.6g} deg; a blend can't round this: stop there",
                 corner=self.corner,
             )
         root = math.sqrt(math.cos(0.5 * self.angle))
-        parts = self.distance * (1.0 - np.array([0.0, *SPACING]) * root)
+        parts = self.distance * (1.0 - np.array([0.0, *CONTROL_SPACING]) * root)
         points = self.corner + np.vstack((np.outer(parts, u), np.outer(parts[::-1], v)))
         self.start, self.end = points[0], points[-1]
         super().__init__(_power_coefficients(points)[:, None, :])
@@ -77,27 +77,27 @@ class Blend(PolynomialCurve):
         self.deviation = float(np.linalg.norm(middle - self.corner))
 
 
-def _way(corner: FloatArray, point: FloatArray, what: str, distance: float) -> FloatArray:
+def _way(corner: FloatArray, point: FloatArray, name: str, distance: float) -> FloatArray:
     """Direction from the corner to a point on one of the lines.
 
     Raises:
         PathError: The point is nearer than the blend distance.
     """
-    way = point - corner
-    length = float(np.linalg.norm(way))
-    if length <= REPEATED:
-        raise unplaced(
-            f"the point {what} the corner {{corner}} is the corner itself", corner=corner
+    chord = point - corner
+    length = float(np.linalg.norm(chord))
+    if length <= SAME_POINT:
+        raise geometry_error(
+            f"the point {name} the corner {{corner}} is the corner itself", corner=corner
         )
     if distance > length * (1.0 + 1e-9):
-        raise unplaced(
-            f"blend distance is {{distance}}, but the line {what} the corner {{corner}} is "
+        raise geometry_error(
+            f"blend distance is {{distance}}, but the line {name} the corner {{corner}} is "
             "{length} long; at most that is accepted",
             distance=distance,
             corner=corner,
             length=length,
         )
-    return np.asarray(way / length)
+    return np.asarray(chord / length)
 
 
 def _power_coefficients(points: FloatArray) -> FloatArray:

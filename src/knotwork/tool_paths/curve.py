@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
-REPEATED = 1e-9
+SAME_POINT = 1e-9
 """Points within this distance count as one [m]."""
 
 
@@ -57,20 +57,11 @@ class Curve(ABC):
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,)."""
 
-    def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
-        """Upper bounds of the norm of d²P/dτ², with arc length linear in τ from s0 at 0 to s1 at 1.
 
-        Such a point deviates from the chord by at most an eighth of the bound.
-
-        Args:
-            s0: Arc lengths at the start [m], shape (k,).
-            s1: Arc lengths at the end, above or below s0 [m], shape (k,).
-
-        Returns:
-            (s1 - s0)² times the largest curvature [m], shape (k,).
-        """
-        step = np.asarray(s1, dtype=float) - np.asarray(s0, dtype=float)
-        return np.asarray(step**2 * self.curvature_bound(s0, s1))
+def sorted_ends(s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper ends of intervals, shape (k,) each."""
+    ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
+    return np.minimum(*ends), np.maximum(*ends)
 
 
 def checked_order(order: int, most: int = 3) -> int:
@@ -84,7 +75,7 @@ def checked_order(order: int, most: int = 3) -> int:
     return int(order)
 
 
-def number(value: object, what: str) -> float:
+def number(value: object, name: str) -> float:
     """Return a value as a number.
 
     Raises:
@@ -93,23 +84,23 @@ def number(value: object, what: str) -> float:
     try:
         return float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise PathError(f"{what} is {value!r}; it must be a number") from None
+        raise PathError(f"{name} is {value!r}; it must be a number") from None
 
 
-def unit(direction: ArrayLike, what: str) -> FloatArray:
+def unit(direction: ArrayLike, name: str) -> FloatArray:
     """Return a direction as a unit vector, shape (3,).
 
     Raises:
         PathError: The direction is zero.
     """
-    vector = read_only(direction, (3,), what)
+    vector = read_only(direction, (3,), name)
     size = float(np.linalg.norm(vector))
     if size == 0.0:
-        raise PathError(f"{what} is zero; it must be a direction")
+        raise PathError(f"{name} is zero; it must be a direction")
     return np.asarray(vector / size)
 
 
-def unplaced(text: str, **values: float | FloatArray) -> PathError:
+def geometry_error(text: str, **values: float | FloatArray) -> PathError:
     """Make the error for points and lengths that define no curve.
 
     Args:
@@ -117,10 +108,10 @@ def unplaced(text: str, **values: float | FloatArray) -> PathError:
         values: Points [m], shape (3,), and lengths [m].
     """
     error = PathError(text=text, values=values)
-    error.args = (error.in_units(lambda length: f"{length:.9g} m", shown),)
+    error.args = (error.in_units(lambda length: f"{length:.9g} m", point_text),)
     return error
 
 
-def shown(point: FloatArray) -> str:
+def point_text(point: FloatArray) -> str:
     """Write a point for a message: `(0.1, 0.2, 0.3) m`."""
     return f"({', '.join(f'{value:.9g}' for value in point)}) m"

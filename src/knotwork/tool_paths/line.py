@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, unplaced
+from knotwork.tool_paths.curve import SAME_POINT, Curve, checked_order, geometry_error
 from knotwork.waypoints import FloatArray, read_only
 
 
@@ -29,15 +29,15 @@ class Line(Curve):
     def __init__(self, start: ArrayLike, end: ArrayLike) -> None:
         self.start = read_only(start, (3,), "start")
         self.end = read_only(end, (3,), "end")
-        way = self.end - self.start
-        self.length = float(np.linalg.norm(way))
-        if self.length <= REPEATED:
-            raise unplaced(
+        chord = self.end - self.start
+        self.length = float(np.linalg.norm(chord))
+        if self.length <= SAME_POINT:
+            raise geometry_error(
                 "the line from {start} to {end} has no length; its ends must differ",
                 start=self.start,
                 end=self.end,
             )
-        self.direction: FloatArray = way / self.length
+        self.direction: FloatArray = chord / self.length
 
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the line, or their derivatives: see `Curve.position`."""

@@ -46,7 +46,7 @@ class ToolMotion(NamedTuple):
     acceleration: FloatArray
 
 
-class FrameMotion(NamedTuple):
+class FrameDerivatives(NamedTuple):
     """Homogeneous matrices of a moving frame and their time derivatives, at k times.
 
     Attributes:
@@ -59,34 +59,35 @@ class FrameMotion(NamedTuple):
     rate: FloatArray
     change: FloatArray
 
-    def fixed(self, placement: pin.SE3) -> FrameMotion:
+    def with_placement(self, placement: pin.SE3) -> FrameDerivatives:
         """The motion of a frame fixed in this one."""
-        return FrameMotion(*(one @ placement.homogeneous for one in self))
+        return FrameDerivatives(*(X @ placement.homogeneous for X in self))
 
-    def carried(self, other: FrameMotion) -> FrameMotion:
+    def compose(self, inner: FrameDerivatives) -> FrameDerivatives:
         """The motion of a frame from its motion in this one, by the product rule."""
         X, dX, ddX = self
-        Y, dY, ddY = other
-        return FrameMotion(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
+        Y, dY, ddY = inner
+        return FrameDerivatives(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
 
     def carried_tool(self, tool: ToolMotion) -> ToolMotion:
         """The motion of a tool from its motion in this frame."""
-        turn, turning, bending = (one[:, :3, :3] for one in self)
-        shift, sliding, pull = (one[:, :3, 3] for one in self)
-        r, (v, w), (a, b) = tool.position, _halves(tool.twist), _halves(tool.acceleration)
-        back = turn.transpose(0, 2, 1)
-        linear = _times(turning, r) + sliding + _times(turn, v)
-        angular = _vector(turning @ back) + _times(turn, w)
-        faster = _times(bending, r) + pull + 2.0 * _times(turning, v) + _times(turn, a)
-        spin = _vector(bending @ back) + _times(turning, w) + _times(turn, b)
+        R, dR, ddR = (X[:, :3, :3] for X in self)
+        p, dp, ddp = (X[:, :3, 3] for X in self)
+        r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
+        a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
+        inverse = R.transpose(0, 2, 1)
+        linear = _multiply(dR, r) + dp + _multiply(R, v)
+        angular = _skew_vector(dR @ inverse) + _multiply(R, w)
+        faster = _multiply(ddR, r) + ddp + 2.0 * _multiply(dR, v) + _multiply(R, a)
+        spin = _skew_vector(ddR @ inverse) + _multiply(dR, w) + _multiply(R, b)
         return ToolMotion(
-            _times(turn, r) + shift,
-            turn @ tool.rotation,
+            _multiply(R, r) + p,
+            R @ tool.rotation,
             np.hstack((linear, angular)),
             np.hstack((faster, spin)),
         )
 
-    def seen(
+    def relative_motion(
         self, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Points [m], rotations and velocities [m/s] of the base frame, in the moving frames.
@@ -96,10 +97,10 @@ class FrameMotion(NamedTuple):
             rotation: Rotations in the base frame, shape (k, 3, 3).
             velocity: Velocities in the base frame, shape (k, 3).
         """
-        back = self.place[:, :3, :3].transpose(0, 2, 1)
-        place = _times(back, position - self.place[:, :3, 3])
-        slip = velocity - self.rate[:, :3, 3] - _times(self.rate[:, :3, :3], place)
-        return place, back @ rotation, _times(back, slip)
+        inverse = self.place[:, :3, :3].transpose(0, 2, 1)
+        place = _multiply(inverse, position - self.place[:, :3, 3])
+        slip = velocity - self.rate[:, :3, 3] - _multiply(self.rate[:, :3, :3], place)
+        return place, inverse @ rotation, _multiply(inverse, slip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,45 +123,47 @@ class MovingFrame:
         return bool(self.joints)
 
     @property
-    def rest(self) -> pin.SE3:
+    def rest_placement(self) -> pin.SE3:
         """Placement in the base frame where all joints are at 0."""
         placed = pin.SE3.Identity()
-        for one in self.joints:
-            placed = placed * one.placement
+        for joints in self.joints:
+            placed = placed * joints.placement
         return placed * self.placement
 
     def inside(self, placement: pin.SE3) -> MovingFrame:
         """A frame fixed in this one."""
         return replace(self, placement=self.placement * placement)
 
-    def moved(self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve) -> MovingFrame:
+    def with_joints(
+        self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve
+    ) -> MovingFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
-        own = KnownJoints(self.placement, axis, turns, curve)
-        return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
+        added = KnownJoints(self.placement, axis, turns, curve)
+        return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
 
-    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameMotion:
+    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
         """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
         times = np.asarray(t, dtype=float)
         nothing = np.zeros((len(times), 4, 4))
-        found = FrameMotion(nothing + np.eye(4), nothing, nothing)
-        for one in self.joints:
-            found = found.fixed(one.placement)
-            rows = (one.curve(times, order).T for order in range(3))
-            for axis, turns, *row in zip(one.axis, one.turns, *rows, strict=True):
-                found = found.carried(_joint(axis, turns, *row))
-        return found.fixed(self.placement if placement is None else placement)
+        frame = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
+        for joints in self.joints:
+            frame = frame.with_placement(joints.placement)
+            rows = (joints.curve(times, order).T for order in range(3))
+            for axis, turns, *row in zip(joints.axis, joints.turns, *rows, strict=True):
+                frame = frame.compose(_joint_motion(axis, turns, *row))
+        return frame.with_placement(self.placement if placement is None else placement)
 
-    def at(self, time: float) -> pin.SE3:
+    def placement_at(self, time: float) -> pin.SE3:
         """Placement in the base frame at a time [s]."""
         return pin.SE3(self.motion([time]).place[0])
 
-    def carried(self, pose: pin.SE3, time: float) -> pin.SE3:
+    def pose_at(self, pose: pin.SE3, time: float) -> pin.SE3:
         """Pose at a time [s] of a pose fixed in the frame, given with all joints at 0."""
-        return self.at(time) * self.rest.actInv(pose)
+        return self.placement_at(time) * self.rest_placement.actInv(pose)
 
-    def uncarried(self, pose: pin.SE3, time: float) -> pin.SE3:
-        """Inverse of `carried`."""
-        return self.rest * self.at(time).actInv(pose)
+    def pose_at_rest(self, pose: pin.SE3, time: float) -> pin.SE3:
+        """Inverse of `pose_at`."""
+        return self.rest_placement * self.placement_at(time).actInv(pose)
 
     def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
         """Velocity of a tool that moves in the frame, in base axes.
@@ -174,35 +177,31 @@ class MovingFrame:
         tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
         return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
 
-    def since_rest(self, t: ArrayLike) -> FrameMotion:
+    def since_rest(self, t: ArrayLike) -> FrameDerivatives:
         """`motion` of the frame that coincides with the base frame when all joints are at 0."""
-        return self.motion(t, self.placement * self.rest.inverse())
+        return self.motion(t, self.placement * self.rest_placement.inverse())
 
 
-def woven(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
+def add_weave(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
     """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
-    return frame.inside(frame.rest.inverse()).moved(np.eye(3), (False,) * 3, weave)
+    return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
 
 
-def _halves(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return vectors[:, :3], vectors[:, 3:]
-
-
-def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return (matrices @ vectors[:, :, None])[..., 0]
 
 
-def _vector(matrices: FloatArray) -> FloatArray:
+def _skew_vector(matrices: FloatArray) -> FloatArray:
     """The vectors of the skew-symmetric parts of matrices."""
     return (
         np.stack([matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)], 1) / 2
     )
 
 
-def _joint(
+def _joint_motion(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
-) -> FrameMotion:
+) -> FrameDerivatives:
     """Motion of the frame behind a joint, in the joint's axes."""
     place = np.tile(np.eye(4), (len(q), 1, 1))
     rate, change = np.zeros_like(place), np.zeros_like(place)
@@ -215,4 +214,4 @@ def _joint(
     else:
         for matrix, row in ((place, q), (rate, v), (change, a)):
             matrix[:, :3, 3] = row[:, None] * axis
-    return FrameMotion(place, rate, change)
+    return FrameDerivatives(place, rate, change)

@@ -24,8 +24,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
 from knotwork.tool_paths.bernstein import basis, sums_of_basis
-from knotwork.tool_paths.curve import checked_order, unit, unplaced
-from knotwork.tool_paths.orientation_junctions import SAME, Stretch, check_junction, meet, two_sided
+from knotwork.tool_paths.curve import checked_order, geometry_error, sorted_ends, unit
+from knotwork.tool_paths.orientation_junctions import (
+    RATE_TOLERANCE,
+    OrientationStretch,
+    check_junction,
+    match_rates,
+    two_sided,
+)
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
 from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
@@ -33,10 +39,10 @@ from knotwork.waypoints import FloatArray, read_only
 HALF_TURN = math.pi - 1e-6
 """Bound on rotations between neighbours [rad]: beyond it their sense is ambiguous."""
 
-LARGEST_PART = 0.5 * math.pi
+MAX_PART_ANGLE = 0.5 * math.pi
 """Rotations about one axis are divided into parts of at most this angle [rad]."""
 
-EVEN = 1e-14
+UNIFORM_TOLERANCE = 1e-14
 """Rotation vectors of a piece that differ by less [rad] give a uniform rotation."""
 
 
@@ -93,30 +99,30 @@ class OrientationCurve:
         self._bounds = TurnBounds(self._v)
         # A constant orientation, or uniform rotation in every piece, is evaluated faster.
         spread = np.abs(np.diff(self._v, axis=1)).max()
-        self._even = bool(spread <= EVEN)
+        self._even = bool(spread <= UNIFORM_TOLERANCE)
         self._still = self._even and not self._v.any()
 
     def _vectors(self) -> FloatArray:
         """Rotation vectors v1 to v5 of each piece, shape (m - 1, 5, 3)."""
-        h, back = self._steps[:, None], self.rotations.transpose(0, 2, 1)
-        start, end = back[:-1], back[1:]
-        whole = start @ self.rotations[1:]
-        a, b = h * _applied(start, self.rates[:-1, 1]), h * _applied(end, self.rates[1:, 0])
-        change_a = h**2 * _applied(start, self.changes[:-1, 1])
-        change_b = h**2 * _applied(end, self.changes[1:, 0])
+        h, inverse = self._steps[:, None], self.rotations.transpose(0, 2, 1)
+        start, end = inverse[:-1], inverse[1:]
+        turns = start @ self.rotations[1:]
+        a, b = h * _multiply(start, self.rates[:-1, 1]), h * _multiply(end, self.rates[1:, 0])
+        change_a = h**2 * _multiply(start, self.changes[:-1, 1])
+        change_b = h**2 * _multiply(end, self.changes[1:, 0])
         v = np.zeros((len(h), 5, 3))
         v[:, 0], v[:, 1] = a / 5.0, a / 5.0 + change_a / 20.0
         v[:, 4] = b / 5.0
-        v[:, 3] = v[:, 4] - _applied(exponentials(v[:, 4]), change_b) / 20.0
+        v[:, 3] = v[:, 4] - _multiply(exponentials(v[:, 4]), change_b) / 20.0
         E = exponentials(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
-        rest = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ whole
-        rest = rest @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
-        v[:, 2] = [logarithm(R) for R in rest]
-        angle = np.linalg.norm([logarithm(R) for R in whole], axis=1)
+        middle = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ turns
+        middle = middle @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
+        v[:, 2] = [logarithm(R) for R in middle]
+        angle = np.linalg.norm([logarithm(R) for R in turns], axis=1)
         far = np.maximum(angle, np.linalg.norm(v[:, 2], axis=1)) > HALF_TURN
         if far.any():
             i = int(far.argmax())
-            raise unplaced(
+            raise geometry_error(
                 f"the tool turns by {math.degrees(angle[i]):.6g} deg between arc lengths {{start}} "
                 "and {end}; it must be less than 180 deg from one given rotation to the next: give "
                 "one between",
@@ -183,7 +189,7 @@ class OrientationCurve:
         """
         R0 = checked_rotations(rotation, (3, 3), "rotation")
         direction = unit(axis, "axis")
-        parts = max(1, math.ceil(abs(angle) / LARGEST_PART - SAME))
+        parts = max(1, math.ceil(abs(angle) / MAX_PART_ANGLE - RATE_TOLERANCE))
         share = np.linspace(0.0, 1.0, parts + 1)
         rotations = exponentials(share[:, None] * angle * direction) @ R0
         rate = np.tile(direction * angle / length, (parts + 1, 1))
@@ -212,11 +218,11 @@ class OrientationCurve:
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
-        parts = [Stretch(stretch) for stretch in stretches]
+        parts = [OrientationStretch(stretch) for stretch in stretches]
         for i, (before, after) in enumerate(itertools.pairwise(parts)):
             check_junction(i, before, after)
             if i not in stops:
-                meet(before, after)
+                match_rates(before, after)
         start = 0.0
         arrays: list[list[FloatArray]] = [[], [], [], [], []]
         for i, part in enumerate(parts):
@@ -238,7 +244,9 @@ class OrientationCurve:
         jump = np.zeros(len(self.s) - 2, dtype=bool)
         for values in (self.rates[inner], self.changes[inner]):
             size = np.abs(values).max(axis=(1, 2), initial=0.0)
-            jump |= np.abs(values[:, 1] - values[:, 0]).max(axis=1, initial=0.0) > SAME * size
+            jump |= (
+                np.abs(values[:, 1] - values[:, 0]).max(axis=1, initial=0.0) > RATE_TOLERANCE * size
+            )
         return np.asarray(self.s[inner][jump])
 
     def _pieces(
@@ -323,8 +331,7 @@ class OrientationCurve:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,), like all results.
             s1: Arc lengths at the end, above or below s0 [m], shape (k,).
         """
-        ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
-        low, high = np.minimum(*ends), np.maximum(*ends)
+        low, high = sorted_ends(s0, s1)
         first = np.clip(np.searchsorted(self.s, low, "right") - 1, 0, len(self.s) - 2)
         last = np.maximum(np.clip(np.searchsorted(self.s, high, "left") - 1, 0, None), first)
         last = np.minimum(last, len(self.s) - 2)
@@ -335,12 +342,12 @@ class OrientationCurve:
         step = self._steps[piece]
         u0, u1 = (np.clip((bound[row] - self.s[piece]) / step, 0.0, 1.0) for bound in (low, high))
         rate, change = self._bounds(piece, u0, u1)
-        found = np.zeros(low.size), np.zeros(low.size)
-        np.maximum.at(found[0], row, rate / step)
-        np.maximum.at(found[1], row, change / step**2)
-        return found
+        bounds = np.zeros(low.size), np.zeros(low.size)
+        np.maximum.at(bounds[0], row, rate / step)
+        np.maximum.at(bounds[1], row, change / step**2)
+        return bounds
 
 
-def _applied(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     """Matrices (k, 3, 3) times vectors (k, 3)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])

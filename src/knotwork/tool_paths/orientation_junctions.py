@@ -12,20 +12,20 @@ from knotwork.errors import PathError
 from knotwork.tool_paths.rotations import logarithm
 from knotwork.waypoints import FloatArray, read_only
 
-TRANSITION = 0.25
+TRANSITION_SHARE = 0.25
 """Length of a transition, relative to the shorter of the two stretches."""
 
-SAME = 1e-12
+RATE_TOLERANCE = 1e-12
 """Relative difference below which rotation vectors and rates are equal."""
 
-EQUAL = 1e-9
+EQUAL_RATES = 1e-9
 """Relative difference of the rates of two stretches below which no transition is needed."""
 
-APART = 1e-6
+JUNCTION_ANGLE = 1e-6
 """Tolerance of the difference of rotations at a junction [rad]."""
 
 
-class Stretch:
+class OrientationStretch:
     """Arrays of an `OrientationCurve`, modified at its two ends."""
 
     def __init__(self, curve: Any) -> None:
@@ -46,9 +46,12 @@ class Stretch:
             Actual length of the transition: that of the whole piece if it was not divided [m].
         """
         curve, piece = self.curve, -1 if at_end else 0
-        v, whole = curve._v[piece], float(curve._steps[piece])
-        if np.abs(np.diff(v, axis=0)).max() > SAME * max(1.0, np.abs(v).max()) or whole <= length:
-            return whole
+        v, step = curve._v[piece], float(curve._steps[piece])
+        if (
+            np.abs(np.diff(v, axis=0)).max() > RATE_TOLERANCE * max(1.0, np.abs(v).max())
+            or step <= length
+        ):
+            return step
         s = curve.length - length if at_end else length
         index = len(self.s) - 1 if at_end else 1
         at = np.array([s])
@@ -61,39 +64,39 @@ class Stretch:
         return length
 
 
-def meet(before: Stretch, after: Stretch) -> None:
+def match_rates(before: OrientationStretch, after: OrientationStretch) -> None:
     """Give two stretches the same rate and derivative at their junction."""
     scale = max(np.abs(part.curve.rates).max() for part in (before, after))
     a, b = before.rates[-1, 0], after.rates[0, 1]
     weight = 0.5
-    if np.abs(a - b).max() > EQUAL * scale:
-        shorter = TRANSITION * min(before.curve.length, after.curve.length)
-        one, other = before.divide(True, shorter), after.divide(False, shorter)
+    if np.abs(a - b).max() > EQUAL_RATES * scale:
+        shorter = TRANSITION_SHARE * min(before.curve.length, after.curve.length)
+        length_before, length_after = before.divide(True, shorter), after.divide(False, shorter)
         # weighted by the transition lengths, so that both sides deviate by the same angle
-        weight = other / (one + other)
+        weight = length_after / (length_before + length_after)
     before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
     if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
         before.changes[-1, :] = after.changes[0, :] = 0.0
 
 
-def check_junction(i: int, before: Stretch, after: Stretch) -> None:
+def check_junction(i: int, before: OrientationStretch, after: OrientationStretch) -> None:
     """Check that stretch i ends with the first rotation of the next one.
 
     Raises:
         PathError: The rotations differ.
     """
     angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
-    if angle > APART:
+    if angle > JUNCTION_ANGLE:
         raise PathError(
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
             f"stretch {i} and the start of stretch {i + 1}; they must meet"
         )
 
 
-def two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:
+def two_sided(values: ArrayLike, count: int, name: str) -> FloatArray:
     """Copy values before and after each break, shape (m, 2, 3)."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 3:
-        return read_only(array, (count, 2, 3), what)
-    array = read_only(array, (count, 3), what)
+        return read_only(array, (count, 2, 3), name)
+    array = read_only(array, (count, 3), name)
     return np.repeat(array[:, None], 2, axis=1)

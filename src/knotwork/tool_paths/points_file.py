@@ -9,14 +9,14 @@ import numpy as np
 
 from knotwork.errors import DocumentError, Problem, did_you_mean
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
-from knotwork.tool_paths.curve import REPEATED
+from knotwork.tool_paths.curve import SAME_POINT
 from knotwork.waypoints import FloatArray
 
-POSITION = ("x", "y", "z")
-QUATERNION = ("qx", "qy", "qz", "qw")
-NORMAL = ("nx", "ny", "nz")
+POSITION_COLUMNS = ("x", "y", "z")
+QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")
+NORMAL_COLUMNS = ("nx", "ny", "nz")
 
-NORM = 1e-3
+UNIT_TOLERANCE = 1e-3
 """Tolerance of the lengths of quaternions and normals: values in files are often rounded."""
 
 
@@ -51,8 +51,8 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
     if len(values) < 2:
         message = f"has {'one point' if len(values) else 'no points'}"
         raise DocumentError(path, [Problem(None, "", message, "two or more")])
-    points = length_unit * values[:, [names.index(name) for name in POSITION]]
-    repeated = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) <= REPEATED)
+    points = length_unit * values[:, [names.index(name) for name in POSITION_COLUMNS]]
+    repeated = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) <= SAME_POINT)
     if repeated.size:
         message = "is the same point as line"
         raise DocumentError(
@@ -60,15 +60,15 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
             [Problem(lines[i + 1], "", f"{message} {lines[i]}", "leave one out") for i in repeated],
         )
     units: list[FloatArray | None] = []
-    for what, columns in (("quaternion", QUATERNION), ("normal", NORMAL)):
+    for quantity, columns in (("quaternion", QUATERNION_COLUMNS), ("normal", NORMAL_COLUMNS)):
         if columns[0] not in names:
             units.append(None)
             continue
-        units.append(own := values[:, [names.index(name) for name in columns]])
-        size = np.linalg.norm(own, axis=1)
+        units.append(vectors := values[:, [names.index(name) for name in columns]])
+        size = np.linalg.norm(vectors, axis=1)
         problems = [
-            Problem(lines[i], ", ".join(columns), f"the {what} has length {size[i]:.6g}", "1")
-            for i in np.flatnonzero(np.abs(size - 1.0) > NORM)
+            Problem(lines[i], ", ".join(columns), f"the {quantity} has length {size[i]:.6g}", "1")
+            for i in np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
         ]
         if problems:
             raise DocumentError(path, problems)
@@ -85,17 +85,19 @@ def _names(rows: Rows) -> list[str]:
     accepted = "x, y, z and, for the rotation, qx, qy, qz, qw or the surface's normal nx, ny, nz"
     if all(map(is_number, names)):
         raise rows.error(rows.head, None, "has no headings above the numbers", accepted)
-    known = (*POSITION, *QUATERNION, *NORMAL)
+    known = (*POSITION_COLUMNS, *QUATERNION_COLUMNS, *NORMAL_COLUMNS)
     for i, name in enumerate(names):
         if name not in known:
             hint = did_you_mean(name.lower(), known)
             raise rows.error(rows.head, i, f"unknown heading {name!r}", hint)
         if name in names[:i]:
             raise rows.error(rows.head, i, f"is column {names.index(name) + 1}, too")
-    given = [columns for columns in (QUATERNION, NORMAL) if set(names) & set(columns)]
-    if len(given) > 1:
+    groups = [
+        columns for columns in (QUATERNION_COLUMNS, NORMAL_COLUMNS) if set(names) & set(columns)
+    ]
+    if len(groups) > 1:
         raise rows.error(rows.head, None, "gives rotations and normals", "one of them")
-    needed = (*POSITION, *(name for columns in given for name in columns))
+    needed = (*POSITION_COLUMNS, *(name for columns in groups for name in columns))
     missing = [name for name in needed if name not in names]
     if missing:
         raise rows.error(rows.head, None, f"no column is named {', '.join(missing)}", accepted)

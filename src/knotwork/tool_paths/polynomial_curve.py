@@ -13,31 +13,31 @@ from knotwork.errors import PathError
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.spline.polynomial.refined import split_at
-from knotwork.tool_paths.curve import Curve, checked_order
+from knotwork.tool_paths.curve import Curve, checked_order, sorted_ends
 from knotwork.waypoints import FloatArray
 
 NODES, WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
 NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
 
-SETTLED = 4e-15
+LENGTH_TOLERANCE = 4e-15
 """Relative difference of a span's length and the sum of its halves at which it is short enough."""
 
-EVEN = 0.7
+MIN_SPEED_RATIO = 0.7
 """Minimum ratio of lowest to highest speed on a span."""
 
-BENT = 0.1
+MAX_SPAN_TURN = 0.1
 """Maximum turn on a span [rad], for tight bounds of curvature."""
 
-DEEPEST = 40
+MAX_SPAN_HALVINGS = 40
 """Maximum number of halvings of a piece; a curve that stops or turns back would need more."""
 
-TINY = 1e-150
+MIN_DIVISOR = 1e-150
 """Minimum of divisors, so that a curve that stops has a large curvature, not NaN."""
 
-ITERATIONS = 30
+MAX_NEWTON_STEPS = 30
 """Maximum number of Newton steps; each doubles the digits."""
 
-SAME = 1e-14
+END_TOLERANCE = 1e-14
 """Arc lengths within this relative distance of an end of the curve are that end."""
 
 
@@ -56,7 +56,7 @@ class PolynomialCurve(Curve):
     """
 
     def __init__(self, c: FloatArray) -> None:
-        spans, first = _divided(c)
+        spans, first = _divide(c)
         self._c = [spans]
         for _ in range(3):
             self._c.append(differentiate(self._c[-1]))
@@ -75,13 +75,13 @@ class PolynomialCurve(Curve):
         Newton's method, from the cubic with the exact values and slopes at both ends.
         """
         span = self._span_of(s)
-        wanted, whole = s - self._s[span], self._s[span + 1] - self._s[span]
-        x = wanted / whole
-        slopes = [whole / speed[span] for speed in self._speeds]
+        wanted, length = s - self._s[span], self._s[span + 1] - self._s[span]
+        x = wanted / length
+        slopes = [length / speed[span] for speed in self._speeds]
         w = x * x * (3.0 - 2.0 * x) + x * (1.0 - x) * ((1.0 - x) * slopes[0] - x * slopes[1])
         w = np.where((x < 0.0) | (x > 1.0), x, w)
         going = np.arange(s.size)
-        for _ in range(ITERATIONS):
+        for _ in range(MAX_NEWTON_STEPS):
             rows, at = span[going], w[going]
             slope = self._c[1][:, rows]
             off = wanted[going] - _lengths(slope, 0.0, at)
@@ -101,25 +101,27 @@ class PolynomialCurve(Curve):
 
     def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points and their derivatives up to an order, each of shape (k, 3)."""
-        return self._at(*self._parameters(np.asarray(s, dtype=float)), order)
+        return self._derivatives_at(*self._parameters(np.asarray(s, dtype=float)), order)
 
-    def _at(self, span: NDArray[np.intp], w: FloatArray, order: int) -> list[FloatArray]:
+    def _derivatives_at(
+        self, span: NDArray[np.intp], w: FloatArray, order: int
+    ) -> list[FloatArray]:
         """Points and derivatives at parameters of spans."""
         checked_order(order)
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
-        found = C[:1]
+        result = C[:1]
         if order >= 1:
             speed = _norm(C[1])[:, None]
-            found.append(C[1] / speed)
+            result.append(C[1] / speed)
         if order >= 2:
             along = _dot(C[1], C[2])
             first, second = 1.0 / speed, -along / speed**4
-            found.append(C[2] * first**2 + C[1] * second)
+            result.append(C[2] * first**2 + C[1] * second)
         if order >= 3:
             growth = _dot(C[2], C[2]) + _dot(C[1], C[3])
             third = -growth / speed**5 + 4.0 * along**2 / speed**7
-            found.append(C[3] * first**3 + 3.0 * C[2] * first * second + C[1] * third)
-        return found
+            result.append(C[3] * first**3 + 3.0 * C[2] * first * second + C[1] * third)
+        return result
 
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
         """Arc lengths of the nearest points, by Newton's method from the guess.
@@ -128,31 +130,31 @@ class PolynomialCurve(Curve):
         """
         points = np.asarray(points, dtype=float)
         span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
-        going, here = np.arange(w.size), self._at(span, w, 2)
-        for _ in range(ITERATIONS):
-            place, tangent, bend = here
+        going, state = np.arange(w.size), self._derivatives_at(span, w, 2)
+        for _ in range(MAX_NEWTON_STEPS):
+            place, tangent, bend = state
             off = place - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
-            for _ in range(ITERATIONS):
-                spans, at, moved = self._moved(span[going], w[going], step)
-                there = self._at(spans, at, 2)
-                farther = _norm(there[0] - points[going]) > before * (1 + 1e-12)
+            for _ in range(MAX_NEWTON_STEPS):
+                spans, at, moved = self._move(span[going], w[going], step)
+                trial = self._derivatives_at(spans, at, 2)
+                farther = _norm(trial[0] - points[going]) > before * (1 + 1e-12)
                 if not farther.any():
                     break
                 step = np.where(farther, 0.5 * step, step)
             span[going], w[going] = spans, at
             on = np.abs(moved) > 1e-10 * self.length
-            going, here = going[on], [one[on] for one in there]
+            going, state = going[on], [values[on] for values in trial]
             if not going.size:
                 break
         s = self._s[span] + _lengths(self._c[1][:, span], 0.0, w)
         ends = np.array([[0.0], [self.length]])
-        at_end = np.abs(s - ends) <= SAME * self.length
+        at_end = np.abs(s - ends) <= END_TOLERANCE * self.length
         return np.where(at_end[0], 0.0, np.where(at_end[1], self.length, s))
 
-    def _moved(
+    def _move(
         self, span: NDArray[np.intp], w: FloatArray, step: FloatArray
     ) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Move along the curve from parameters of spans by about a distance [m], up to its ends.
@@ -161,30 +163,29 @@ class PolynomialCurve(Curve):
             The new spans and parameters, and the distance moved [m].
         """
         slope = self._c[1][:, span]
-        there = w + step / _norm(horner(slope, w[:, None]))
-        out = np.flatnonzero((there < 0.0) | (there > 1.0))
+        moved_to = w + step / _norm(horner(slope, w[:, None]))
+        out = np.flatnonzero((moved_to < 0.0) | (moved_to > 1.0))
         if out.size:
             s = self._s[span[out]] + _lengths(slope[:, out], 0.0, w[out])
             onward = np.clip(s + step[out], 0.0, self.length)
             span, step = span.copy(), step.copy()
-            span[out], there[out] = self._parameters(onward)
+            span[out], moved_to[out] = self._parameters(onward)
             step[out] = onward - s
-        return span, there, step
+        return span, moved_to, step
 
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,).
 
         The bound on each span is ‖C' × C''‖ / ‖C'‖³ by the Bernstein coefficients of both.
         """
-        ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
-        low, high = self._span_of(np.minimum(*ends)), self._span_of(np.maximum(*ends))
+        low, high = map(self._span_of, sorted_ends(s0, s1))
         if not low.size:
             return np.zeros(0)
         limits = np.column_stack((low, high + 1)).ravel()
         return np.asarray(np.maximum.reduceat(self._curvature, limits)[::2])
 
 
-def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     """Divide pieces into sufficiently short spans.
 
     Returns:
@@ -195,7 +196,7 @@ def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     """
     pieces = np.arange(c.shape[1] + 1.0)
     curve = PiecewisePolynomial(c, pieces)
-    for _ in range(DEEPEST):
+    for _ in range(MAX_SPAN_HALVINGS):
         sizes = np.diff(curve.x)
         spans = curve.c * sizes[:, None] ** np.arange(curve.degree, -1.0, -1.0)[:, None, None]
         long = ~_short_enough(spans)
@@ -214,10 +215,14 @@ def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
     """Whether each span's speed, length and turn are known well enough."""
     slope = differentiate(c)
     least, most = _speed_bounds(slope)
-    whole = _lengths(slope)
-    settled = np.abs(whole - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
-    even = least > EVEN**2 * most
-    return np.asarray((settled <= SETTLED * whole) & even & (_curvature_bounds(c) * whole < BENT))
+    length = _lengths(slope)
+    settled = np.abs(length - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
+    even = least > MIN_SPEED_RATIO**2 * most
+    return np.asarray(
+        (settled <= LENGTH_TOLERANCE * length)
+        & even
+        & (_curvature_bounds(c) * length < MAX_SPAN_TURN)
+    )
 
 
 def _lengths(
@@ -241,7 +246,7 @@ def _curvature_bounds(c: FloatArray) -> FloatArray:
     slope = differentiate(c)
     turn = _bernstein(np.cross(slope[:, None], differentiate(slope)))
     largest = np.linalg.norm(turn, axis=2).max(axis=0)
-    return np.asarray(largest / np.maximum(_speed_bounds(slope)[0], TINY) ** 1.5)
+    return np.asarray(largest / np.maximum(_speed_bounds(slope)[0], MIN_DIVISOR) ** 1.5)
 
 
 def _bernstein(products: FloatArray) -> FloatArray:
@@ -251,10 +256,10 @@ def _bernstein(products: FloatArray) -> FloatArray:
         products: Products of all pairs of coefficients, highest powers first, along the first two
             axes.
     """
-    one, other, *rest = products.shape
-    c = np.zeros((one + other - 1, *rest))
+    rows, columns, *shape = products.shape
+    c = np.zeros((rows + columns - 1, *shape))
     for i, row in enumerate(products):
-        c[i : i + other] += row
+        c[i : i + columns] += row
     return np.tensordot(to_bernstein(len(c) - 1), c[::-1], 1)
 
 

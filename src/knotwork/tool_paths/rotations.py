@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
-WIDEST = np.sqrt(8.0)
+HALF_TURN_GAP = np.sqrt(8.0)
 """Frobenius norm of the difference of two rotations half a turn apart."""
 
 
@@ -51,7 +51,7 @@ def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
     Raises:
         PathError: An axis is opposite to the previous one.
     """
-    found, R = np.empty((len(axes), 3, 3)), start
+    result, R = np.empty((len(axes), 3, 3)), start
     for i, axis in enumerate(axes):
         z = R[:, 2]
         across, along = np.cross(z, axis), float(z @ axis)
@@ -59,8 +59,8 @@ def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
             raise PathError(f"at point {i} the normal is opposite to the previous one")
         K = np.array([[0, -across[2], across[1]], [across[2], 0, -across[0]], [0, 0, 0]])
         K[2] = -across[1], across[0], 0.0
-        found[i] = R = R + K @ R + K @ (K @ R) / (1.0 + along)
-    return found
+        result[i] = R = R + K @ R + K @ (K @ R) / (1.0 + along)
+    return result
 
 
 def gap_of(angle: float) -> float:
@@ -68,28 +68,28 @@ def gap_of(angle: float) -> float:
 
     The norm increases up to half a turn and is constant beyond.
     """
-    return float(WIDEST * np.sin(0.5 * min(angle, np.pi)))
+    return float(HALF_TURN_GAP * np.sin(0.5 * min(angle, np.pi)))
 
 
 def angle_of(gap: ArrayLike) -> FloatArray:
     """Angle between two rotations [rad], from the Frobenius norm of their difference."""
-    return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / WIDEST, 1.0)))
+    return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / HALF_TURN_GAP, 1.0)))
 
 
-def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
+def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
     """Copy rotation matrices into a read-only array, shape (..., 3, 3).
 
     Raises:
         WaypointDataError: The values are not finite or have a wrong shape.
         PathError: A matrix is not a rotation.
     """
-    array = read_only(rotations, shape, what)
+    array = read_only(rotations, shape, name)
     error = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(axis=(-1, -2))
     wrong = np.argwhere(np.atleast_1d((error > 1e-9) | (np.linalg.det(array) < 0.0)))
     if wrong.size:
         index = [int(wrong[0][0])] if array.ndim == 3 else ""
         raise PathError(
-            f"{what}{index} is not a rotation matrix: R'R differs from I by {np.max(error):.3g}; "
+            f"{name}{index} is not a rotation matrix: R'R differs from I by {np.max(error):.3g}; "
             "at most 1e-9 and a positive determinant are accepted"
         )
     return array

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray
 
-ALONG = 1e-3
+MIN_NORMAL_ANGLE = 1e-3
 """Minimum angle of a normal to the seam's direction [rad]."""
 
 TOOL_AXES = {"x": 0.0, "y": 0.5 * math.pi, "-x": math.pi, "-y": -0.5 * math.pi}
@@ -35,12 +35,12 @@ def seam_frames(tangents: ArrayLike, normals: ArrayLike) -> FloatArray:
            [0., 0., 1.]])
     """
     T, N = np.broadcast_arrays(np.asarray(tangents, dtype=float), np.asarray(normals, dtype=float))
-    sizes = [np.linalg.norm(one, axis=1, keepdims=True) for one in (T, N)]
+    sizes = [np.linalg.norm(vectors, axis=1, keepdims=True) for vectors in (T, N)]
     if not all(size.all() for size in sizes):
         raise PathError("the direction of the seam or the normal of the surface is zero")
     T, across = T / sizes[0], np.cross(N / sizes[1], T / sizes[0])
     size = np.linalg.norm(across, axis=1, keepdims=True)
-    if size.min() < ALONG:
+    if size.min() < MIN_NORMAL_ANGLE:
         raise PathError("the normal of the surface is the direction of the seam itself")
     across /= size
     return np.stack((T, across, np.cross(T, across)), axis=2)

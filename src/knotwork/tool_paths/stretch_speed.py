@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from knotwork.errors import PathError, StretchTimeError
-from knotwork.tool_paths.path_timing import ROUNDING, check_acceleration, checked_speed
+from knotwork.tool_paths.timing_profile import RAMP_TOLERANCE, check_acceleration, checked_speed
 
 
 def speed_for_duration(
@@ -39,12 +39,12 @@ def speed_for_duration(
     0.05
     """
     check_acceleration(acceleration)
-    for what, value, unit in (("length", length, "m"), ("duration", duration, "s")):
+    for name, value, unit in (("length", length, "m"), ("duration", duration, "s")):
         if not (math.isfinite(value) and value > 0.0):
-            raise PathError(f"{what} is {value!r} {unit}; it must be greater than 0")
+            raise PathError(f"{name} is {value!r} {unit}; it must be greater than 0")
     known = [
-        checked_speed(value, what)
-        for what, value in (("start_speed", start_speed), ("end_speed", end_speed))
+        checked_speed(value, name)
+        for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
         if value is not None
     ]
 
@@ -56,7 +56,7 @@ def speed_for_duration(
         return length / duration
     lowest, highest = _feasible_speeds(length, known, acceleration)
     least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
-    if not least * (1.0 - ROUNDING) <= duration <= most * (1.0 + ROUNDING):
+    if not least * (1.0 - RAMP_TOLERANCE) <= duration <= most * (1.0 + RAMP_TOLERANCE):
         upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
         message = (
             f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, unit, unplaced
+from knotwork.tool_paths.curve import SAME_POINT, geometry_error, unit
 from knotwork.tool_paths.points_file import read_points
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
@@ -60,15 +60,15 @@ class ThroughPoints(PolynomialCurve):
         if count < 2:
             raise PathError(f"{count} points are given; a curve needs at least two")
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        for i in np.flatnonzero(chords <= REPEATED)[:1]:
-            raise unplaced(
+        for i in np.flatnonzero(chords <= SAME_POINT)[:1]:
+            raise geometry_error(
                 f"points {i} and {i + 1} are the same, {{point}}; leave one out",
                 point=self.points[i],
             )
         x = np.concatenate(([0.0], np.cumsum(chords)))
         ends = [
-            "not-a-knot" if direction is None else (1, unit(direction, what))
-            for direction, what in (
+            "not-a-knot" if direction is None else (1, unit(direction, name))
+            for direction, name in (
                 (start_direction, "start_direction"),
                 (end_direction, "end_direction"),
             )
@@ -83,12 +83,14 @@ class ThroughPoints(PolynomialCurve):
         if quaternions is not None:
             from scipy.spatial.transform import Rotation
 
-            self.quaternions = _aligned(quaternions, count)
+            self.quaternions = _align_signs(quaternions, count)
             self.rotations = Rotation.from_quat(self.quaternions).as_matrix()
         self.normals: FloatArray | None = None
         if normals is not None:
-            given = read_only(normals, (count, 3), "normals")
-            self.normals = np.array([unit(one, f"normals[{i}]") for i, one in enumerate(given)])
+            vectors = read_only(normals, (count, 3), "normals")
+            self.normals = np.array(
+                [unit(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
+            )
 
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
@@ -115,17 +117,17 @@ class ThroughPoints(PolynomialCurve):
             raise
 
 
-def _aligned(quaternions: ArrayLike, count: int) -> FloatArray:
+def _align_signs(quaternions: ArrayLike, count: int) -> FloatArray:
     """Unit quaternions with signs that are consistent between neighbours.
 
     Raises:
         PathError: A quaternion is zero.
     """
-    given = read_only(quaternions, (count, 4), "quaternions")
-    size = np.linalg.norm(given, axis=1)
+    values = read_only(quaternions, (count, 4), "quaternions")
+    size = np.linalg.norm(values, axis=1)
     for i in np.flatnonzero(size == 0.0)[:1]:
         raise PathError(f"quaternion {i} is zero; it must have a length of 1")
-    found = given / size[:, None]
-    turned = np.einsum("ki,ki->k", found[1:], found[:-1]) < 0.0
-    found[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]
-    return np.asarray(found)
+    unit_quaternions = values / size[:, None]
+    turned = np.einsum("ki,ki->k", unit_quaternions[1:], unit_quaternions[:-1]) < 0.0
+    unit_quaternions[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]
+    return np.asarray(unit_quaternions)

@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
 from knotwork.spline.polynomial.endless import EndlessCurve
-from knotwork.tool_paths.moving_frame import MovingFrame, ToolMotion, woven
-from knotwork.tool_paths.path import LENGTHS, ToolPath
-from knotwork.tool_paths.path_timing import Timing
+from knotwork.tool_paths.moving_frame import MovingFrame, ToolMotion, add_weave
+from knotwork.tool_paths.timing_profile import Timing
+from knotwork.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
 from knotwork.waypoints import FloatArray
 
-STANDING = 1e-6
+STOP_SPEED = 1e-6
 """Maximum speed at a stop, relative to the path's mean speed."""
 
 
@@ -63,11 +63,11 @@ class TimedPath:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
         self.seam_carrier = self.carrier = carrier
         if weave is not None:
-            self.carrier = woven(carrier, weave)
+            self.carrier = add_weave(carrier, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]), side="left")[0])
         self.stands = not timing.arc_length.c.any()
-        if not self.stands and abs(length - path.length) > LENGTHS * path.length:
+        if not self.stands and abs(length - path.length) > LENGTH_MISMATCH * path.length:
             raise PathError(
                 f"the timing is for {length:.12g} m and the path is {path.length:.12g} m long; "
                 "both must be the same"
@@ -90,7 +90,7 @@ class TimedPath:
     def _check_stop(self, curve: int, s: float) -> None:
         t = self.timing.time_of(np.array([s]))
         speed = float(np.abs(self.timing(t, 1))[0])
-        if speed > STANDING * self.path.length / self.timing.duration:
+        if speed > STOP_SPEED * self.path.length / self.timing.duration:
             raise PathError(
                 f"the path needs a stop after curve {curve}, at arc length {s:.6g} m, but the "
                 f"timing goes on at {speed:.6g} m/s there; name it in the timing's stops"
@@ -150,7 +150,7 @@ class TimedPath:
         """Velocity of the tool at a time [s], in base axes."""
         return pin.Motion(self.state(np.array([t]))[2][0])
 
-    def seen(
+    def relative_motion(
         self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Motion of tools relative to the carrier of the path, comparable with `path`.
@@ -163,7 +163,7 @@ class TimedPath:
         """
         if self.carrier is None:
             return position, rotation, velocity
-        return self.carrier.since_rest(t).seen(position, rotation, velocity)
+        return self.carrier.since_rest(t).relative_motion(position, rotation, velocity)
 
     def speed_asked_for(self, t: ArrayLike) -> FloatArray:
         """Full speed of the stretches that contain times [m/s], shape (k,)."""

@@ -1,4 +1,4 @@
-"""`Weave`: offset of a tool from its path over time, in the axes of seam and surface.
+"""`WeavePattern`: offset of a tool from its path over time, in the axes of seam and surface.
 
 The axes are along the seam, across it to the left, and out of the surface. Circles and eights are
 harmonic. From edge to edge the speed is constant, u, except for ramps u S(t/τ) within the times τ
@@ -18,10 +18,10 @@ import numpy as np
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.curve import Curve
 from knotwork.tool_paths.orientation import OrientationCurve
-from knotwork.tool_paths.path import ToolPath
-from knotwork.tool_paths.path_timing import Timing
 from knotwork.tool_paths.seam import seam_frames
 from knotwork.tool_paths.tangent import tangent_orientation
+from knotwork.tool_paths.timing_profile import Timing
+from knotwork.tool_paths.tool_path import ToolPath
 from knotwork.waypoints import FloatArray
 
 HARMONICS = {
@@ -31,21 +31,21 @@ HARMONICS = {
 }
 """Amplitude relative to half the width, multiple of the frequency, and phase [rad] of each axis."""
 
-AXES = ("along", "across", "normal")
+WEAVE_AXES = ("along", "across", "normal")
 
-WIDEST_TURN = 0.5
+MAX_TURN_SHARE = 0.5
 """Maximum fraction of a crossing in which the speed rises, and in which it falls."""
 
-DIGITS, SAME = 6, 1e-6
+BREAK_DIGITS, SAME_BREAK_TIME = 6, 1e-6
 """Breaks are rounded to this number of digits [s], so that none are too close to each other."""
 
-FINE = 8
+PIECES_PER_BREAK = 8
 """Quintic pieces between two breaks of a weave. The error relative to the width is about 1e-8 for a
 sine, and 2e-6 for a triangle with sharp turns."""
 
 
 @dataclass(frozen=True)
-class Weave:
+class WeavePattern:
     """A weave in the axes of its seam.
 
     Attributes:
@@ -76,17 +76,17 @@ class Weave:
         """Duration of the ramps of speed next to an edge [s]; 0 for harmonic shapes."""
         if self.shape in HARMONICS and not self.dwell:
             return 0.0
-        part = WIDEST_TURN if self.shape == "sine" else 2.0 * self.rounding / self.width
-        return min(part, WIDEST_TURN) * self.crossing
+        part = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
+        return min(part, MAX_TURN_SHARE) * self.crossing
 
-    def eased_frequency(self, use: float, order: int) -> float:
-        """Frequency [Hz] that reduces a derivative of the offset by about a factor.
+    def eased_frequency(self, factor: float, order: int) -> float:
+        """Frequency that reduces a derivative of the offset by about a factor [Hz].
 
         Args:
-            use: The factor, over 1.
+            factor: The factor, over 1.
             order: Order of the derivative.
         """
-        return float(0.5 / (self.crossing * use ** (1.0 / order) + self.dwell))
+        return 0.5 / (self.crossing * math.pow(factor, 1.0 / order) + self.dwell)
 
     def breaks(self, *others: FloatArray) -> FloatArray:
         """Breaks of the weave from 0 to its duration, merged with others [s]."""
@@ -97,8 +97,8 @@ class Weave:
         halves = np.arange(math.ceil(self.duration / half) + 1)
         ramps = np.array([1.0, self.duration * self.frequency - 1.0]) / self.frequency
         inner = np.concatenate(((halves[:, None] * half + marks).ravel(), ramps, *others))
-        inner = np.round(inner, DIGITS)
-        inside = (inner > SAME) & (inner < self.duration - SAME)
+        inner = np.round(inner, BREAK_DIGITS)
+        inside = (inner > SAME_BREAK_TIME) & (inner < self.duration - SAME_BREAK_TIME)
         return distinct(inner[inside], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:
@@ -110,16 +110,18 @@ class Weave:
         Returns:
             Shape (3, k, 3).
         """
-        found = np.zeros((3, len(t), 3))
+        offset = np.zeros((3, len(t), 3))
         for number, axis in enumerate(self.axes):
-            found[:, :, axis] = self._crossed(t) if self.turn else self._harmonic(t, number)
+            offset[:, :, axis] = (
+                self._crossing_offset(t) if self.turn else self._harmonic(t, number)
+            )
         z = np.clip(np.minimum(t, self.duration - t) * self.frequency, 0.0, 1.0)
         sign = np.where(t < 0.5 * self.duration, self.frequency, -self.frequency)
         rise = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
         rate = sign * 30.0 * (z * (1.0 - z)) ** 2
         change = self.frequency**2 * 60.0 * z * (1.0 - z) * (1.0 - 2.0 * z)
-        w, v, a = found
-        rise, rate, change = (one[:, None] for one in (rise, rate, change))
+        w, v, a = offset
+        rise, rate, change = (values[:, None] for values in (rise, rate, change))
         return np.asarray((rise * w, rate * w + rise * v, change * w + 2.0 * rate * v + rise * a))
 
     def _harmonic(self, t: FloatArray, number: int) -> FloatArray:
@@ -132,7 +134,7 @@ class Weave:
             ]
         )
 
-    def _crossed(self, t: FloatArray) -> FloatArray:
+    def _crossing_offset(self, t: FloatArray) -> FloatArray:
         """Offset across the seam, from edge to edge and back, starting in the middle."""
         half, m, turn = 0.5 / self.frequency, self.crossing, self.turn
         count, since = np.divmod(t + 0.5 * m, half)
@@ -141,10 +143,10 @@ class Weave:
         rising = since < 0.5 * m
         x = np.where(rising, since, m - since)  # since the edge, or until the next one
         speed, z = self.width / (m - turn), np.minimum(x / turn, 1.0)
-        way = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
+        distance = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
         side = np.where(rising, 1.0, -1.0)
         rates = speed * z**2 * (3.0 - 2.0 * z), side * speed * 6.0 * z * (1.0 - z) / turn
-        return np.asarray(direction * np.array([side * (way - 0.5 * self.width), *rates]))
+        return np.asarray(direction * np.array([side * (distance - 0.5 * self.width), *rates]))
 
 
 def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
@@ -161,8 +163,8 @@ def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
     return OrientationCurve.joined(turns)
 
 
-def woven(
-    weave: Weave, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
+def weave_offsets(
+    weave: WeavePattern, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
     """Offset of a weave from a path in base axes, at times dense enough for quintics between them.
 
@@ -186,9 +188,13 @@ def woven(
     normal = -path.rotation(s0)[0, :, 2] if normal is None else normal
     R = seam.rotation(s0)
     about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
-    others = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
-    marks = weave.breaks(*(times - start for times in others))
-    t = np.interp(np.arange((len(marks) - 1) * FINE + 1) / FINE, np.arange(len(marks)), marks)
+    breaks = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
+    marks = weave.breaks(*(times - start for times in breaks))
+    t = np.interp(
+        np.arange((len(marks) - 1) * PIECES_PER_BREAK + 1) / PIECES_PER_BREAK,
+        np.arange(len(marks)),
+        marks,
+    )
     s, ds, dds = (timing(start + t, order) for order in range(3))
     rate, change = seam.rate(s), seam.rate(s, 1)
     ds, dds = ds[:, None], dds[:, None]

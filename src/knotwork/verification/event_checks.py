@@ -110,7 +110,7 @@ def _place_on_path(
         raise TypeError("an event has a place on a path, which needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
-    place, _, _ = path.motion.seen(
+    place, _, _ = path.motion.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     wanted = path.motion.path.position(np.array([asked.arc_length]))

@@ -63,7 +63,7 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
             freedom = path_freedoms.get(waypoint.name) or waypoint.freedom
-            robot, joints = space.robot.seen(standing=waypoint.standing)
+            robot, joints = space.robot.in_frame(standing=waypoint.standing)
             yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
 
 

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.robot.shapes import Shape, UrdfShapes
+from knotwork.robot.shapes import LinkShape, UrdfShapes
 from knotwork.scene.meshes.locating import find_mesh, mesh_package
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
@@ -59,7 +59,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
     warnings: list[str] = []
     plain: list[str] = []
     for link in links:
-        shapes, lost = urdf.of(link, "visual")
+        shapes, lost = urdf.link_shapes(link, "visual")
         parts, missing = drawn.meshes(shapes)
         notes = [shape.fault for shape in shapes if shape.fault]
         notes += dict.fromkeys(part.fault for part in parts if part.fault)
@@ -67,7 +67,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
             plain.append(link)
         if missing or lost:
             notes += [*lost, *missing]
-            shapes, lost = urdf.of(link, "collision")
+            shapes, lost = urdf.link_shapes(link, "collision")
             instead, missing = drawn.meshes(shapes)
             if instead and not (lost or missing):
                 parts = instead
@@ -108,7 +108,7 @@ class _Drawn:
         self._files: dict[Path, list[Mesh] | InputError] = {}
         self._triangles = self._bytes = 0
 
-    def meshes(self, shapes: Sequence[Shape]) -> tuple[list[Mesh], list[str]]:
+    def meshes(self, shapes: Sequence[LinkShape]) -> tuple[list[Mesh], list[str]]:
         """Shapes of a link in its axes, and reasons of missing ones."""
         drawn: list[Mesh] = []
         missing: list[str] = []
@@ -126,7 +126,7 @@ class _Drawn:
                 missing.append(str(error))
         return drawn, missing
 
-    def _shape_meshes(self, shape: Shape) -> list[Mesh]:
+    def _shape_meshes(self, shape: LinkShape) -> list[Mesh]:
         if shape.kind != "mesh":
             return [solid(shape.kind, shape.size, shape.colour or GREY)]
         meshes = [mesh.scaled(shape.scale) for mesh in self._file(shape.mesh, shape.urdf)]

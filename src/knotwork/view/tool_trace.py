@@ -94,5 +94,7 @@ def tool_speeds(
         poses = [robot.forward(row) for row in q[on]]
         place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
         turn = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-        speed[on] = np.linalg.norm(motion.seen(time[on], place, turn, velocity[on])[2], axis=1)
+        speed[on] = np.linalg.norm(
+            motion.relative_motion(time[on], place, turn, velocity[on])[2], axis=1
+        )
     return np.asarray(speed)

@@ -17,7 +17,7 @@ from knotwork.files.foreign.csv_file import read_csv
 from knotwork.files.foreign.drake_polynomials import read_polynomials
 from knotwork.files.foreign.point_table import Joints, to_trajectory
 from knotwork.files.foreign.points import read_points
-from knotwork.files.storage.writing import FORMAT
+from knotwork.files.storage.writing import TRAJECTORY_FORMAT
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 
@@ -116,7 +116,7 @@ def _kind(path: Path) -> str:
 def _content(document: Document) -> str:
     """Kind of data: a `"stored"` trajectory, a `"scenario"`, `"points"` or `"polynomials"`."""
     data = document.data if isinstance(document.data, dict) else {}
-    if data.get("format") == FORMAT:
+    if data.get("format") == TRAJECTORY_FORMAT:
         return "stored"
     if "polynomials" in data and "breaks" in data:
         return "polynomials"

@@ -16,10 +16,10 @@ _HIDDEN = ".knotwork-"
 
 
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
-    """Write files into a folder, all of them or none; existing ones are replaced.
+    """Write files into a folder, each whole; existing ones are replaced.
 
-    A killed process leaves each file whole, but possibly files of two sets side by
-    side: `set_disagreement` detects that.
+    None is written where one can't be. A process that ends between two files leaves files of two
+    sets side by side: `set_disagreement` detects that.
 
     >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
     ['a.txt', 'b.bin']
@@ -77,7 +77,7 @@ def _refusing(failure: str, accepted: str) -> Iterator[None]:
 
 
 def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = True) -> list[Path]:
-    """Write files, all of them or none.
+    """Write files into a hidden folder, then move them into place.
 
     Raises:
         OSError: A file could not be written.
@@ -87,27 +87,12 @@ def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = Tr
     if not replace and any((folder / name).exists() for name in contents):
         raise FileExistsError(None, "it exists already")
     with tempfile.TemporaryDirectory(prefix=_HIDDEN, dir=folder) as hidden:
-        new, old = Path(hidden, "new"), Path(hidden, "old")
-        new.mkdir()
-        old.mkdir()
         for name, content in contents.items():
-            _write_one(new / name, content, folder / name)
-        begun: list[str] = []
-        try:
-            for name in contents:
-                if not replace:  # takes the name before another writer does
-                    (folder / name).open("xb").close()
-                elif (folder / name).exists():
-                    _link(folder / name, old / name)
-                begun.append(name)
-                os.replace(new / name, folder / name)
-        except BaseException:  # of an interrupt from the keyboard, too
-            for name in begun:
-                if (old / name).exists():
-                    os.replace(old / name, folder / name)
-                else:
-                    (folder / name).unlink(missing_ok=True)
-            raise
+            _write_one(Path(hidden, name), content, folder / name)
+        for name in contents:
+            if not replace:  # takes the name before another writer does
+                (folder / name).open("xb").close()
+            os.replace(Path(hidden, name), folder / name)
     return [folder / name for name in contents]
 
 
@@ -120,11 +105,3 @@ def _write_one(path: Path, content: str | bytes, place: Path) -> None:
         file.write(content if isinstance(content, bytes) else content.encode())
         file.flush()
         os.fsync(file.fileno())
-
-
-def _link(existing: Path, copy: Path) -> None:
-    """Give a file a second name; copy it where the file system has no links."""
-    try:
-        os.link(existing, copy, follow_symlinks=False)
-    except OSError:
-        shutil.copy2(existing, copy, follow_symlinks=False)

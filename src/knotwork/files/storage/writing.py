@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-FORMAT = "knotwork.spline.trajectory"
+TRAJECTORY_FORMAT = "knotwork.spline.trajectory"
 KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
 _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
@@ -31,7 +31,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     ('knotwork.spline.trajectory', 'modified-hermite', 's')
     """
     data: dict[str, Any] = {
-        "format": FORMAT,
+        "format": TRAJECTORY_FORMAT,
         "version": 1,
         "planner": trajectory.planner,
         "joint_names": list(trajectory.joint_names),

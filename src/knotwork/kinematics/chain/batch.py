@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from typing import Any, NamedTuple, TypeAlias
 
@@ -10,13 +11,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints, no_limits
+from knotwork.kinematics.chain.joint_ranges import Limits, clip, held_joints, no_limits
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
-    HASTY,
+    HASTY_EFFORT,
     MAX_FACTOR,
     MAX_STEP,
-    USUAL,
+    USUAL_EFFORT,
 )
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
@@ -24,14 +25,14 @@ from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
 
-# Most successful searches are within `NEAR` after `PATIENCE` iterations; waiting for the others
-# takes as long as two new starts.
-PATIENCE = 20
-NEAR = 0.03
+# Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations;
+# waiting for the others takes as long as two new starts.
+STRAGGLER_ITERATIONS = 20
+STRAGGLER_ERROR = 0.03
 # A search is stopped if its error does not fall to a fraction within some iterations: iterations,
 # fraction, minimum damping factor. Searches for any solution use the second.
-EFFORT = 8, 0.5, USUAL.least_factor
-HASTY_EFFORT = 5, 0.25, HASTY.least_factor
+BATCH_EFFORT = 8, 0.5, USUAL_EFFORT.least_factor
+HASTY_BATCH_EFFORT = 5, 0.25, HASTY_EFFORT.least_factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Targets:
     rotation: FloatArray
 
     @classmethod
-    def of(cls, poses: Any) -> Targets:
+    def from_poses(cls, poses: Any) -> Targets:
         """Collect the positions and orientations of `pin.SE3` poses."""
         # One array per pose: making them takes longer than a step of a search.
         matrices = np.array([pose.homogeneous for pose in poses]).reshape(-1, 4, 4)
@@ -116,44 +117,46 @@ def solve_batch(
         hasty: Stop early: there are other searches for any solution.
         group: Group of each search, shape (n,): once one of a group converges, the others end.
     """
-    check_every, fallen_to, least_factor = HASTY_EFFORT if hasty else EFFORT
+    check_every, fallen_to, least_factor = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
     n, limits = len(start), no_limits(robot) if limits is None else limits
-    q = clipped(start, limits)
+    q = clip(start, limits)
     position, orientation = np.full((2, n), np.inf)
     index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0
     targets = targets.take(np.zeros(n, dtype=int)) if len(targets) < n else targets
     box = limits[0][:, None], limits[1][:, None]
-    here = _reached(robot, q.T, targets)
-    checkpoint = here.square
+    states = _evaluate(robot, q.T, targets)
+    checkpoint = states.square
     for iteration in count():
-        converged = np.maximum(here.distance, here.angle) <= tolerance
+        converged = np.maximum(states.distance, states.angle) <= tolerance
         leaving = converged | (factor > MAX_FACTOR)
         if group is not None and converged.any():
             leaving |= np.isin(group[index], group[index[converged]])
         if iteration % check_every == check_every - 1:
-            leaving |= here.square > fallen_to * checkpoint
-            checkpoint = here.square
-        if iteration == PATIENCE:
-            leaving |= here.square > NEAR**2
+            leaving |= states.square > fallen_to * checkpoint
+            checkpoint = states.square
+        if iteration == STRAGGLER_ITERATIONS:
+            leaving |= states.square > STRAGGLER_ERROR**2
         leaving |= iteration >= max_iterations
         if leaving.any():
             rows, staying = index[leaving], ~leaving
-            q[rows] = here.q[:, leaving].T
-            position[rows], orientation[rows] = here.distance[leaving], here.angle[leaving]
+            q[rows] = states.q[:, leaving].T
+            position[rows], orientation[rows] = states.distance[leaving], states.angle[leaving]
             index, factor, checkpoint = index[staying], factor[staying], checkpoint[staying]
-            here, targets = _Reached(*(one[..., staying] for one in here)), targets.take(staying)
+            targets = targets.take(staying)
+            states = _SearchStates(*(values[..., staying] for values in states))
         if not index.size:
             break
         iterations += 1
-        trial = _reached(robot, clipped(here.q + _steps(here, box, factor), box), targets)
-        better = trial.square < here.square
-        here = _Reached(*(np.where(better, new, old) for new, old in zip(trial, here, strict=True)))
+        trial = _evaluate(robot, clip(states.q + _steps(states, box, factor), box), targets)
+        better = trial.square < states.square
+        columns: Any = map(partial(np.where, better), trial, states)
+        states = _SearchStates(*columns)
         factor = np.where(better, np.maximum(0.2 * factor, least_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
 
 
-class _Reached(NamedTuple):
+class _SearchStates(NamedTuple):
     """State of the searches, the index of the search last, as in `JointAxes`."""
 
     q: FloatArray
@@ -164,21 +167,21 @@ class _Reached(NamedTuple):
     square: FloatArray
 
 
-def _reached(robot: Robot, q: FloatArray, targets: Targets) -> _Reached:
-    tip, rotation, J = joint_axes(robot).placed(q.T)
+def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
+    tip, rotation, J = joint_axes(robot).place(q.T)
     error, distance, angle = pose_errors(tip, rotation, targets.position, targets.rotation)
-    return _Reached(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
+    return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 
 
-def _steps(here: _Reached, limits: Limits, factor: FloatArray) -> FloatArray:
+def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, joints held at limits, shape (d, n)."""
-    gradient = np.einsum("kin,kn->in", here.J, here.error)
-    held = held_joints(here.q, gradient, limits)
+    gradient = np.einsum("kin,kn->in", states.J, states.error)
+    held = held_joints(states.q, gradient, limits)
     gradient[held] = 0.0
-    J = np.where(held, 0.0, here.J) if held.any() else here.J
-    each = np.ascontiguousarray(J.transpose(2, 0, 1))
-    H = each.transpose(0, 2, 1) @ each
+    J = np.where(held, 0.0, states.J) if held.any() else states.J
+    jacobians = np.ascontiguousarray(J.transpose(2, 0, 1))
+    H = jacobians.transpose(0, 2, 1) @ jacobians
     # A singular matrix is not an error here: 1e-13 is rounding next to entries of about 1.
-    H[:, range(len(gradient)), range(len(gradient))] += (factor * here.square + 1e-13)[:, None]
+    H[:, range(len(gradient)), range(len(gradient))] += (factor * states.square + 1e-13)[:, None]
     step = np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
     return np.asarray(step * (MAX_STEP / np.maximum(np.abs(step).max(axis=0), MAX_STEP)))

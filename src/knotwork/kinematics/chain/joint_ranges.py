@@ -22,9 +22,9 @@ Limits: TypeAlias = tuple[FloatArray, FloatArray]
 
 FULL_TURN = 2 * np.pi
 # Rounding tolerance of position limits [rad or m].
-AT_LIMIT = 1e-9
+LIMIT_TOLERANCE = 1e-9
 # Maximum number of turns kept of one configuration; six joints of two turns each make 64.
-MOST_TURNS = 1024
+MAX_TURNS = 1024
 
 
 def limits_of(robot: Robot) -> Limits:
@@ -40,7 +40,7 @@ def no_limits(robot: Robot) -> Limits:
 def turning_limits(robot: Robot) -> Limits:
     """Limits for a search, infinite for joints that can make a full turn.
 
-    `turned_inside` brings such a joint inside its limits by whole turns.
+    `turn_inside` brings such a joint inside its limits by whole turns.
     """
     lower, upper = limits_of(robot)
     around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
@@ -54,13 +54,13 @@ def middle(limits: Limits) -> FloatArray:
     return np.where(bounded, 0.5 * (np.where(bounded, lower, 0.0) + upper), 0.0)
 
 
-def unbounded(robot: Robot) -> BoolArray:
+def unbounded_joints(robot: Robot) -> BoolArray:
     """Whether each joint turns without limit, shape (d,)."""
     lower, upper = limits_of(robot)
     return joint_axes(robot).revolute & ~(np.isfinite(lower) & np.isfinite(upper))
 
 
-def clipped(q: FloatArray, limits: Limits) -> FloatArray:
+def clip(q: FloatArray, limits: Limits) -> FloatArray:
     """The nearest joint positions inside limits."""
     return np.minimum(np.maximum(q, limits[0]), limits[1])
 
@@ -121,40 +121,38 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
     return result
 
 
-def turned_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
+def turn_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
     """Bring joints inside their limits, by the turns nearest a configuration and by clipping."""
-    return clipped(nearest_turns(robot, q, near), limits_of(robot))
+    return clip(nearest_turns(robot, q, near), limits_of(robot))
 
 
 def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     """Copies of a configuration inside the limits, offset by whole turns, shape (k, d).
 
-    All of them, or the `MOST_TURNS` copies nearest the middle of the limits. Joints without limits
+    All of them, or the `MAX_TURNS` copies nearest the middle of the limits. Joints without limits
     keep their turn.
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)
     if at_only_turn(robot, q):
-        return clipped(q, (lower, upper))[None]
+        return clip(q, (lower, upper))[None]
     centre = middle((lower, upper)).tolist()
     joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
     for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
         copies = [value]
         if unit == "rad" and math.isfinite(low) and math.isfinite(high):
             nearest = round((mid - value) / FULL_TURN)
-            least = max(math.ceil((low - AT_LIMIT - value) / FULL_TURN), nearest - MOST_TURNS)
-            most = min(math.floor((high + AT_LIMIT - value) / FULL_TURN), nearest + MOST_TURNS)
-            copies = [value + FULL_TURN * turns for turns in range(least, most + 1)]
-        fits = (x for x in copies if low - AT_LIMIT <= x <= high + AT_LIMIT)
+            first = max(math.ceil((low - LIMIT_TOLERANCE - value) / FULL_TURN), nearest - MAX_TURNS)
+            last = min(
+                math.floor((high + LIMIT_TOLERANCE - value) / FULL_TURN), nearest + MAX_TURNS
+            )
+            copies = [value + FULL_TURN * turns for turns in range(first, last + 1)]
+        fits = (x for x in copies if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE)
         inside = [min(max(x, low), high) for x in fits]
-        choices.append(_nearest_first(inside, mid))
-    while math.prod(map(len, choices)) > MOST_TURNS:
+        choices.append(sorted(inside, key=lambda x: (abs(x - mid), -x)))
+    while math.prod(map(len, choices)) > MAX_TURNS:
         max(choices, key=len).pop()
     return np.array(list(itertools.product(*map(sorted, choices)))).reshape(-1, len(q))
-
-
-def _nearest_first(values: list[float], middle: float) -> list[float]:
-    return sorted(values, key=lambda value: (abs(value - middle), -value))
 
 
 def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
@@ -163,7 +161,7 @@ def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
     For most arms no other turn fits: no revolute joint has a range of a whole turn.
     """
     lower, upper = limits_of(robot)
-    inside = ((lower - AT_LIMIT <= q) & (q <= upper + AT_LIMIT)).all(axis=-1)
+    inside = ((lower - LIMIT_TOLERANCE <= q) & (q <= upper + LIMIT_TOLERANCE)).all(axis=-1)
     return np.asarray(inside & (not _has_turns(robot)))
 
 
@@ -172,10 +170,10 @@ def _has_turns(robot: Robot) -> bool:
     """Whether a joint with limits can be at one angle in several turns."""
     lower, upper = limits_of(robot)
     room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
-    return bool((joint_axes(robot).revolute & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
+    return bool((joint_axes(robot).revolute & (room + 2.0 * LIMIT_TOLERANCE >= FULL_TURN)).any())
 
 
-def starts(
+def spread_starts(
     robot: Robot,
     limits: Limits,
     count: int,
@@ -206,10 +204,10 @@ def starts(
     low = np.maximum((np.zeros(robot.dof) if around is None else around) - half, lower)
     low = np.minimum(low, np.maximum(upper - 2.0 * half, lower))
     high = np.minimum(low + 2.0 * half, upper)
-    return np.asarray(low + low_discrepancy(robot.dof, count, skip) * (high - low))
+    return np.asarray(low + low_discrepancy_points(robot.dof, count, skip) * (high - low))
 
 
-def low_discrepancy(dimension: int, count: int, skip: int = 0) -> FloatArray:
+def low_discrepancy_points(dimension: int, count: int, skip: int = 0) -> FloatArray:
     """Points evenly spread over the unit cube: Roberts's R_d sequence.
 
     The i-th point is (1/2 + i α_k mod 1)_k, k = 1…d, with α_k = g^-k and g the root above 1 of

@@ -21,11 +21,11 @@ MAX_STEP = 1.0
 FIRST_FACTOR = 1e-2
 MAX_FACTOR = 1e8
 # With an error below this a search gets the usual effort: the solution is in reach [m, rad].
-CLOSE = 0.3
+CLOSE_ERROR = 0.3
 # Fraction of the tolerances that searches aim at, so that rounding can't decide.
-MARGIN = 0.9
+TOLERANCE_MARGIN = 0.9
 # Once within the tolerances, iterate until the error is this fraction of them, or this many steps.
-POLISHED = 1e-4
+POLISHED_SHARE = 1e-4
 POLISH_STEPS = 2
 
 
@@ -45,12 +45,12 @@ class Effort(NamedTuple):
 
 # A search that has not halved its error in twelve steps is at a local minimum. Even where the arm
 # is stretched to a singularity, Newton's step still quarters the error.
-USUAL = Effort()
+USUAL_EFFORT = Effort()
 # At simultaneous singularities convergence takes longer.
-PATIENT = Effort(iterations=400, patience=60)
+PATIENT_EFFORT = Effort(iterations=400, patience=60)
 # One of many searches for any solution stops earlier and keeps more damping: over random poses this
 # takes the fewest steps in total.
-HASTY = Effort(patience=5, least_factor=1e-2)
+HASTY_EFFORT = Effort(patience=5, least_factor=1e-2)
 
 
 class LocalSolution(NamedTuple):
@@ -115,17 +115,7 @@ class PoseSearch:
         if (position_weight, orientation_weight) != (1.0, 1.0):
             self._weights = np.repeat([position_weight, orientation_weight], 3)
 
-    def reweighted(self, *, position_weight: float, orientation_weight: float) -> PoseSearch:
-        """Search for the same pose with other weights."""
-        return PoseSearch(
-            self.robot,
-            self.pose,
-            *self.tolerances,
-            position_weight=position_weight,
-            orientation_weight=orientation_weight,
-        )
-
-    def within(self, position_error: float, orientation_error: float) -> bool:
+    def is_within(self, position_error: float, orientation_error: float) -> bool:
         """Whether errors of position [m] and orientation [rad] are within the tolerances."""
         return position_error <= self._most_position and orientation_error <= self._most_orientation
 
@@ -138,24 +128,20 @@ class PoseSearch:
         """Weighted error e, shape (6,)."""
         return self._error(q)[0]
 
-    def gradient(self, q: FloatArray) -> FloatArray:
-        """Descent direction Jᵀe, shape (d,)."""
-        return -self.value_and_gradient(q)[1]
-
     def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
         """|e|²/2 and its gradient −Jᵀe, shape (d,)."""
         e, square, _, _ = self._error(q)
-        return 0.5 * square, np.asarray(-self._jacobian_here().T.dot(e))
+        return 0.5 * square, np.asarray(-self._last_jacobian().T.dot(e))
 
-    def measured(self, q: FloatArray) -> LocalSolution:
+    def measure(self, q: FloatArray) -> LocalSolution:
         """A configuration as the end of a search."""
         errors = self.errors(q)
-        return LocalSolution(q, *errors, 0, self.within(*errors))
+        return LocalSolution(q, *errors, 0, self.is_within(*errors))
 
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
         self._error(q)
-        return self._jacobian_here()
+        return self._last_jacobian()
 
     def bend(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Acceleration of the TCP in tool axes while the joints move steadily, shape (6,)."""
@@ -178,7 +164,7 @@ class PoseSearch:
         e *= self._weights
         return e, float(e.dot(e)), position, orientation
 
-    def _jacobian_here(self) -> FloatArray:
+    def _last_jacobian(self) -> FloatArray:
         """The Jacobian at the last evaluation of the error."""
         J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
         if J.ndim == 1:  # of a single joint
@@ -199,24 +185,26 @@ class PoseSearch:
             step *= MAX_STEP / max(map(abs, moves))
         return step
 
-    def solve(self, start: FloatArray, limits: Limits, effort: Effort = USUAL) -> LocalSolution:
+    def solve(
+        self, start: FloatArray, limits: Limits, effort: Effort = USUAL_EFFORT
+    ) -> LocalSolution:
         """Search from a start.
 
         Args:
             start: Joint positions [rad or m], shape (d,); clipped to the limits.
             limits: Joint limits.
-            effort: Effort of the search; with `HASTY` a search close to the pose gets `USUAL`.
+            effort: Effort of the search; close to the pose `HASTY_EFFORT` becomes `USUAL_EFFORT`.
         """
         # For six numbers NumPy's overhead dominates: no array is made or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()
-        enough = (POLISHED * min(self.tolerances)) ** 2
+        enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
         most_position, most_orientation = self._most_position**2, self._most_orientation**2
         q, at_limit = _inside(start, lows, highs)
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
-        if effort is HASTY and square <= CLOSE**2:
-            effort = USUAL
+        if effort is HASTY_EFFORT and square <= CLOSE_ERROR**2:
+            effort = USUAL_EFFORT
         iterations, patience, least_factor = effort
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < iterations:
@@ -230,7 +218,7 @@ class PoseSearch:
                 checkpoint = square
             iteration += 1
             if accepted:
-                J = self._jacobian_here()
+                J = self._last_jacobian()
                 gradient = J.T.dot(e)
                 held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
                 if len(held):
@@ -249,7 +237,7 @@ class PoseSearch:
                 factor *= 8.0
         errors = math.sqrt(position), math.sqrt(orientation)
         q = q.copy() if q is start else q
-        return LocalSolution(q, *errors, iteration, self.within(*errors))
+        return LocalSolution(q, *errors, iteration, self.is_within(*errors))
 
 
 def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:

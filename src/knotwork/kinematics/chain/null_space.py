@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
-from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints, limits_of
+from knotwork.kinematics.chain.joint_ranges import Limits, clip, held_joints, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
 from knotwork.waypoints import FloatArray
 
-MAX_STEPS = 30
+MAX_NULL_SPACE_STEPS = 30
 # Shorter steps end the motion [rad or m].
 SMALLEST_STEP = 1e-6
 # Effort of the correction back onto the pose after a null-space step.
@@ -36,16 +36,16 @@ def nearest_by_self_motion(
     limits = limits_of(search.robot)
     distance, length, spent = float(np.linalg.norm(q - near)), 1.0, 0
     step: FloatArray | None = None
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_NULL_SPACE_STEPS):
         if step is None:
             step = null_space_step(search, q, near, limits)
         if length * np.linalg.norm(step) < smallest_step:
             break
-        found = search.solve(clipped(q + length * step, limits), limits, CORRECTION)
-        spent += found.iterations + 1
-        reached = float(np.linalg.norm(found.q - near))
-        if found.converged and reached < distance:
-            q, distance, step = found.q, reached, None
+        solution = search.solve(clip(q + length * step, limits), limits, CORRECTION)
+        spent += solution.iterations + 1
+        reached = float(np.linalg.norm(solution.q - near))
+        if solution.converged and reached < distance:
+            q, distance, step = solution.q, reached, None
             length = min(1.0, 2.0 * length)
         else:
             length *= 0.25
@@ -67,10 +67,10 @@ def null_space_step(
     held = np.zeros(len(q), dtype=bool)
     while True:
         wanted = np.where(held, 0.0, near - q)
-        free = np.where(held, 0.0, J)
+        J_free = np.where(held, 0.0, J)
         # (I − J⁺J) x = x − Jᵀ (J Jᵀ)⁻¹ J x; the damping is for a singular J only.
-        gram = free @ free.T + 1e-12 * np.eye(6)
-        step: FloatArray = wanted - free.T @ LDLT(gram).solve(free @ wanted)
+        gram = J_free @ J_free.T + 1e-12 * np.eye(6)
+        step: FloatArray = wanted - J_free.T @ LDLT(gram).solve(J_free @ wanted)
         leaves = held_joints(q, step, limits)
         if not (leaves & ~held).any():
             return step

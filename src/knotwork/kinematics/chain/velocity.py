@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray, read_only
 
 # Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
 # direction: the joint velocities are checked against plausible limits.
-NEAR_SINGULAR = 1e-3
+IMPLAUSIBLE_SINGULAR_VALUE = 1e-3
 # Faster than any joint of an arm: replaces a missing velocity limit near a singularity
 # [rad/s or m/s].
 FASTEST_JOINT = 10.0
@@ -113,11 +113,11 @@ def solve_velocity_ik(
     check_tolerance(linear_tolerance, "linear_tolerance")
     check_tolerance(angular_tolerance, "angular_tolerance")
     wanted = read_only(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
-    rest = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
+    self_motion = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
     J = robot.jacobian(q)
-    if not wanted.any() and rest is None:
+    if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
-    (v,), _ = solve_velocities(robot, J[None], wanted, rest)
+    (v,), _ = solve_velocities(robot, J[None], wanted, self_motion)
     tolerances = linear_tolerance, angular_tolerance
     _check_attained(robot, J, wanted, v, tolerances, waypoint, where, units)
     return np.asarray(v)
@@ -138,9 +138,9 @@ def _check_attained(
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > tolerances[0] * scale or angular > tolerances[1] * scale:
-        message = _unattainable(robot, smallest, wanted, residual, v, units)
-    elif smallest < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
-        message = _too_fast(robot, J, smallest, v, units)
+        message = _unattainable_message(robot, smallest, wanted, residual, v, units)
+    elif smallest < IMPLAUSIBLE_SINGULAR_VALUE and (np.abs(v) > _plausible_speeds(robot)).any():
+        message = _speed_message(robot, J, smallest, v, units)
     else:
         return
     raise SingularityError(
@@ -176,14 +176,16 @@ def solve_velocities(
     """
     scale = joint_scales(robot) * np.atleast_2d(ease)
     weighted = J * scale[:, None, :]
-    free = np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
-    wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ free[:, :, None]
-    w, left = np.zeros((len(J), robot.dof, 1)), wanted
+    self_motion = (
+        np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
+    )
+    wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ self_motion[:, :, None]
+    w, residual = np.zeros((len(J), robot.dof, 1)), wanted
     inverse = _pseudoinverses(weighted)
     for _ in range(2):  # the second iteration removes most rounding errors
-        w += inverse @ left
-        left = wanted - weighted @ w
-    return (free + w[:, :, 0]) * scale, np.abs(left[:, :, 0]).max(axis=1)
+        w += inverse @ residual
+        residual = wanted - weighted @ w
+    return (self_motion + w[:, :, 0]) * scale, np.abs(residual[:, :, 0]).max(axis=1)
 
 
 def _pseudoinverses(J: FloatArray) -> FloatArray:
@@ -240,11 +242,11 @@ def joint_scales(robot: Robot) -> FloatArray:
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
     scales = np.where(finite, limit, usual) / usual
     scales /= robot.weights
-    scales[robot.virtual] = [one.ease for one in robot.virtual_joints]
+    scales[robot.virtual] = [joint.ease for joint in robot.virtual_joints]
     return scales
 
 
-def _unattainable(
+def _unattainable_message(
     robot: Robot,
     smallest: float,
     wanted: FloatArray,
@@ -262,21 +264,21 @@ def _unattainable(
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
         if amount > 1e-12
     ]
-    nearest = f"the closest attainable velocity is {_twist(possible, units)}"
+    nearest = f"the closest attainable velocity is {_twist_text(possible, units)}"
     if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
         nearest = "no component is attainable"
-    left = (
+    component = (
         f"a component of {' and '.join(amounts)} {describe_direction(residual)} is unattainable "
         f"here; {nearest}"
     )
-    if robot.dof < 6 and smallest > NEAR_SINGULAR:
+    if robot.dof < 6 and smallest > IMPLAUSIBLE_SINGULAR_VALUE:
         return (
-            f"an arm of {robot.dof} joints can't give the tool this velocity: {left} (smallest "
-            f"singular value {smallest:.3g})"
+            f"an arm of {robot.dof} joints can't give the tool this velocity: {component} "
+            f"(smallest singular value {smallest:.3g})"
         )
     return (
         f"the arm is singular here (smallest singular value {smallest:.3g}) and can't give the "
-        f"tool this velocity: {left}"
+        f"tool this velocity: {component}"
     )
 
 
@@ -284,7 +286,9 @@ def _plausible_speeds(robot: Robot) -> FloatArray:
     return np.minimum(robot.velocity_limit, FASTEST_JOINT)
 
 
-def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units) -> str:
+def _speed_message(
+    robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units
+) -> str:
     direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
     use = np.abs(v) / _plausible_speeds(robot)
     kinds = [f"{unit}/s" for unit in robot.joint_units]
@@ -305,12 +309,12 @@ def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units
     )
 
 
-def _twist(twist: FloatArray, units: Units) -> str:
+def _twist_text(twist: FloatArray, units: Units) -> str:
     """A twist in numbers, rounding left out."""
     parts = []
     for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):
-        kept = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]
-        values = ", ".join(f"{units.shown(value, unit)[0]:.3g}" for value in kept)
+        components = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]
+        values = ", ".join(f"{units.shown(value, unit)[0]:.3g}" for value in components)
         parts.append(f"({values}) {units.shown(0.0, unit)[1]}")
     return " and ".join(parts)
 

@@ -9,12 +9,12 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import (
     Limits,
-    clipped,
+    clip,
     joint_distances,
-    starts,
+    spread_starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import (
-    PATIENT,
+    PATIENT_EFFORT,
     LocalSolution,
     PoseSearch,
 )
@@ -22,30 +22,19 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# Searches in one batch, with limits and without. They stop near a minimum; `REFINED` of the best,
-# with at least this distance between them [rad or m], are refined.
-SEARCHES = 120
-REFINED = 8
-APART = 0.1
+# Searches in one batch, with limits and without. They stop near a minimum; `MAX_REFINED` of the
+# best, with at least this distance between them [rad or m], are refined.
+CLOSEST_SEARCHES = 120
+MAX_REFINED = 8
+SAME_MINIMUM = 0.1
 # A search that ends within this error [m, rad] may still converge at simultaneous singularities.
-SMALL = 1e-2
+SMALL_ERROR = 1e-2
 # Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
-MOST_STEPS = 500
-FLAT = 1e-10
-# The finest tolerance accepted [m, rad], because of rounding. Searches aim at a little less than a
-# tolerance.
-FINEST_TOLERANCE = 1e-12
-ROUNDING = 0.9 * FINEST_TOLERANCE
+MINIMISER_STEPS = 500
+FLAT_GRADIENT = 1e-10
 
 
-def reached(solution: LocalSolution) -> bool:
-    """Whether a search ended at a solution, within the tolerances or rounding."""
-    return (
-        solution.converged or max(solution.position_error, solution.orientation_error) <= ROUNDING
-    )
-
-
-def square(solution: LocalSolution) -> float:
+def squared_error(solution: LocalSolution) -> float:
     """The minimised quantity: distance² + angle², one metre counting as one radian."""
     return solution.position_error**2 + solution.orientation_error**2
 
@@ -65,28 +54,34 @@ def closest_poses(
         The closest minima found, the closest first.
     """
     robot = search.robot
-    begin = np.vstack([starts_from(robot, near, limits, SEARCHES), *(q[None] for q in more)])
-    found = solve_batch(robot, Targets.of([search.pose]), begin, tolerance=1e-9, limits=limits)
-    size = found.position_error**2 + found.orientation_error**2
-    ends = apart(robot, found.q[np.argsort(size, kind="stable")], REFINED)
-    return sorted((come_close(search, q, limits) for q in ends), key=square)
+    begin = np.vstack(
+        [starts_from(robot, near, limits, CLOSEST_SEARCHES), *(q[None] for q in more)]
+    )
+    ended = solve_batch(
+        robot, Targets.from_poses([search.pose]), begin, tolerance=1e-9, limits=limits
+    )
+    size = ended.position_error**2 + ended.orientation_error**2
+    ends = distinct_minima(robot, ended.q[np.argsort(size, kind="stable")], MAX_REFINED)
+    return sorted((come_close(search, q, limits) for q in ends), key=squared_error)
 
 
 def starts_from(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
     """A configuration and others spread over a box around it within limits, shape (n, d)."""
-    return np.vstack([near, starts(robot, limits, count, around=near)])
+    return np.vstack([near, spread_starts(robot, limits, count, around=near)])
 
 
-def apart(robot: Robot, configurations: Iterable[FloatArray], most: int) -> list[FloatArray]:
+def distinct_minima(
+    robot: Robot, configurations: Iterable[FloatArray], most: int
+) -> list[FloatArray]:
     """Select configurations in order, without those close to one selected before."""
     revolute = joint_axes(robot).revolute
-    kept: list[FloatArray] = []
+    selected: list[FloatArray] = []
     for q in configurations:
-        if all(joint_distances(q, other, revolute) > APART for other in kept):
-            kept.append(q)
-            if len(kept) == most:
+        if all(joint_distances(q, p, revolute) > SAME_MINIMUM for p in selected):
+            selected.append(q)
+            if len(selected) == most:
                 break
-    return kept
+    return selected
 
 
 def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSolution:
@@ -100,14 +95,14 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         q: Start, shape (d,).
         limits: Joint limits.
     """
-    found = search.solve(q, limits)
-    if not reached(found) and found.miss < SMALL:
-        found = search.solve(found.q, limits, PATIENT)
-    if reached(found):
-        return found
+    solution = search.solve(q, limits)
+    if not solution.converged and solution.miss < SMALL_ERROR:
+        solution = search.solve(solution.q, limits, PATIENT_EFFORT)
+    if solution.converged:
+        return solution
     from scipy.optimize import minimize
 
-    options = {"ftol": 0.0, "gtol": FLAT, "maxiter": MOST_STEPS}
+    options = {"ftol": 0.0, "gtol": FLAT_GRADIENT, "maxiter": MINIMISER_STEPS}
     bounds, least = np.transpose(limits), search.value_and_gradient
-    ended = minimize(least, found.q, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return search.measured(clipped(ended.x, limits))
+    ended = minimize(least, solution.q, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return search.measure(clip(ended.x, limits))

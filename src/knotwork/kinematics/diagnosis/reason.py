@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
-from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError
 from knotwork.kinematics.chain.joint_ranges import (
+    LIMIT_TOLERANCE,
     held_joints,
     limits_of,
     nearest_turns,
     no_limits,
-    turned_inside,
+    turn_inside,
     turning_limits,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
 from knotwork.kinematics.diagnosis.closest import (
-    FINEST_TOLERANCE,
-    ROUNDING,
-    apart,
     closest_poses,
     come_close,
-    reached,
-    square,
+    distinct_minima,
+    squared_error,
     starts_from,
 )
+from knotwork.kinematics.pose_arguments import FINEST_TOLERANCE
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units, readable
@@ -33,12 +32,10 @@ from knotwork.waypoints import FloatArray
 
 # Weight of a metre relative to a radian when the point is kept and the tool turned.
 POINT_FIRST = 1e3
-# Rounding tolerance of an excess over a limit [rad or m].
-AT_LIMIT = 1e-9
 # Limits are a cause if they increase the error by more than this fraction.
-AS_NEAR = 1e-3
+LIMIT_ERROR_FACTOR = 1e-3
 # A joint counts as blocking if it carries at least this share of the descent direction.
-HELD = 1e-6
+BLOCKING_SHARE = 1e-6
 # Additional searches for the point alone, and the number of successful ones that are refined by
 # turning the tool.
 POINT_SEARCHES = 30
@@ -48,7 +45,6 @@ POINT_REFINED = 5
 def solution_or_reason(
     search: PoseSearch,
     near: FloatArray,
-    tolerances: tuple[float, float],
     waypoint: str,
     where: str,
     units: Units = SI,
@@ -58,7 +54,6 @@ def solution_or_reason(
     Args:
         search: The pose, and the robot.
         near: Preferred configuration, shape (d,).
-        tolerances: Tolerances of the request [m, rad].
         waypoint: Name of the waypoint.
         where: Location of its definition.
         units: Units of the message.
@@ -69,79 +64,51 @@ def solution_or_reason(
     Raises:
         OutsideLimitsError: Only joint positions outside their limits reach the pose.
         UnreachablePoseError: No joint positions reach the pose.
-        WaypointDataError: A tolerance is finer than rounding.
     """
     robot = search.robot
     beyond = closest_poses(search, near, no_limits(robot))
-    limits, found = turning_limits(robot), beyond
+    limits, minima = turning_limits(robot), beyond
     if np.isfinite(limits).any():  # else it is the same search
-        pulled = [turned_inside(robot, s.q, near) for s in beyond]
-        found = closest_poses(search, near, limits, pulled)
-    inside = [search.measured(turned_inside(robot, s.q, near)) for s in found]
+        pulled = [turn_inside(robot, s.q, near) for s in beyond]
+        minima = closest_poses(search, near, limits, pulled)
+    inside = [search.measure(turn_inside(robot, s.q, near)) for s in minima]
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
-    closest = min(inside, key=square)
-    if reached(closest):
-        _refuse_tolerance(search, closest, tolerances, units)
-    held, data = _held(search, closest), {"where": where, **_left(closest)}
-    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if reached(s)]
-    if at_pose:
-        joints = _least_outside(robot, at_pose, near)
-        sentence = (
-            "the pose is reachable only outside the joint limits: the solution found that is least "
-            f"outside has {_joints_outside(robot, joints, units)}{_inside(closest, held, units)}"
-        )
-        raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
-    # Searches that ignore the limits may miss this minimum.
-    least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
-    point = _on_point(search, [*beyond, *inside], near)
-    sentence = _missed(search, least, point, units)
-    if square(closest) > (1.0 + AS_NEAR) ** 2 * square(least):
-        sentence += _inside(closest, held, units)
-    else:
-        held, sentence = (), f"{sentence}; joint limits are not the cause"
-    raise UnreachablePoseError(waypoint, sentence, held=held, **data, **_shortfalls(least, point))
-
-
-def _left(closest: LocalSolution) -> dict[str, Any]:
-    """Error data: the closest pose inside the limits."""
-    return {
+    closest = min(inside, key=squared_error)
+    held = _blocking_joints(search, closest)
+    data: dict[str, Any] = {
+        "where": where,
         "closest": closest.q.tolist(),
         "closest_distance": closest.position_error,
         "closest_angle": closest.orientation_error,
     }
-
-
-def _shortfalls(least: LocalSolution, point: tuple[float, float | None, bool]) -> dict[str, Any]:
-    """Error data; `point` is the result of `_on_point`."""
-    return {
-        "position_shortfall": least.position_error,
-        "orientation_shortfall": least.orientation_error,
-        "point_shortfall": point[0],
-        "angle_at_point": point[1],
-    }
-
-
-def _refuse_tolerance(
-    search: PoseSearch, closest: LocalSolution, tolerances: tuple[float, float], units: Units
-) -> NoReturn:
-    """Refuse a tolerance that only rounding prevents.
-
-    Raises:
-        WaypointDataError: Always.
-    """
-    position = not search.within(closest.position_error, 0.0)
-    name, value, unit, left = (
-        ("position_tolerance", tolerances[0], "m", closest.position_error)
-        if position
-        else ("orientation_tolerance", tolerances[1], "rad", closest.orientation_error)
-    )
-    raise WaypointDataError(
-        f"{name} {units.text(value, unit, 'g')} is finer than rounding: the pose is reached to "
-        f"{units.text(left, unit, '.3g')} and no nearer; "
-        f"{units.text(FINEST_TOLERANCE, unit, '.3g')} or more is accepted",
-        value=value,
+    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if s.converged]
+    if at_pose:
+        joints = _least_outside(robot, at_pose, near)
+        sentence = (
+            "the pose is reachable only outside the joint limits: the solution found that is least "
+            f"outside has {_joints_outside(robot, joints, units)}"
+            f"{_closest_sentence(closest, held, units)}"
+        )
+        raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
+    # Searches that ignore the limits may miss this minimum.
+    least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=squared_error)
+    point = _on_point(search, [*beyond, *inside], near)
+    sentence = _miss_sentence(search, least, point, units)
+    if squared_error(closest) > (1.0 + LIMIT_ERROR_FACTOR) ** 2 * squared_error(least):
+        sentence += _closest_sentence(closest, held, units)
+    else:
+        held, sentence = (), f"{sentence}; joint limits are not the cause"
+    raise UnreachablePoseError(
+        waypoint,
+        sentence,
+        held=held,
+        position_shortfall=least.position_error,
+        orientation_shortfall=least.orientation_error,
+        point_shortfall=point[0],
+        angle_at_point=point[1],
+        **data,
     )
 
 
@@ -159,7 +126,7 @@ def _least_outside(
     # An excess within rounding is not reported if another joint is outside.
     return [
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
-        for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
+        for i in np.flatnonzero(over > min(LIMIT_TOLERANCE, 0.5 * over.max()))
     ]
 
 
@@ -177,7 +144,7 @@ def _joints_outside(
     return "; ".join(parts)
 
 
-def _missed(
+def _miss_sentence(
     search: PoseSearch,
     least: LocalSolution,
     point: tuple[float, float | None, bool],
@@ -185,24 +152,24 @@ def _missed(
 ) -> str:
     """Text about how far the pose is out of reach; `point` is the result of `_on_point`."""
     distance, angle, inside = point
-    there = _miss(least, units)
+    miss = _miss_text(least, units)
     if angle is None:
         return (
             "the pose is out of reach: the nearest point found is "
-            f"{_length(distance, units)} away in any orientation, the closest pose {there}"
+            f"{_length_text(distance, units)} away in any orientation, the closest pose {miss}"
         )
     but = ", but" if inside else " only outside the joint limits, and"
     sentence = (
         f"the point is reachable{but} not in this orientation: on the point the nearest found "
-        f"is off by {_angle(angle, units)}"
+        f"is off by {_angle_text(angle, units)}"
     )
-    if search.within(least.position_error, 0.0):
+    if search.is_within(least.position_error, 0.0):
         return sentence
-    return f"{sentence}; the closest pose found is {there} away"
+    return f"{sentence}; the closest pose found is {miss} away"
 
 
 def _on_point(
-    search: PoseSearch, found: list[LocalSolution], near: FloatArray
+    search: PoseSearch, nearby: list[LocalSolution], near: FloatArray
 ) -> tuple[float, float | None, bool]:
     """Bring the TCP to the point, then turn the tool, inside the limits if possible.
 
@@ -211,56 +178,54 @@ def _on_point(
         it; and whether it is reached inside the limits.
     """
     robot = search.robot
-    point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
-    turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
+    tolerances = search.tolerances
+    point = PoseSearch(robot, search.pose, *tolerances, orientation_weight=0.0)
+    turned = PoseSearch(robot, search.pose, *tolerances, position_weight=POINT_FIRST)
     choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
     if not np.isfinite(choices[0][1]).any():
         choices.pop()
     # if the arm is too short no search can succeed
     missed = joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]
     for inside, limits in [] if missed else choices:
-        starts = [*(s.q for s in found), *starts_from(robot, near, limits, POINT_SEARCHES)]
+        starts = [*(s.q for s in nearby), *starts_from(robot, near, limits, POINT_SEARCHES)]
         at_point = [s for s in (point.solve(q, limits) for q in starts) if s.converged]
         if at_point:
             at_point.sort(key=lambda s: s.orientation_error)
-            first = apart(robot, [s.q for s in at_point], POINT_REFINED)
+            first = distinct_minima(robot, [s.q for s in at_point], POINT_REFINED)
             refined = [come_close(turned, q, limits).q for q in first]
             at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
             return best.position_error, best.orientation_error, inside
-    nearest = (come_close(point, s.q, choices[-1][1]) for s in found[:POINT_REFINED])
+    nearest = (come_close(point, s.q, choices[-1][1]) for s in nearby[:POINT_REFINED])
     return min(s.position_error for s in nearest), None, False
 
 
-def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
+def _blocking_joints(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
     """Joints at a limit that would have to move beyond it."""
     robot = search.robot
-    margin = HELD * square(closest) ** 0.5
-    held = held_joints(closest.q, search.gradient(closest.q), limits_of(robot), margin)
+    margin = BLOCKING_SHARE * squared_error(closest) ** 0.5
+    held = held_joints(
+        closest.q, -search.value_and_gradient(closest.q)[1], limits_of(robot), margin
+    )
     return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 
-def _inside(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
-    left = _miss(closest, units)
-    sentence = f"; the closest pose found within the limits misses by {left}"
+def _closest_sentence(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
+    miss = _miss_text(closest, units)
+    sentence = f"; the closest pose found within the limits misses by {miss}"
     return f"{sentence}, blocked by the limits of {', '.join(held)}" if held else sentence
 
 
-def _miss(solution: LocalSolution, units: Units) -> str:
+def _miss_text(solution: LocalSolution, units: Units) -> str:
     length, angle = solution.position_error, solution.orientation_error
-    return f"{_length(length, units)} and {_angle(angle, units)}"
+    return f"{_length_text(length, units)} and {_angle_text(angle, units)}"
 
 
-def _length(value: float, units: Units) -> str:
-    return units.text(_rounded(value), "m", ".4g")
+def _length_text(value: float, units: Units) -> str:
+    return units.text((value if value > FINEST_TOLERANCE else 0.0), "m", ".4g")
 
 
-def _angle(value: float, units: Units) -> str:
-    value = _rounded(value)
+def _angle_text(value: float, units: Units) -> str:
+    value = value if value > FINEST_TOLERANCE else 0.0
     in_degrees = f" ({readable(np.degrees(value), '.3g')}°)" if units.angle == "rad" else ""
     return f"{units.text(value, 'rad', '.4g')}{in_degrees}"
-
-
-def _rounded(value: float) -> float:
-    """Replace a value within rounding by zero."""
-    return value if value > ROUNDING else 0.0

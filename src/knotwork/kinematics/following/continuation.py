@@ -13,36 +13,35 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.joint_field import JointField, Pull
 from knotwork.kinematics.following.limiting_constraint import (
-    AT_LIMIT,
     LimitingConstraint,
     Steps,
     fastest,
     limiting_constraint,
 )
-from knotwork.kinematics.following.steps import Stages, moved
+from knotwork.kinematics.following.steps import Stages, take_step
 from knotwork.robot import Robot
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
 # Largest motion of a joint in one step [rad or m].
-STEP = 0.1
+JOINT_STEP = 0.1
 # If joints become faster by this factor, steps that were planned together are planned again.
-SLACK = 1.3
-# A step in which joints move by more than this factor times `STEP` is repeated.
-TOO_FAR = 2.0
+FASTER_FACTOR = 1.3
+# A step in which joints move by more than this factor times `JOINT_STEP` is repeated.
+REPEAT_FACTOR = 2.0
 # Smallest number of steps for each piece of a path.
-LEAST_STEPS = 4
+MIN_STEPS = 4
 # The path is evaluated for this many steps at once.
-TOGETHER = 16
+STEPS_AT_ONCE = 16
 # The tool is at full speed within this relative tolerance.
-AT_SPEED = 1e-9
+FULL_SPEED_TOLERANCE = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
-DIFFERENCE = 2e-3
+DIFFERENCE_STEP = 2e-3
 
 
 class Continuation(NamedTuple):
@@ -92,11 +91,11 @@ class Continuation(NamedTuple):
         leads = np.isinf(self.lost)
         speeds = fastest(self.time, self.position[:, leads], self.velocity[:, leads])
         use = speeds.max(axis=0) / np.minimum(robot.velocity_limit, FASTEST_JOINT)
-        leads[leads] = (use <= 1.0 + AT_LIMIT).all(axis=1)
+        leads[leads] = (use <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
         lower, upper = (bound - turns for bound in limits_of(robot))
         most, least = self.position.max(axis=0)[starts], self.position.min(axis=0)[starts]
         with np.errstate(invalid="ignore"):
-            inside = (np.maximum(most - upper, lower - least) <= AT_LIMIT).all(axis=1)
+            inside = (np.maximum(most - upper, lower - least) <= LIMIT_TOLERANCE).all(axis=1)
         return np.asarray(leads[starts] & inside)
 
     def limiting_constraint(
@@ -125,7 +124,7 @@ def continue_along(
     times: FloatArray,
     *,
     pull: Pull = 0.0,
-    step: float = STEP,
+    step: float = JOINT_STEP,
 ) -> Continuation:
     """Follow a path from some starts, without regard to limits.
 
@@ -147,19 +146,19 @@ def continue_along(
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
     for start, end in pairwise(stops):
         now = float(start)
-        least = min(_piece_duration(path, 0.5 * (start + end)) / LEAST_STEPS, end - start)
-        stage = Stages.of(field, path, np.array([now]), 0.5 * (now + float(end)))
+        least = min(_piece_duration(path, 0.5 * (start + end)) / MIN_STEPS, end - start)
+        stage = Stages.evaluate(field, path, np.array([now]), 0.5 * (now + float(end)))
         v = _velocities(field, q, stage, 0)
         most = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
             h = min(least, step / most) if most else least
             h, when = _next_times(now, float(end), h)
-            stages = Stages.of(field, path, when, 0.5 * (now + float(when[-1])))
+            stages = Stages.evaluate(field, path, when, 0.5 * (now + float(when[-1])))
             for k in range(0, len(when) - 1, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
-                end_of = moved(field, path, limit, q[alive], v[alive], stages[k : k + 3])
+                end_of = take_step(field, path, limit, q[alive], v[alive], stages[k : k + 3])
                 far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
-                if far > TOO_FAR * step:
+                if far > REPEAT_FACTOR * step:
                     most = max(far / h, most)
                     break  # joints became faster: shorter steps from here
                 steps.append((float(when[k]), q.copy(), v))
@@ -170,7 +169,7 @@ def continue_along(
                 v = _velocities(field, q, stages, k + 2)
                 now = float(when[k + 2])
                 most = float(np.nanmax(np.abs(v), initial=0.0))
-                if h * most > SLACK * step:
+                if h * most > FASTER_FACTOR * step:
                     break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v))
         result[times == end] = q
@@ -187,7 +186,7 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
     """
     parts = int(np.ceil((end - now) / most - 1e-9))
     h = (end - now) / parts
-    parts = min(parts, TOGETHER)
+    parts = min(parts, STEPS_AT_ONCE)
     last = end if now + (parts + 0.5) * h > end else now + parts * h
     return h, np.linspace(now, last, 2 * parts + 1)
 
@@ -199,7 +198,7 @@ def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
     """
     if path.carrier is not None:
         return np.zeros(time.shape, dtype=bool)
-    return np.asarray(path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time))
+    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.speed_asked_for(time))
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
@@ -251,9 +250,9 @@ def accelerations(
     faster = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
     faster = np.divide(faster, speed, out=np.zeros_like(speed), where=speed > 0.0)
     share, gain = speed / path.full_speed, faster / path.full_speed
-    along = field.along(path, times)
+    along = field.arc_lengths(path, times)
     v = field.velocities(q, twist, share, along)
-    h = DIFFERENCE / np.maximum(np.abs(v).max(axis=1), 1e-300)
+    h = DIFFERENCE_STEP / np.maximum(np.abs(v).max(axis=1), 1e-300)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
     around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
     same = np.tile(twist, (4, 1)), np.tile(share, 4), np.tile(along, 4)

@@ -11,7 +11,11 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.kinematics.following.path_proof import PathTolerance, check_tolerance, proved_use
+from knotwork.kinematics.following.path_proof import (
+    PathTolerance,
+    check_tolerance,
+    proved_tolerance_use,
+)
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.spline.interpolation import ModifiedHermiteSpline
@@ -21,21 +25,21 @@ from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray
 
 # Fractions of each interval at which the curve is compared with the path, where errors are largest.
-SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+INTERVAL_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 # Waypoints are inserted until sampled errors are below this fraction of the tolerances, and then
 # until the proof succeeds; the proof gives no remaining margin.
-PART = 0.9
+SAMPLED_SHARE = 0.9
 # Tolerances that need more waypoints than this are refused.
-MOST = 100_000
-MOST_PARTS = 8
+MAX_WAYPOINTS = 100_000
+MAX_PARTS = 8
 EVEN_ROUNDS = 3
 # Tolerance of self-motion between waypoints to the motion whose limits were checked [rad or m].
-STRAYED = 5e-3
+SELF_MOTION_TOLERANCE = 5e-3
 # Shorter intervals are not divided [s].
-SHORTEST = 1e-5
+SHORTEST_INTERVAL = 1e-5
 # Breaks of a path closer than this are merged [s]: between waypoints that close, rounding of joint
 # positions would appear as acceleration and jerk.
-ONE_BREAK = 2e-4
+SAME_BREAK = 2e-4
 
 
 class FollowedPath(NamedTuple):
@@ -75,18 +79,18 @@ def with_waypoints_inserted(
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
-    one, path = _Insertion(joints, tolerance, knots), joints.path
-    followed = one.evenly(_ends(path, [] if times is None else times))
+    insertion, path = _Insertion(joints, tolerance, knots), joints.path
+    followed = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
     # not earlier: with fewer waypoints near a singularity rounding errors are far larger
-    check_tolerance(joints.robot, one.curve(followed), path, tolerance)
+    check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
     while True:
-        use = one.use(followed)
+        use = insertion.use(followed)
         if (use <= 1.0).all():
-            curve = one.curve(followed)
-            use = proved_use(joints.robot, curve, path, tolerance, followed.time)
+            curve = insertion.curve(followed)
+            use = proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
-        followed = one.divided(followed, use)
+        followed = insertion.divide(followed, use)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +101,7 @@ class _Insertion:
     tolerance: PathTolerance
     knots: Any
 
-    def at(self, times: FloatArray) -> FollowedPath:
+    def waypoints_at(self, times: FloatArray) -> FollowedPath:
         q = self.joints.positions(times)
         return FollowedPath(times, q, *self.joints.rates(times, q))
 
@@ -110,97 +114,105 @@ class _Insertion:
             acceleration=followed.acceleration,
         )
 
-    def evenly(self, ends: FloatArray) -> FollowedPath:
+    def divide_evenly(self, ends: FloatArray) -> FollowedPath:
         """Equal intervals between given times: the fewest waypoints on a smooth path."""
         count = np.ones(len(ends) - 1, dtype=int)
-        followed = self.at(ends)
+        followed = self.waypoints_at(ends)
         for _ in range(EVEN_ROUNDS):
             use = self.use(followed)
             worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
             if (worst <= 1.0).all():
                 break
-            more = np.ceil(count * np.minimum(worst, MOST_PARTS**4) ** 0.25).astype(int)
+            more = np.ceil(count * np.minimum(worst, MAX_PARTS**4) ** 0.25).astype(int)
             count = np.where(worst > 1.0, np.maximum(more, count + 1), count)
             self._check_count(int(count.sum()))
             pieces = zip(ends[:-1], ends[1:], count, strict=True)
             wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
-            followed = self.at(np.append(np.concatenate(wanted), ends[-1]))
+            followed = self.waypoints_at(np.append(np.concatenate(wanted), ends[-1]))
         return followed
 
-    def divided(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
+    def divide(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
         """Divide the intervals that exceed the tolerances."""
         open_ = use > 1.0
         self._check_count(len(use) + int(open_.sum()))
         self._check_lengths(known, use)
-        more = self.at(0.5 * (known.time[1:] + known.time[:-1])[open_])
+        more = self.waypoints_at(0.5 * (known.time[1:] + known.time[:-1])[open_])
         order = np.argsort(np.concatenate((known.time, more.time)))
         values = zip(known, more, strict=True)
-        return FollowedPath(*(np.concatenate(both)[order] for both in values))
+        return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
 
     def use(self, followed: FollowedPath) -> FloatArray:
         """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
-        times = (start + length * np.array(SAMPLES)).ravel()
+        times = (start + length * np.array(INTERVAL_SAMPLES)).ravel()
         allowed = self.tolerance
-        off = errors(self.joints.robot, self.joints.path, spline(times), spline(times, 1), times)
-        use = off / (PART * np.array([allowed.position, allowed.orientation, allowed.speed]))
+        off = path_errors(
+            self.joints.robot, self.joints.path, spline(times), spline(times, 1), times
+        )
+        use = off / (
+            SAMPLED_SHARE * np.array([allowed.position, allowed.orientation, allowed.speed])
+        )
         use = use.max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
-            use = np.maximum(use, self._strayed(spline(times), times) / STRAYED)
+            use = np.maximum(
+                use, self._self_motion_error(spline(times), times) / SELF_MOTION_TOLERANCE
+            )
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
-    def _strayed(self, q: FloatArray, times: FloatArray) -> FloatArray:
+    def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
         strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
-        far = strayed > STRAYED  # `joints.curve` is approximate: compute these exactly
+        far = (
+            strayed > SELF_MOTION_TOLERANCE
+        )  # `joints.curve` is approximate: compute these exactly
         if far.any():
             strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
         return np.asarray(strayed)
 
     def _check_count(self, count: int) -> None:
-        if count > MOST:
+        if count > MAX_WAYPOINTS:
             allowed = self.tolerance
             raise PathError(
                 f"the tolerances {allowed.position:g} m, {allowed.orientation:g} rad and "
-                f"{allowed.speed:g} of the speed need more than {MOST} waypoints along the "
-                "path; use wider ones, or round the corner where its curvature jumps"
+                f"{allowed.speed:g} of the speed need more than {MAX_WAYPOINTS} waypoints along "
+                "the path; use wider ones, or round the corner where its curvature jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
         """Refuse intervals below the resolution of time."""
-        short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST))
+        short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
         if short.size:
             i = int(short[use[short].argmax()])
             along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
             raise PathError(
                 f"{along:.6g} m along the path no waypoints keep the motion within its tolerances: "
-                f"even in {SHORTEST:g} s the error is {use[i]:.3g} times as large; use wider ones, "
-                "a lower speed or a round corner there"
+                f"even in {SHORTEST_INTERVAL:g} s the error is {use[i]:.3g} times as large; use "
+                "wider ones, a lower speed or a round corner there"
             )
 
 
-def _ends(path: TimedPath, given: ArrayLike) -> FloatArray:
+def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
     """Times of the waypoints that every tolerance needs: the given times and the breaks [s].
 
     A break close to another of these times is left out.
     """
-    fixed = distinct(path.breaks[[0, -1]], given)
+    fixed = distinct(path.breaks[[0, -1]], times)
     ends = list(fixed)
     for time in path.breaks[1:-1]:
         i = bisect_left(ends, time)
-        if min(time - ends[i - 1], ends[i] - time) >= ONE_BREAK:
+        if min(time - ends[i - 1], ends[i] - time) >= SAME_BREAK:
             ends.insert(i, time)
     return np.array(ends)
 
 
-def errors(
+def path_errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
-    tip, columns, J = joint_axes(robot).placed(q)
+    tip, columns, J = joint_axes(robot).place(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
-    place, rotations, moved = path.seen(times, tip.T, columns.transpose(2, 1, 0), moved)
+    place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.speed_asked_for(times)

@@ -16,17 +16,17 @@ from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
 # Tolerance of the projection onto the path [m, rad].
-ON_PATH = 1e-11
-CORRECTIONS = 6
+PATH_TOLERANCE = 1e-11
+NEWTON_STEPS = 6
 
 
 # Self-motion approaches its guide by this power of e over the whole path.
-BACK = 8.0
+GUIDE_RATE = 8.0
 
 
 # Soft virtual joints are penalised near their limits, and strongly beyond this fraction of their
 # ranges, so that they slow down before they reach them.
-INSIDE, LEAST_EASE, SOFTLY = 0.95, 2e-3, 3
+SOFT_RANGE, MIN_EASE, EASE_POWER = 0.95, 2e-3, 3
 
 
 class Guide(NamedTuple):
@@ -53,7 +53,7 @@ class Guide(NamedTuple):
         """Joint motion per length of the path that follows the guide, or its derivative over s."""
         x = self.postures.x
         off = self.posture(s, nu) - (0.0 if nu else q)
-        return np.asarray(self.posture(s, nu + 1) + BACK / (x[-1] - x[0]) * off)
+        return np.asarray(self.posture(s, nu + 1) + GUIDE_RATE / (x[-1] - x[0]) * off)
 
 
 Pull = float | Guide
@@ -77,9 +77,11 @@ class JointField:
         self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
         self.middle = middle(limits)
         span = np.full(robot.dof, np.inf)
-        for joint, one in enumerate(robot.virtual_joints, robot.dof - len(robot.virtual_joints)):
-            span[joint] = one.upper - one.lower if one.soft else np.inf
-        self.narrow = 2.0 / (INSIDE * span) if np.isfinite(span).any() else None
+        for joint, virtual in enumerate(
+            robot.virtual_joints, robot.dof - len(robot.virtual_joints)
+        ):
+            span[joint] = virtual.upper - virtual.lower if virtual.soft else np.inf
+        self.narrow = 2.0 / (SOFT_RANGE * span) if np.isfinite(span).any() else None
 
     def velocities(
         self,
@@ -100,21 +102,25 @@ class JointField:
             onward: For accelerations, share times speed [m/s], likewise: the factor of the guide's
                 derivative over arc length.
         """
-        rest = None
+        self_motion = None
         if self.guide is not None:
-            rest = _each(share) * self.guide.rate(along, q)
-            rest = self.speed * (rest + _each(onward) * self.guide.rate(along, q, 1))
+            self_motion = _column(share) * self.guide.rate(along, q)
+            self_motion = self.speed * (
+                self_motion + _column(onward) * self.guide.rate(along, q, 1)
+            )
         elif self.pull.any():
-            rest = _each(share) * self.pull * (self.middle - q)
-        return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest, self._ease(q))[0]
+            self_motion = _column(share) * self.pull * (self.middle - q)
+        return solve_velocities(
+            self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
+        )[0]
 
     def _ease(self, q: FloatArray) -> ArrayLike:
         """Mobility of the joints: that of tilts decreases towards their limits."""
         if self.narrow is None:
             return 1.0
-        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, LEAST_EASE) ** SOFTLY
+        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, MIN_EASE) ** EASE_POWER
 
-    def along(self, path: TimedPath, time: FloatArray) -> FloatArray:
+    def arc_lengths(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
         return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
 
@@ -126,7 +132,7 @@ class JointField:
         result[known] = np.linalg.svd(J, compute_uv=False)[:, -1]
         return result
 
-    def corrected(
+    def project(
         self, q: FloatArray, position: FloatArray, rotation: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bring the tool to a pose by Newton's method.
@@ -142,18 +148,18 @@ class JointField:
         place = np.broadcast_to(position, (len(q), 3)).T
         target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
         error = np.full(len(q), np.inf)
-        for _ in range(CORRECTIONS):
-            tip, turned, J = self.axes.placed(q)
+        for _ in range(NEWTON_STEPS):
+            tip, turned, J = self.axes.place(q)
             twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
             # stop on the path, and where rounding prevents progress
-            if (error <= ON_PATH).all() or not (error < 0.5 * before).any():
+            if (error <= PATH_TOLERANCE).all() or not (error < 0.5 * before).any():
                 break
             J = J.transpose(2, 0, 1)
             q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))[0]
         return q, error
 
 
-def _each(value: ArrayLike) -> FloatArray:
+def _column(value: ArrayLike) -> FloatArray:
     """A number, or one for each configuration, as a column."""
     return np.multiply.outer(value, np.ones(1))

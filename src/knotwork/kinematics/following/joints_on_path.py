@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE
 from knotwork.kinematics.following.continuation import (
+    JOINT_STEP,
     Continuation,
     accelerations,
     at_full_speed,
@@ -14,13 +16,12 @@ from knotwork.kinematics.following.continuation import (
 )
 from knotwork.kinematics.following.joint_field import JointField, Pull
 from knotwork.kinematics.following.limiting_constraint import (
-    AT_LIMIT,
     LimitingConstraint,
     Steps,
     following_error,
     limiting_constraint,
 )
-from knotwork.kinematics.following.steps import LOST, STRAY
+from knotwork.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
 from knotwork.robot import Robot
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.distinct import distinct
@@ -28,14 +29,13 @@ from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Largest motion of a joint in a step [rad or m]: between steps the projection onto the path then
-# converges. Self-motion, which it does not correct, is exact to about 1e-9 with half of it.
-STEP = 0.1
+# Largest motion of a joint in a step with self-motion [rad or m], which the projection onto the
+# path does not correct: it is then exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
 # If limits are violated, each step is divided into this many parts.
-CLOSELY = 8
+STEP_PARTS = 8
 # Tolerance on limits of a curve that is close to the path [rad or m, relative].
-ON_CURVE = 1e-6
+CURVE_TOLERANCE = 1e-6
 
 
 class JointsOnPath:
@@ -70,42 +70,46 @@ class JointsOnPath:
         path: TimedPath,
         start: FloatArray,
         pull: Pull,
-        found: Continuation | None = None,
+        continuation: Continuation | None = None,
     ) -> None:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull, path.full_speed)
-        self._step = SELF_MOTION_STEP if robot.dof > 6 else STEP
-        if found is None or not self._fine(found):
+        self._step = SELF_MOTION_STEP if robot.dof > 6 else JOINT_STEP
+        if continuation is None or not self._fine(continuation):
             place, rotation, _, _ = path.state([path.start_time])
-            q = self.field.corrected(start[None], place, rotation)[0]
-            found = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
-        self._seen = found.limiting_constraint(robot, 0, np.zeros(robot.dof))
-        if self._seen is not None and np.isfinite(found.lost[0]):
+            q = self.field.project(start[None], place, rotation)[0]
+            continuation = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
+        self._seen = continuation.limiting_constraint(robot, 0, np.zeros(robot.dof))
+        if self._seen is not None and np.isfinite(continuation.lost[0]):
             raise self._error(self._seen)
         # where a piece ends and the next begins there are two steps at one time
-        steps = np.flatnonzero(np.diff(found.time) > 0.0)
+        steps = np.flatnonzero(np.diff(continuation.time) > 0.0)
         self.time, self.position = (
-            np.append(found.time[steps], found.time[-1]),
-            found.position[:, 0],
+            np.append(continuation.time[steps], continuation.time[-1]),
+            continuation.position[:, 0],
         )
-        self.position = self.position[np.append(steps, len(found.time) - 1)]
-        self.curve = PiecewisePolynomial(self._quintics(found, steps), self.time)
+        self.position = self.position[np.append(steps, len(continuation.time) - 1)]
+        self.curve = PiecewisePolynomial(self._quintics(continuation, steps), self.time)
 
-    def _fine(self, found: Continuation) -> bool:
+    def _fine(self, continuation: Continuation) -> bool:
         """Whether the steps of a continuation are short enough."""
         if self.robot.dof <= 6:
             return True
-        far = np.abs(np.diff(found.position[:, 0], axis=0)).max(initial=0.0)
+        far = np.abs(np.diff(continuation.position[:, 0], axis=0)).max(initial=0.0)
         return self.field.guide is None and bool(far <= self._step)
 
-    def _quintics(self, found: Continuation, steps: NDArray[np.intp]) -> FloatArray:
+    def _quintics(self, continuation: Continuation, steps: NDArray[np.intp]) -> FloatArray:
         """Coefficients of the polynomials between steps, by index, and those after them."""
         pairs = np.column_stack((steps, steps + 1)).ravel()
-        time, q, v = found.time[pairs], found.position[pairs, 0], found.velocity[pairs, 0]
+        time, q, v = (
+            continuation.time[pairs],
+            continuation.position[pairs, 0],
+            continuation.velocity[pairs, 0],
+        )
         a = np.empty(q.shape)
-        for own, side in enumerate(("right", "left")):
-            _, a[own::2] = accelerations(
-                self.robot, self.path, q[own::2], time[own::2], side, pull=self.pull
+        for row, side in enumerate(("right", "left")):
+            _, a[row::2] = accelerations(
+                self.robot, self.path, q[row::2], time[row::2], side, pull=self.pull
             )
         return two_point_coefficients(time, (q, v, a))[:, ::2]
 
@@ -127,42 +131,44 @@ class JointsOnPath:
         """
         far = curve.extrema()
         time = distinct(curve.x, far.minimum_time, far.maximum_time)
-        broken = self._limiting_constraint(time, curve(time), curve(time, 1), ON_CURVE)
+        broken = self._limiting_constraint(time, curve(time), curve(time, 1), CURVE_TOLERANCE)
         if broken is not None:
             raise self._error(self._closely() or broken)
 
     def _closely(self) -> LimitingConstraint | None:
         """The limiting constraint, at more times than the steps."""
         starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
-        inner = (starts + lengths * np.arange(CLOSELY) / CLOSELY).ravel()
+        inner = (starts + lengths * np.arange(STEP_PARTS) / STEP_PARTS).ravel()
         time = np.append(inner, self.time[-1])
         q = self.positions(time)
         return self._limiting_constraint(time, q, self.rates(time, q)[0])
 
     def _limiting_constraint(
-        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = AT_LIMIT
+        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = LIMIT_TOLERANCE
     ) -> LimitingConstraint | None:
         smallest = np.asarray(np.linalg.svd(self.field.axes.jacobians(q), compute_uv=False)[:, -1])
         still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
         steps = Steps(time, q, v, still, smallest, full)
         return limiting_constraint(self.robot, steps, np.inf, np.nan, slack)
 
-    def _error(self, one: LimitingConstraint) -> FollowingError:
+    def _error(self, constraint: LimitingConstraint) -> FollowingError:
         """The error that names the limiting constraint."""
-        what = "the path can't be followed from start:"
+        begin = "the path can't be followed from start:"
         remedy = "Move the path, turn the tool, or start from another solution"
-        return following_error(self.robot, self.path, one, what, remedy)
+        return following_error(self.robot, self.path, constraint, begin, remedy)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
         guess = self.curve(times)
-        q, error = self.field.corrected(guess, *self.path.state(times)[:2])
-        stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= STRAY) | ~(error <= LOST)
+        q, error = self.field.project(guess, *self.path.state(times)[:2])
+        stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION) | ~(
+            error <= PATH_ERROR
+        )
         before = np.searchsorted(self.time, times, "right") - 1
         for i in distinct(before[stray]):  # they could be of another branch
-            own = stray & (before == i)
-            asked = np.append(self.time[i], times[own])
-            q[own] = continue_along(
+            rows = stray & (before == i)
+            asked = np.append(self.time[i], times[rows])
+            q[rows] = continue_along(
                 self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=self._step
             ).q[1:, 0]
         return q
@@ -171,9 +177,9 @@ class JointsOnPath:
         """Velocities and accelerations; at a jump of the acceleration the mean of both sides."""
         robot, path, pull = self.robot, self.path, self.pull
         v, a = np.empty(q.shape), np.empty(q.shape)
-        for side, own in (("left", times == path.end_time), ("right", times < path.end_time)):
-            if own.any():
-                v[own], a[own] = accelerations(robot, path, q[own], times[own], side, pull=pull)
+        for side, rows in (("left", times == path.end_time), ("right", times < path.end_time)):
+            if rows.any():
+                v[rows], a[rows] = accelerations(robot, path, q[rows], times[rows], side, pull=pull)
         inner = np.isin(times, path.breaks[1:-1])
         if inner.any():
             _, before = accelerations(robot, path, q[inner], times[inner], "left", pull=pull)

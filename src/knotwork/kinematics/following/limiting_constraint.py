@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
-from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
@@ -18,11 +18,9 @@ from knotwork.waypoints import FloatArray
 
 # A path that ends with a smallest singular value below this is singular; above it, only the joint
 # speeds are excessive.
-SINGULAR = 0.01
+SINGULAR_VALUE = 0.01
 # Factor of the recommended speed: joints are a little faster on the curve than on the path.
-ROOM = 0.999
-# Rounding tolerance of limits [rad or m, relative].
-AT_LIMIT = 1e-9
+SPEED_MARGIN = 0.999
 
 
 class LimitingConstraint(NamedTuple):
@@ -49,7 +47,7 @@ class LimitingConstraint(NamedTuple):
     part: float | None = None
     contact: str = ""
 
-    def described(self, robot: Robot, units: Units) -> str:
+    def describe(self, robot: Robot, units: Units) -> str:
         """Text of the constraint: the joint or the collision, its value and the limit."""
         if self.kind == "singularity":
             return (
@@ -96,7 +94,7 @@ class Steps(NamedTuple):
 
 
 def limiting_constraint(
-    robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = AT_LIMIT
+    robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = LIMIT_TOLERANCE
 ) -> LimitingConstraint | None:
     """The first constraint that a start violates.
 
@@ -110,7 +108,7 @@ def limiting_constraint(
         slack: Tolerance on limits [rad or m, for velocities relative].
     """
     blocked = _beyond_range(robot, steps, slack)
-    if smallest < SINGULAR and (blocked is None or lost < blocked.time):
+    if smallest < SINGULAR_VALUE and (blocked is None or lost < blocked.time):
         return LimitingConstraint("singularity", lost, 0, 0.0, 0.0, smallest)
     if blocked is not None:
         return blocked
@@ -213,7 +211,7 @@ def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
     fastest = float(use[even].max(initial=0.0))
     if fastest <= 1.0:
         return None
-    part = ROOM / fastest
+    part = SPEED_MARGIN / fastest
     if float(use[~even].max(initial=0.0)) > part ** (1.0 / 3.0):
         return None
     unit = 10.0 ** (math.floor(math.log10(part)) - 1)
@@ -223,8 +221,8 @@ def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
 def following_error(
     robot: Robot,
     path: TimedPath,
-    one: LimitingConstraint,
-    what: str,
+    constraint: LimitingConstraint,
+    beginning: str,
     remedy: str,
     *,
     since: float | None = None,
@@ -237,8 +235,8 @@ def following_error(
     Args:
         robot: The arm.
         path: The path.
-        one: The limiting constraint.
-        what: Beginning of the message.
+        constraint: The limiting constraint.
+        beginning: Beginning of the message.
         remedy: Remedy, as a sentence.
         since: Time from which distance is counted [s]; by default the start of the path.
         units: Units of the message.
@@ -246,14 +244,14 @@ def following_error(
         where: Location of its definition.
     """
     begin = path.start_time if since is None else since
-    first, reached = path.arc_length(np.array([begin, one.time]))
+    first, reached = path.arc_length(np.array([begin, constraint.time]))
     along = units.text(float(reached - first), "m", ".4g")
     return FollowingError(
         waypoint,
-        f"{what} {along} along it {one.described(robot, units)}. {remedy}",
+        f"{beginning} {along} along it {constraint.describe(robot, units)}. {remedy}",
         where=where,
         arc_length=float(reached),
-        cause=one.kind,
-        joint=robot.joint_names[one.joint] if one.kind.endswith("limit") else "",
-        part_of_speed=one.part,
+        cause=constraint.kind,
+        joint=robot.joint_names[constraint.joint] if constraint.kind.endswith("limit") else "",
+        part_of_speed=constraint.part,
     )

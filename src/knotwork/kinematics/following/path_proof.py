@@ -15,9 +15,9 @@ from knotwork.waypoints import FloatArray
 
 # The proof uses tolerances narrower by this fraction, so that the check, which rounds differently,
 # reaches the same verdict.
-NARROWER = 1e-6
+TOLERANCE_NARROWING = 1e-6
 # Minimum ratio of a tolerance to the rounding error of the bounds.
-ABOVE_ROUNDING = 4.0
+ROUNDING_FACTOR = 4.0
 
 
 class PathTolerance(NamedTuple):
@@ -42,21 +42,21 @@ def check_tolerance(
     Raises:
         PathError: A tolerance is too fine.
     """
-    least = ABOVE_ROUNDING * path_rounding(robot, curve, path)
+    least = ROUNDING_FACTOR * path_rounding(robot, curve, path)
     slowest = float(path.timing.speeds.min())
-    for what, value, needed, unit in (
+    for quantity, value, needed, unit in (
         ("of the distance from the path", tolerance.position, least, " m"),
         ("of the orientation", tolerance.orientation, least, " rad"),
         (f"of the speed, a part of {slowest:g} m/s,", tolerance.speed, least / slowest, ""),
     ):
         if value < needed:
             raise PathError(
-                f"the tolerance {what} is {value:g}{unit}: rounding leaves no margin to prove it; "
-                f"at least {needed:.2g}{unit} is accepted"
+                f"the tolerance {quantity} is {value:g}{unit}: rounding leaves no margin to prove "
+                f"it; at least {needed:.2g}{unit} is accepted"
             )
 
 
-def proved_use(
+def proved_tolerance_use(
     robot: Robot,
     curve: PiecewisePolynomial,
     path: TimedPath,
@@ -78,7 +78,7 @@ def proved_use(
         Bounds, above 1 where nothing is proved, shape (k - 1,).
     """
     use = np.zeros(len(times) - 1)
-    part = 1.0 - NARROWER
+    part = 1.0 - TOLERANCE_NARROWING
     timing, start = path.timing, path.start_time
     for i, speed in enumerate(timing.speeds.tolist()):
         limits = PathLimits(
@@ -86,8 +86,8 @@ def proved_use(
         )
         begin, end = start + timing.times[i : i + 2]
         low, high = start + timing.full_speed[i]
-        found = path_bounds(robot, curve, path, (begin, end), (low, high), speed, limits)
-        middle = 0.5 * (found.times[1:] + found.times[:-1])
+        bounds = path_bounds(robot, curve, path, (begin, end), (low, high), speed, limits)
+        middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
-        np.maximum.at(use, interval, found.use)
+        np.maximum.at(use, interval, bounds.use)
     return use

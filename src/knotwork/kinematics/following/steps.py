@@ -12,17 +12,17 @@ from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
 # If the tool is farther than this from the path after a step [m, rad], the step was too long.
-LOST = 1e-7
+PATH_ERROR = 1e-7
 # A step after which Newton's method moves joints by more than this is halved [rad or m]: it could
-# end in another branch. After `HALVINGS` the start is blocked.
-STRAY = 1e-3
-HALVINGS = 9
+# end in another branch. After `MAX_HALVINGS` the start is blocked.
+MAX_CORRECTION = 1e-3
+MAX_HALVINGS = 9
 # A step whose two midpoints differ by more than this is halved too [rad or m]: joint speeds may
 # peak within it, and the self-motion of a redundant arm would no longer be that of the integral.
-BENT = 1e-3
+MIDPOINT_TOLERANCE = 1e-3
 # Joint speeds above this factor on their limits end a continuation, unless a tool speed above
 # 1 m/s or rad/s causes them: the arm is singular there.
-HOPELESS = 1000.0
+HOPELESS_SPEED_FACTOR = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class Stages:
     along: FloatArray
 
     @classmethod
-    def of(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
+    def evaluate(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
         """Evaluate the piece of a path that contains `at` at some times."""
         position, rotation, twist, _ = path.state(time, at=at)
         share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
-        return cls(time, position, rotation, twist, share, field.along(path, time))
+        return cls(time, position, rotation, twist, share, field.arc_lengths(path, time))
 
     def velocities(self, field: JointField, q: FloatArray, k: int) -> FloatArray:
         """Joint velocities at the k-th time, shape (n, d)."""
@@ -51,7 +51,7 @@ class Stages:
         return Stages(*(value[rows] for value in vars(self).values()))
 
 
-class Moved(NamedTuple):
+class StepEnd(NamedTuple):
     """End of a step: NaN if blocked, then with the time reached and the smallest singular value."""
 
     q: FloatArray
@@ -59,44 +59,46 @@ class Moved(NamedTuple):
     smallest: FloatArray
 
 
-def moved(
+def take_step(
     field: JointField,
     path: TimedPath,
     limit: FloatArray,
     q: FloatArray,
     v: FloatArray,
     stages: Stages,
-    halvings: int = HALVINGS,
-) -> Moved:
+    halvings: int = MAX_HALVINGS,
+) -> StepEnd:
     """Take one step from some starts, halved where it leaves the path."""
     start, middle, end = stages.time
     guess, bent = _step(field, q, v, stages, end - start)
-    end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
+    end_q, error = field.project(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
-    hopeless = (np.abs(v) > HOPELESS * fast * limit).any(axis=1)
-    stray = ~(error <= LOST) | ~(np.abs(end_q - guess).max(axis=1, initial=0.0) <= STRAY)
-    stray |= hopeless | ~(bent <= BENT)
-    found = Moved(end_q, np.full(len(q), end), np.full(len(q), np.nan))
+    hopeless = (np.abs(v) > HOPELESS_SPEED_FACTOR * fast * limit).any(axis=1)
+    stray = ~(error <= PATH_ERROR) | ~(
+        np.abs(end_q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION
+    )
+    stray |= hopeless | ~(bent <= MIDPOINT_TOLERANCE)
+    result = StepEnd(end_q, np.full(len(q), end), np.full(len(q), np.nan))
     if not stray.any():
-        return found
-    found.reached[stray] = start
-    found.smallest[stray] = field.smallest(q[stray])
-    found.q[stray] = np.nan
-    again = np.flatnonzero(stray & ~hopeless)
-    if not halvings or not again.size:
-        return found
-    now, going = q[again], again
+        return result
+    result.reached[stray] = start
+    result.smallest[stray] = field.smallest(q[stray])
+    result.q[stray] = np.nan
+    retried = np.flatnonzero(stray & ~hopeless)
+    if not halvings or not retried.size:
+        return result
+    now, going = q[retried], retried
     for a, b in ((start, middle), (middle, end)):
-        half = Stages.of(field, path, np.linspace(a, b, 3), middle)
+        half = Stages.evaluate(field, path, np.linspace(a, b, 3), middle)
         rates = half.velocities(field, now, 0)
-        part = moved(field, path, limit, now, rates, half, halvings - 1)
-        found.q[going] = part.q
-        found.reached[going], found.smallest[going] = part.reached, part.smallest
+        part = take_step(field, path, limit, now, rates, half, halvings - 1)
+        result.q[going] = part.q
+        result.reached[going], result.smallest[going] = part.reached, part.smallest
         on = np.isfinite(part.q).all(axis=1)
         now, going = part.q[on], going[on]
         if not going.size:
             break
-    return found
+    return result
 
 
 def _step(

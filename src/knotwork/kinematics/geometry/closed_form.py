@@ -25,9 +25,9 @@ from knotwork.waypoints import FloatArray
 
 # Margin within which rounding and pose tolerances decide whether an equation has solutions, so that
 # a search is needed: a sine, for the shoulder a length [m].
-CLEAR = 3e-3
-# Residual of a pose above which a search is needed [m, rad].
-RESIDUAL = 1e-11
+CLEAR_MARGIN = 3e-3
+# Largest pose error of solutions [m, rad].
+SOLUTION_ERROR = 1e-11
 # Signs of the shoulder, the wrist and the elbow.
 _SIGNS = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)]).T
 
@@ -53,10 +53,11 @@ def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
     tip, rotation, *_ = chain.forward(np.where(np.isfinite(flat), flat, 0.0))
     asked = targets.take(np.repeat(np.arange(n), 8))
     _, distance, angle = pose_errors(tip, rotation, asked.position, asked.rotation)
-    met = (np.maximum(distance, angle) <= RESIDUAL).reshape(n, 8)
+    met = (np.maximum(distance, angle) <= SOLUTION_ERROR).reshape(n, 8)
     certain = clear & (met | ~exists).all(axis=1)
     return [
-        one[there] if sure else None for one, there, sure in zip(q, exists, certain, strict=True)
+        solutions[mask] if sure else None
+        for solutions, mask, sure in zip(q, exists, certain, strict=True)
     ]
 
 
@@ -87,7 +88,7 @@ class _Equations:
         p = targets.position.T[:, None] - R @ self.tip
         q, rooms = np.empty((len(R), 8, 6)), []
 
-        def solved(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
+        def solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
             """The solution of x cos + y sin = z with the given sign."""
             size = np.hypot(x, y)
             rooms.append(size * size - z * z)
@@ -97,45 +98,45 @@ class _Equations:
         # Joints 2 and following do not move the wrist centre along axis 2.
         w = R @ self.centre + p - o[0]
         along = (self.centre - o[0]) @ a[1]
-        q[..., 0] = solved(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
+        q[..., 0] = solve_angle(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
         first = _turn(a[0], -q[..., 0])
         R, p = first @ R, _apply(first, p - o[0]) + o[0]
         if self.parallel:
-            self._wrist(q, R, solved, wrist)
+            self._wrist(q, R, solve_angle, wrist)
             last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
             # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
-            back = R @ last.swapaxes(2, 3)
-            end = _apply(R, self.centre) + p + _apply(back, self.end - self.centre)
-            self._elbow(q, end, solved, elbow)
-            angle = _angle(a[1], _square(a[1]), back @ _square(a[1]))
+            undone = R @ last.swapaxes(2, 3)
+            end = _apply(R, self.centre) + p + _apply(undone, self.end - self.centre)
+            self._elbow(q, end, solve_angle, elbow)
+            angle = _angle(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
-            self._elbow(q, _apply(R, self.centre) + p, solved, elbow)
+            self._elbow(q, _apply(R, self.centre) + p, solve_angle, elbow)
             arm = _turn(a[1], q[..., 1]) @ _turn(a[2], q[..., 2])
             R = arm.swapaxes(2, 3) @ R
-            self._wrist(q, R, solved, wrist)
+            self._wrist(q, R, solve_angle, wrist)
             fifth = _turn(a[4], q[..., 4])
             q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
         room = np.array(rooms)
         exists = np.asarray((room > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for one in room[::-1]:  # an angle that depends on an unclear one is not clear either
-            clear = np.asarray((one < -(CLEAR**2)) | ((one > CLEAR**2) & clear))
+        for margin in room[::-1]:  # an angle that depends on an unclear one is not clear either
+            clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
-    def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
+    def _wrist(self, q: FloatArray, R: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
         """Joints 5 and 6, from the rotation of the joints after the fixed direction."""
         fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
         # Relative to the fixed direction, axis 6 is moved by joint 5 alone.
         level = (fixed @ fifth) * (fifth @ sixth)
         across = sixth - (fifth @ sixth) * fifth
         seen = R @ sixth @ fixed
-        q[..., 4] = solved(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
+        q[..., 4] = solve_angle(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
         before = _turn(fifth, -q[..., 4]) @ fixed
         q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
 
-    def _elbow(self, q: FloatArray, end: FloatArray, solved: Any, sign: FloatArray) -> None:
+    def _elbow(self, q: FloatArray, end: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
         """Joints 2 and 3 that bring the end of the lower arm to a point (n, 8, 3)."""
         axis, o = self.axes[1], self.origins
         upper, lower = o[2] - o[1], self.end - o[2]
@@ -145,9 +146,9 @@ class _Equations:
         reach = reach - (reach @ axis)[..., None] * axis
         square = (reach * reach).sum(axis=2) - upper @ upper - lower @ lower
         turned = np.cross(axis, lower)
-        both = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
-        x, y = 2.0 * (upper @ lower) / both, 2.0 * (upper @ turned) / both
-        elbow = solved(x, y, square / both, sign)
+        product = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
+        x, y = 2.0 * (upper @ lower) / product, 2.0 * (upper @ turned) / product
+        elbow = solve_angle(x, y, square / product, sign)
         bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
         q[..., 1] = _angle(axis, bent, reach)
         q[..., 2] = self.senses[2] * elbow
@@ -155,8 +156,8 @@ class _Equations:
 
 @kept_with
 def _equations(robot: Robot) -> _Equations | None:
-    found = geometry(robot)
-    return None if found is None else _Equations(robot, found.parallel, found.centre)
+    shape = geometry(robot)
+    return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
 
 
 def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
@@ -172,10 +173,10 @@ def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
     return np.asarray((R @ points[..., None])[..., 0])
 
 
-def _square(axis: FloatArray) -> FloatArray:
+def _perpendicular(axis: FloatArray) -> FloatArray:
     """A unit vector perpendicular to another."""
-    other = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    return np.asarray(other / np.linalg.norm(other))
+    normal = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    return np.asarray(normal / np.linalg.norm(normal))
 
 
 def _angle(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:

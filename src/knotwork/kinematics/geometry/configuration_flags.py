@@ -19,14 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import low_discrepancy
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy_points
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import JointAxes, joint_axes, kept_with
 from knotwork.waypoints import FloatArray
 
 FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
 # Lengths below this [m] and sines below this are rounding.
-TINY = 1e-6
+FLAG_ROUNDING = 1e-6
 
 
 class Geometry(NamedTuple):
@@ -53,50 +53,50 @@ def geometry(robot: Robot) -> Geometry | None:
         return None
     chain = joint_axes(robot)
     a, o = chain.axes, chain.origins
-    if not chain.revolute.all() or abs(a[0] @ a[1]) > TINY or not _parallel(a[1], a[2]):
+    if not chain.revolute.all() or abs(a[0] @ a[1]) > FLAG_ROUNDING or not _parallel(a[1], a[2]):
         return None
-    centre = _meeting(o[4], a[4], o[5], a[5])
+    centre = _intersection(o[4], a[4], o[5], a[5])
     if centre is None:
         return None
-    on_axis_4 = np.linalg.norm(np.cross(centre - o[3], a[3])) < TINY
+    on_axis_4 = np.linalg.norm(np.cross(centre - o[3], a[3])) < FLAG_ROUNDING
     if not on_axis_4 and not _parallel(a[2], a[3]):
         return None
     across = float((centre - o[0]) @ a[1]) if on_axis_4 else float((o[3] - o[0]) @ a[1])
-    up = -1.0 if a[0, 2] < -TINY else 1.0
+    up = -1.0 if a[0, 2] < -FLAG_ROUNDING else 1.0
     tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
     in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
-    found = Geometry(not on_axis_4, up, -1.0 if across < -TINY else 1.0, in_tool)
+    shape = Geometry(not on_axis_4, up, -1.0 if across < -FLAG_ROUNDING else 1.0, in_tool)
     # The flags are valid if the Jacobian loses rank exactly where one of the three vanishes: its
     # determinant is a constant times their product.
-    q = 2 * np.pi * low_discrepancy(6, 24) - np.pi
-    product = np.prod(_functions(chain, found, q), axis=0)
+    q = 2 * np.pi * low_discrepancy_points(6, 24) - np.pi
+    product = np.prod(_functions(chain, shape, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
     factor = (determinant @ product) / max(product @ product, 1e-300)
     if np.abs(determinant - factor * product).max() > 1e-9 * np.abs(determinant).max():
         return None
-    return found
+    return shape
 
 
 def _parallel(a: FloatArray, b: FloatArray) -> bool:
-    return bool(np.linalg.norm(np.cross(a, b)) < TINY)
+    return bool(np.linalg.norm(np.cross(a, b)) < FLAG_ROUNDING)
 
 
-def _meeting(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
+def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
     """The intersection of two lines, or `None`."""
     normal = np.cross(a, b)
     square = normal @ normal
-    if square < TINY or abs((q - p) @ normal) > TINY:
+    if square < FLAG_ROUNDING or abs((q - p) @ normal) > FLAG_ROUNDING:
         return None
     met: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
     return met
 
 
-def _functions(chain: JointAxes, found: Geometry, q: FloatArray) -> FloatArray:
+def _functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
     """The three functions whose signs are the flags, for q of shape (n, 6): shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
-    centre = tip + np.einsum("crn,c->rn", rotation, found.centre)
-    wrist = p[:, 3] if found.parallel else centre
-    shoulder = found.up * found.side * _triple(z[:, 1], z[:, 0], centre - p[:, 0])
+    centre = tip + np.einsum("crn,c->rn", rotation, shape.centre)
+    wrist = p[:, 3] if shape.parallel else centre
+    shoulder = shape.up * shape.side * _triple(z[:, 1], z[:, 0], centre - p[:, 0])
     elbow = _triple(p[:, 2] - p[:, 1], wrist - p[:, 2], z[:, 1])
     return np.array([shoulder, elbow, _triple(z[:, 3], z[:, 5], z[:, 4])])
 
@@ -117,16 +117,18 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         and 0 on a singularity. For another arm of six joints the sign of the Jacobian's
         determinant, shape (n, 1); for all others shape (n, 0): their branches have no signs.
     """
-    found, chain = geometry(robot), joint_axes(robot)
-    if found is None:
+    shape, chain = geometry(robot), joint_axes(robot)
+    if shape is None:
         if robot.dof != 6:
             return np.empty((len(q), 0))
         determinant = np.linalg.det(chain.jacobians(q))
-        return np.where(np.abs(determinant) < TINY * TINY, 0.0, np.sign(determinant))[:, None]
-    values = _functions(chain, found, q)
-    signs = np.where(np.abs(values) < TINY, 0.0, np.sign(values))
+        return np.where(
+            np.abs(determinant) < FLAG_ROUNDING * FLAG_ROUNDING, 0.0, np.sign(determinant)
+        )[:, None]
+    values = _functions(chain, shape, q)
+    signs = np.where(np.abs(values) < FLAG_ROUNDING, 0.0, np.sign(values))
     # The same elbow is up on one side of axis 1 and down on the other.
-    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * found.side)
+    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * shape.side)
     return signs.T
 
 
@@ -142,12 +144,12 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
     if geometry(robot) is None:
         return None
     signs = configuration_flags(robot, q)
-    found = {tuple(row) for row in signs.tolist()}
-    if not signs.all() or len(found) < len(q):
+    flags = {tuple(row) for row in signs.tolist()}
+    if not signs.all() or len(flags) < len(q):
         return None
     if len(q) == 2 ** len(FLAGS):
         return True
-    paired = all((shoulder, -elbow, wrist) in found for shoulder, elbow, wrist in found)
+    paired = all((shoulder, -elbow, wrist) in flags for shoulder, elbow, wrist in flags)
     return None if paired else False
 
 

@@ -13,9 +13,13 @@ from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
-from knotwork.kinematics.sequence.step_costs import EXCESS_FACTOR
+from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.kinematics.solutions.all_within_limits import sort_key, turned_within_limits
-from knotwork.kinematics.solutions.enumeration import MAX_BRANCHES, distinct, find_branches
+from knotwork.kinematics.solutions.enumeration import (
+    MAX_BRANCHES,
+    distinct_solutions,
+    find_branches,
+)
 from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -91,7 +95,7 @@ def find_candidates(
     """
     if not waypoints:
         return []
-    targets = Targets.of([waypoint.pose for waypoint in waypoints])
+    targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > POSE_TOLERANCE)
     for i in hopeless[:1]:  # the reason, before the others are solved
@@ -109,7 +113,7 @@ def find_candidates(
             local = search.solve(reference, limits_of(robot))
             if local.converged:
                 solutions = np.vstack([solutions, local.q])
-                solutions = distinct(robot, targets.take([i]), solutions)
+                solutions = distinct_solutions(robot, targets.take([i]), solutions)
         solutions = turned_within_limits(search, solutions)
         if not sampled:
             # The order decides ties, and must not depend on the order of searches.
@@ -198,7 +202,7 @@ def _evaluate(
     J = joint_axes(robot).jacobians(first)
     v, residual = solve_velocities(robot, J, twists)
     fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
-    excess = np.where(fastest > EXCESS_FACTOR, fastest, 0.0)
+    excess = np.where(fastest > OVERSPEED_FACTOR, fastest, 0.0)
     tolerance = TWIST_RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
     unattainable = np.where(residual > tolerance, 1.0 + residual, 0.0)
     flags, singular = configuration_flags(robot, first), singular_nearness(J)

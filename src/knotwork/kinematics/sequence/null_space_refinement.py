@@ -13,7 +13,7 @@ from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.cost import least_index, make_cost
 from knotwork.kinematics.sequence.nearness import weights
 from knotwork.kinematics.sequence.step_costs import (
-    EXCESS_FACTOR,
+    OVERSPEED_FACTOR,
     JointRules,
     Layer,
     StepRules,
@@ -86,7 +86,7 @@ class _Refinement:
         self.robot, self.task, self.axes = robot, task, joint_axes(robot)
         self.q, self.v = positions.copy(), velocities.copy()
         movable = [w for w in task.waypoints if w is not None]
-        self.targets = Targets.of([w.pose for w in movable])
+        self.targets = Targets.from_poses([w.pose for w in movable])
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in movable])
         # index of each waypoint among those that may be moved
         self.number = np.cumsum([w is not None for w in task.waypoints]) - 1
@@ -160,7 +160,7 @@ class _Refinement:
             away = q - task.origin
         cost = make_cost(
             len(q),
-            infeasible=np.where(use > EXCESS_FACTOR, use, 0.0),
+            infeasible=np.where(use > OVERSPEED_FACTOR, use, 0.0),
             travel=0.5 * (1.0 + weight) * np.linalg.norm(away / task.joints.scale, axis=1),
         )
         if task.near is not None:

@@ -111,9 +111,11 @@ def _cheapest_sequences(
             ends = np.arange(len(previous))
             cost = before.cost[:, previous] + step[:, previous, ends] + layer.cost
             if not layer.fixed:
-                free = joints.unbounded
+                unbounded = joints.unbounded
                 q = layer.q.copy()
-                q[:, free] = (before.q.T[:, previous] + moves[:, previous, ends]).T[:, free]
+                q[:, unbounded] = (before.q.T[:, previous] + moves[:, previous, ends]).T[
+                    :, unbounded
+                ]
                 layer = layer._replace(q=q)
             # At a singularity a branch has no flag, and keeps the flag of the sequence to it.
             flags = np.where(layer.flags == 0.0, before.flags[previous], layer.flags)

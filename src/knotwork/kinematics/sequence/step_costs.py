@@ -11,7 +11,7 @@ from knotwork.kinematics.sequence.cost import COST_TIE, Level, make_cost
 from knotwork.waypoints import FloatArray, IndexArray
 
 # A speed is too high above this factor on the limit: at the limit rounding must not decide.
-EXCESS_FACTOR = 1.0 + 1e-9
+OVERSPEED_FACTOR = 1.0 + 1e-9
 # Joint positions within this distance belong to the same step [rad or m].
 SAME_STEP = 1e-6
 # Fractions of an interval at which cubics are compared with position limits.
@@ -160,9 +160,9 @@ def step_costs(
     shape = len(start.q), len(end.q)
     if end.previous_q is not None and start.group_row is not None and end.group_row is not None:
         moves = np.broadcast_to((end.q - end.previous_q).T[:, None, :], (end.q.shape[1], *shape))
-        other = start.group_row[:, None] != end.group_row[None, :]
+        different = start.group_row[:, None] != end.group_row[None, :]
         travel = end.weight * joints.travel(moves[:, :1], rest_to_rest=False)
-        cost = make_cost(*shape, impossible=np.where(other, np.inf, 0.0), travel=travel)
+        cost = make_cost(*shape, impossible=np.where(different, np.inf, 0.0), travel=travel)
     else:
         moves = end.q.T[:, None, :] - start.q.T[:, :, None]
         if not end.fixed:
@@ -171,7 +171,7 @@ def step_costs(
         cost = make_cost(*shape, travel=weight * joints.travel(moves, rules.rest_to_rest))
         if rules.is_timed:
             use = _limit_use(joints, moves / rules.duration)
-            cost[Level.INFEASIBLE] = np.where(use > EXCESS_FACTOR, use, 0.0)
+            cost[Level.INFEASIBLE] = np.where(use > OVERSPEED_FACTOR, use, 0.0)
             cost[Level.VIOLATION] = _midpoint_violations(joints, rules.duration, moves, start, end)
             cost[Level.VIOLATION] += _limit_violations(joints, rules.duration, start, end)
         if rules.branch_change != "allowed":
@@ -196,7 +196,7 @@ def _midpoint_violations(
     """Cost of cubics that are too fast halfway, shape (l, m)."""
     ends = start.velocity.T[:, :, None] + end.velocity.T[:, None, :]
     use = _limit_use(joints, 1.5 / duration * moves - 0.25 * ends)
-    return np.where(use > EXCESS_FACTOR, 2.0 - 1.0 / np.maximum(use, 1.0), 0.0)
+    return np.where(use > OVERSPEED_FACTOR, 2.0 - 1.0 / np.maximum(use, 1.0), 0.0)
 
 
 def _limit_violations(joints: JointRules, duration: float, start: Layer, end: Layer) -> FloatArray:

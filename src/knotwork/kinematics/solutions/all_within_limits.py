@@ -6,9 +6,9 @@ import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets
 from knotwork.kinematics.chain.joint_ranges import (
-    AT_LIMIT,
+    LIMIT_TOLERANCE,
     at_only_turn,
-    clipped,
+    clip,
     limits_of,
     middle,
     nearest_turns,
@@ -21,7 +21,7 @@ from knotwork.waypoints import FloatArray
 
 # A solution outside the limits by up to this [rad or m] may have another one next to it inside,
 # near a singularity where rounding moves solutions that far.
-EDGE = 1e-2
+EDGE_DISTANCE = 1e-2
 
 
 def solutions_within_limits(search: PoseSearch) -> FloatArray:
@@ -36,7 +36,7 @@ def solutions_within_limits(search: PoseSearch) -> FloatArray:
     Returns:
         Shape (k, d).
     """
-    robot, targets = search.robot, Targets.of([search.pose])
+    robot, targets = search.robot, Targets.from_poses([search.pose])
     find = sample_self_motion if robot.dof > 6 else find_branches
     return turned_within_limits(search, find(robot, targets)[0])
 
@@ -49,18 +49,18 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
     centre, turned = middle(limits), solutions.copy()
     for i in np.flatnonzero(~at_only_turn(robot, solutions)):
         turned[i] = nearest_turns(robot, solutions[i], centre)
-    q = clipped(turned, limits)
+    q = clip(turned, limits)
     beyond = np.abs(turned - q).max(axis=1, initial=0.0)
-    tip, rotation, _ = joint_axes(robot).placed(q)
-    target = Targets.of([search.pose])
+    tip, rotation, _ = joint_axes(robot).place(q)
+    target = Targets.from_poses([search.pose])
     _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
     within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])
-    kept = beyond <= EDGE
-    for i in np.flatnonzero(kept & ((beyond > AT_LIMIT) | ~within)):
-        found = search.solve(q[i], limits)
-        kept[i] = found.converged and np.abs(found.q - turned[i]).max() <= EDGE
-        q[i] = found.q
-    return np.asarray(q[kept])
+    inside = beyond <= EDGE_DISTANCE
+    for i in np.flatnonzero(inside & ((beyond > LIMIT_TOLERANCE) | ~within)):
+        solution = search.solve(q[i], limits)
+        inside[i] = solution.converged and np.abs(solution.q - turned[i]).max() <= EDGE_DISTANCE
+        q[i] = solution.q
+    return np.asarray(q[inside])
 
 
 def sort_key(q: FloatArray) -> tuple[float, ...]:

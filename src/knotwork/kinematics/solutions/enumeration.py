@@ -14,13 +14,13 @@ from knotwork.kinematics.chain.joint_ranges import (
     joint_distances,
     limits_of,
     no_limits,
-    starts,
+    spread_starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.geometry.closed_form import closed_form
+from knotwork.kinematics.geometry.closed_form import SOLUTION_ERROR, closed_form
 from knotwork.kinematics.geometry.configuration_flags import all_branches
 from knotwork.kinematics.solutions.near_singular import (
-    MOST_RESIDUAL,
+    MAX_RESIDUAL,
     near_singular_solutions,
     singular_solutions,
 )
@@ -35,22 +35,22 @@ MORE_STARTS = 32
 MAX_ROUNDS = 6
 # Steps of the first round, in which half of the searches converge, and of later rounds.
 FIRST_ITERATIONS = 12
-MAX_ITERATIONS = 72
-# Pose error of searches [m, rad]: the remaining error moves no joint by more than `SAME`, except
-# where two branches meet.
-RESIDUAL = 1e-11
-SAME = 1e-5
-# Two solutions within `BESIDE` are one if the pose error between them is below `JOINED` [m, rad].
-BESIDE = 1e-2
-JOINED = 1e-9
-POLISH_STEPS = 8
+SEARCH_ITERATIONS = 72
+# Solutions within this distance are one [rad or m]: the remaining pose error moves no joint by
+# more, except where two branches meet.
+SAME_SOLUTION = 1e-5
+# Two solutions within `JOINED_DISTANCE` are one if the pose error between them is below
+# `JOINED_ERROR` [m, rad].
+JOINED_DISTANCE = 1e-2
+JOINED_ERROR = 1e-9
+NEWTON_POLISH_STEPS = 8
 # Near a singularity solutions lie along a curve, and small pose errors move joints.
-NEAR_SINGULAR = 3e-3
+NEAR_SINGULAR_VALUE = 3e-3
 # An arm with more solutions than any six-joint arm (16) is redundant at the pose.
 MAX_BRANCHES = 16
 
 
-class _Found:
+class _PoseSolutions:
     """The solutions found for one pose.
 
     Attributes:
@@ -63,20 +63,20 @@ class _Found:
         self.solutions, self.hits = np.empty((0, dof)), np.zeros(0, dtype=int)
         self.unfinished = np.empty((0, dof))
 
-    def add(self, ended: BatchSolution, own: BoolArray, revolute: BoolArray) -> FloatArray:
+    def add(self, ended: BatchSolution, rows: BoolArray, revolute: BoolArray) -> FloatArray:
         """Add the results of a round of searches, and give the new solutions."""
-        solved, known = ended.q[own & ended.converged], len(self.solutions)
+        solved, known = ended.q[rows & ended.converged], len(self.solutions)
         for i in itertools.count():
             if i == len(self.solutions):
                 if not len(solved):
                     break
                 self.solutions = np.vstack([self.solutions, solved[:1]])
                 self.hits = np.append(self.hits, 0)
-            same = joint_distances(solved, self.solutions[i], revolute) <= SAME
+            same = joint_distances(solved, self.solutions[i], revolute) <= SAME_SOLUTION
             self.hits[i] += same.sum()
             solved = solved[~same]
-        near = ended.position_error + ended.orientation_error < MOST_RESIDUAL
-        self.unfinished = ended.q[own & near & ~ended.converged]
+        near = ended.position_error + ended.orientation_error < MAX_RESIDUAL
+        self.unfinished = ended.q[rows & near & ~ended.converged]
         return self.solutions[known:]
 
 
@@ -93,9 +93,9 @@ def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
         For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
     """
     exact = closed_form(robot, targets)
-    left = [i for i, one in enumerate(exact) if one is None]
-    found = iter(search_branches(robot, targets.take(left)) if left else [])
-    return [next(found) if one is None else one for one in exact]
+    unsolved = [i for i, solutions in enumerate(exact) if solutions is None]
+    searched = iter(search_branches(robot, targets.take(unsolved)) if unsolved else [])
+    return [next(searched) if solutions is None else solutions for solutions in exact]
 
 
 def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
@@ -110,8 +110,8 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """
     revolute, n, d = joint_axes(robot).revolute, len(targets), robot.dof
     box, used = _slide_limits(robot), FIRST_STARTS
-    begin = [starts(robot, box, used)] * n
-    found, stuck = [_Found(d) for _ in range(n)], [np.empty((0, d))] * n
+    begin = [spread_starts(robot, box, used)] * n
+    poses, stuck = [_PoseSolutions(d) for _ in range(n)], [np.empty((0, d))] * n
     active = list(range(n))
     for round_ in range(MAX_ROUNDS):
         owner = np.repeat(active, [len(start) for start in begin])
@@ -119,33 +119,33 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
             robot,
             targets.take(owner),
             np.concatenate(begin),
-            tolerance=RESIDUAL,
-            max_iterations=FIRST_ITERATIONS if round_ == 0 else MAX_ITERATIONS,
+            tolerance=SOLUTION_ERROR,
+            max_iterations=FIRST_ITERATIONS if round_ == 0 else SEARCH_ITERATIONS,
             hasty=round_ == 0,
         )
-        common, used = starts(robot, box, MORE_STARTS, skip=used), used + MORE_STARTS
-        again, begin = [], []
+        common, used = spread_starts(robot, box, MORE_STARTS, skip=used), used + MORE_STARTS
+        unfinished_poses, begin = [], []
         for i in active:
-            new = found[i].add(ended, owner == i, revolute)
-            complete = all_branches(robot, found[i].solutions)
-            if complete or len(found[i].solutions) > MAX_BRANCHES:
+            new = poses[i].add(ended, owner == i, revolute)
+            complete = all_branches(robot, poses[i].solutions)
+            if complete or len(poses[i].solutions) > MAX_BRANCHES:
                 stuck[i] = stuck[i][:0]
                 continue
-            unfinished = found[i].unfinished
+            unfinished = poses[i].unfinished
             if round_ > 0 and d == 6:
                 stuck[i] = np.vstack([stuck[i], unfinished])
                 unfinished = unfinished[:0]
-            twice = len(found[i].hits) > 0 and bool((found[i].hits > 1).all())
+            twice = len(poses[i].hits) > 0 and bool((poses[i].hits > 1).all())
             calm = twice and not len(stuck[i])
             if complete is None and (not len(unfinished) if calm else round_ and not len(new)):
                 continue
-            again.append(i)
+            unfinished_poses.append(i)
             begin.append(np.vstack([common, unfinished]))
-        active = again
+        active = unfinished_poses
         if not active:
             break
     return [
-        _with_near_singular(robot, targets.take([i]), found[i].solutions, stuck[i])
+        _with_near_singular(robot, targets.take([i]), poses[i].solutions, stuck[i])
         for i in range(n)
     ]
 
@@ -158,77 +158,77 @@ def _slide_limits(robot: Robot) -> Limits:
 
 
 def _with_near_singular(
-    robot: Robot, target: Targets, found: FloatArray, stuck: FloatArray
+    robot: Robot, target: Targets, solutions: FloatArray, stuck: FloatArray
 ) -> FloatArray:
     """Distinct solutions for one pose, with those found by continuation.
 
     Args:
         robot: The robot.
         target: The pose.
-        found: Solutions found by searches, shape (b, d).
+        solutions: Solutions found by searches, shape (b, d).
         stuck: Configurations at which other searches stopped, shape (k, d).
     """
     d = robot.dof
-    search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
-    if d == 6 and len(found) > MAX_BRANCHES:
-        more = singular_solutions(search, found)
-        found = np.vstack([*more, found])
+    search = PoseSearch(robot, target.pose(0), SOLUTION_ERROR, SOLUTION_ERROR)
+    if d == 6 and len(solutions) > MAX_BRANCHES:
+        more = singular_solutions(search, solutions)
+        solutions = np.vstack([*more, solutions])
     else:
-        near = _near_singular(robot, found)
+        near = _near_singular_rows(robot, solutions)
         if len(near) or len(stuck):
-            found = _each_once(search, target, found)
-            if d == 6 and not all_branches(robot, found):
+            solutions = _without_duplicates(search, target, solutions)
+            if d == 6 and not all_branches(robot, solutions):
                 more = near_singular_solutions(search, np.vstack([near, stuck]))
-                found = _each_once(search, target, np.vstack([*more, found]))
-    return difference(found, np.zeros(d), joint_axes(robot).revolute)
+                solutions = _without_duplicates(search, target, np.vstack([*more, solutions]))
+    return difference(solutions, np.zeros(d), joint_axes(robot).revolute)
 
 
-def _each_once(search: PoseSearch, target: Targets, found: FloatArray) -> FloatArray:
+def _without_duplicates(search: PoseSearch, target: Targets, solutions: FloatArray) -> FloatArray:
     """Distinct solutions, polished near a singularity."""
-    polished = [_polished(search, q) for q in _near_singular(search.robot, found)]
-    return distinct(search.robot, target, np.vstack([*polished, found]))
+    polished = [_polish(search, q) for q in _near_singular_rows(search.robot, solutions)]
+    return distinct_solutions(search.robot, target, np.vstack([*polished, solutions]))
 
 
-def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
+def _near_singular_rows(robot: Robot, q: FloatArray) -> FloatArray:
     """Configurations with a small smallest singular value, shape (k, d)."""
     s = np.linalg.svd(joint_axes(robot).jacobians(q), compute_uv=False)
-    return np.asarray(q[s[:, -1] < NEAR_SINGULAR])
+    return np.asarray(q[s[:, -1] < NEAR_SINGULAR_VALUE])
 
 
-def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
+def _polish(search: PoseSearch, solution: FloatArray) -> FloatArray:
     """Polish a solution by Newton steps: near a singularity small errors move joints.
 
     A step along the smallest right-singular vector may increase the error before the next one
     reduces it.
     """
     q, best, least = solution, solution, np.inf
-    for _ in range(POLISH_STEPS + 1):
+    for _ in range(NEWTON_POLISH_STEPS + 1):
         e = search.error(q)
-        if e @ e < least and np.abs(q - solution).max() < BESIDE:
+        if e @ e < least and np.abs(q - solution).max() < JOINED_DISTANCE:
             best, least = q, float(e @ e)
         q = q + np.linalg.lstsq(search.jacobian(q), e)[0]
     return best
 
 
-def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
+def distinct_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
     """Solutions without those connected to an earlier one by a self-motion.
 
     Where two branches meet, searches end on both sides of that point. Near a singularity they end
     anywhere near the solution.
     """
     chain = joint_axes(robot)
-    kept: list[FloatArray] = []
+    result: list[FloatArray] = []
     for q in solutions:
-        gaps = difference(q, np.array(kept).reshape(-1, len(q)), chain.revolute)
+        gaps = difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
         sizes = np.abs(gaps).max(axis=1)
-        if (sizes <= SAME).any():
+        if (sizes <= SAME_SOLUTION).any():
             continue
-        between = q - 0.5 * gaps[sizes < BESIDE]
+        between = q - 0.5 * gaps[sizes < JOINED_DISTANCE]
         if len(between):
             tip, rotation, *_ = chain.forward(between)
-            one = target.take(np.zeros(len(between), dtype=int))
-            _, distance, angle = pose_errors(tip, rotation, one.position, one.rotation)
-            if (np.maximum(distance, angle) < JOINED).any():
+            poses = target.take(np.zeros(len(between), dtype=int))
+            _, distance, angle = pose_errors(tip, rotation, poses.position, poses.rotation)
+            if (np.maximum(distance, angle) < JOINED_ERROR).any():
                 continue
-        kept.append(q)
-    return np.array(kept).reshape(-1, solutions.shape[1])
+        result.append(q)
+    return np.array(result).reshape(-1, solutions.shape[1])

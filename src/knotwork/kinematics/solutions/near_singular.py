@@ -22,21 +22,21 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 # Maximum residual on a curve [m, rad]: farther from a singularity local searches converge as usual.
-MOST_RESIDUAL = 1e-2
+MAX_RESIDUAL = 1e-2
 # Pose error of solutions, limited by rounding [m, rad].
-TOLERANCE = 1e-10
-STEP = 0.15  # along the curve [rad or m]
-SHORTEST_STEP = STEP / 32
+SOLUTION_TOLERANCE = 1e-10
+CURVE_STEP = 0.15  # along the curve [rad or m]
+MIN_CURVE_STEP = CURVE_STEP / 32
 # Cosine of the angle that the smallest singular directions may turn in a step.
 SAME_DIRECTION = 0.8
-MOST_STEPS = 160
+MAX_CURVE_STEPS = 160
 # Maximum number of curves per pose; a UR5 has four.
-MOST_CURVES = 10
+MAX_CURVES = 10
 # Distance from a point of a followed curve within which a configuration belongs to that curve.
-SAME_CURVE = 2.0 * STEP
+SAME_CURVE = 2.0 * CURVE_STEP
 # Newton steps back onto the curve, perpendicular to it, and the size of the last one [rad or m]:
 # the remaining error is its square.
-CORRECTIONS = 6
+CURVE_CORRECTIONS = 6
 CORRECTED = 1e-6
 # One singular value is small; if the second is below this, too, curves meet.
 SECOND_SINGULAR = 1e-3
@@ -44,12 +44,12 @@ ROOT_STEPS = 60
 GOLDEN_STEPS = 40
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 # A parabola through three residuals excludes a zero if its vertex is above this [m, rad], unless
-# the residuals are below `SMALL`.
-ABOVE_ZERO = 1e-9
-SMALL = 1e-6
+# the residuals are below `SMALL_RESIDUAL`.
+ZERO_MARGIN = 1e-9
+SMALL_RESIDUAL = 1e-6
 # Rounding error of the residual [m, rad]: a solution 1e-6 from a singularity is known to 1e-6 along
 # the curve.
-ROUNDING = 1e-15
+RESIDUAL_ROUNDING = 1e-15
 
 
 class _Point(NamedTuple):
@@ -73,7 +73,7 @@ class _Point(NamedTuple):
 
 
 def near_singular_solutions(
-    search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MOST_STEPS
+    search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MAX_CURVE_STEPS
 ) -> list[FloatArray]:
     """Follow the curves through configurations, and find the solutions on them.
 
@@ -85,17 +85,17 @@ def near_singular_solutions(
     Returns:
         Solutions, shape (d,) each, possibly with duplicates.
     """
-    found: list[FloatArray] = []
+    zeros: list[FloatArray] = []
     touching: list[FloatArray] = []  # known less exactly: along the curve the residual is as small
     for curve in _curves(search, starts, most_steps):
         points = _with_double_zeros(search, curve)
         for a, b in itertools.pairwise(points):
             if a.residual * b.residual <= 0.0:
-                found += _zero(search, a, b)
+                zeros += _zero(search, a, b)
         for a, b, c in zip(points, points[1:], points[2:], strict=False):
-            if _touches(a, b, c) and max(search.errors(b.q)) <= TOLERANCE:
+            if _touches(a, b, c) and max(search.errors(b.q)) <= SOLUTION_TOLERANCE:
                 touching.append(b.q)
-    return found + touching
+    return zeros + touching
 
 
 def _touches(a: _Point, b: _Point, c: _Point) -> bool:
@@ -113,41 +113,41 @@ def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list
     Args and returns as of `near_singular_solutions`, but with points all along the curves.
     """
     points = [point.q for curve in _curves(search, starts) for point in curve]
-    return [q for q in points if max(search.errors(q)) <= TOLERANCE]
+    return [q for q in points if max(search.errors(q)) <= SOLUTION_TOLERANCE]
 
 
 def _curves(
-    search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MOST_STEPS
+    search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MAX_CURVE_STEPS
 ) -> Iterator[list[_Point]]:
     """Points along each curve through the starts."""
     followed: list[FloatArray] = []
     revolute = joint_axes(search.robot).revolute
     for start in starts:
-        if len(followed) == MOST_CURVES:
+        if len(followed) == MAX_CURVES:
             break
         if any(joint_distances(points, start, revolute).min() < SAME_CURVE for points in followed):
             continue
-        first = _corrected(search, start, None)
+        first = _project_onto_curve(search, start, None)
         if first is None:
             continue
         curve, closed = _one_way(search, first, 1.0, most_steps)
         if not closed:
-            back, _ = _one_way(search, first, -1.0, most_steps)
-            curve = [*reversed(back[1:]), *curve]
+            backward, _ = _one_way(search, first, -1.0, most_steps)
+            curve = [*reversed(backward[1:]), *curve]
         followed.append(np.array([point.q for point in curve]))
         yield curve
 
 
-def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
+def _project_onto_curve(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
     """Move to the nearest point of the curve; `None` if there is none."""
-    for _ in range(CORRECTIONS):
+    for _ in range(CURVE_CORRECTIONS):
         e = search.error(q)
         U, s, Vt = np.linalg.svd(search.jacobian(q), full_matrices=False)
         if s[-2] < SECOND_SINGULAR:
             return None
         move = Vt[:-1].T @ ((U[:, :-1].T @ e) / s[:-1])
         size = float(np.abs(move).max())
-        if size > 2.0 * STEP:
+        if size > 2.0 * CURVE_STEP:
             return None
         q = q + move
         if size < CORRECTED:
@@ -157,33 +157,33 @@ def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Poi
         along = along if along @ before.along >= 0.0 else -along
         lost = lost if lost @ before.lost >= 0.0 else -lost
     residual = float(lost @ search.error(q))
-    return _Point(q, along, lost, residual) if abs(residual) < MOST_RESIDUAL else None
+    return _Point(q, along, lost, residual) if abs(residual) < MAX_RESIDUAL else None
 
 
 def _one_way(
     search: PoseSearch, first: _Point, sign: float, most_steps: int
 ) -> tuple[list[_Point], bool]:
     """Points along a curve in one direction to its end, and whether the curve is closed."""
-    here, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
-    curve, closed, step, length = [first], False, STEP, 0.0
+    point, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
+    curve, closed, step, length = [first], False, CURVE_STEP, 0.0
     revolute = joint_axes(search.robot).revolute
     for _ in range(most_steps):
         # Extrapolated direction halfway to the next point (Adams and Bashforth).
-        halfway = here.along + 0.5 * step * turned
-        there = _corrected(search, here.q + step * halfway, here)
-        if (there is None or not there.follows(here)) and step > SHORTEST_STEP:
+        halfway = point.along + 0.5 * step * turned
+        following = _project_onto_curve(search, point.q + step * halfway, point)
+        if (following is None or not following.follows(point)) and step > MIN_CURVE_STEP:
             step *= 0.5
             continue
-        if there is None:
+        if following is None:
             break
-        curve.append(there)
+        curve.append(following)
         if closed:  # one more step, so that no gap remains between the last and the first point
             break
         length += step
-        gap = joint_distances(there.q, first.q, revolute)
-        closed = length > 4 * STEP and bool(gap < 0.75 * STEP)
-        turned = (there.along - here.along) / step
-        step, here = min(2.0 * step, STEP), there
+        gap = joint_distances(following.q, first.q, revolute)
+        closed = length > 4 * CURVE_STEP and bool(gap < 0.75 * CURVE_STEP)
+        turned = (following.along - point.along) / step
+        step, point = min(2.0 * step, CURVE_STEP), following
     return curve, closed
 
 
@@ -210,22 +210,27 @@ def _double_zero(
     if not _touches(a, b, c):
         return None
     sign = 1.0 if b.residual > 0.0 else -1.0
-    left, here, right = sign * a.residual, sign * b.residual, sign * c.residual
-    bend = left - 2.0 * here + right
-    if here > SMALL and (here - ABOVE_ZERO) * bend > 0.25 * (left - right) ** 2:
+    before, value, after = sign * a.residual, sign * b.residual, sign * c.residual
+    bend = before - 2.0 * value + after
+    if value > SMALL_RESIDUAL and (value - ZERO_MARGIN) * bend > 0.25 * (before - after) ** 2:
         return None
     low, high = -1.0, 1.0
     for _ in range(GOLDEN_STEPS):
         inner = [low + part * (high - low) for part in (1.0 - GOLDEN, GOLDEN)]
         ends = [b.q - a.q if t < 0.0 else c.q - b.q for t in inner]
-        points = [_corrected(search, b.q + t * end, b) for t, end in zip(inner, ends, strict=True)]
+        points = [
+            _project_onto_curve(search, b.q + t * end, b)
+            for t, end in zip(inner, ends, strict=True)
+        ]
         values = [np.inf if point is None else sign * point.residual for point in points]
         best = int(np.argmin(values))
         point = points[best]
-        if point is not None and values[best] <= ROUNDING:
+        if point is not None and values[best] <= RESIDUAL_ROUNDING:
             return inner[best], point
         low, high = (low, inner[1]) if best == 0 else (inner[0], high)
-    return (inner[best], point) if point is not None and values[best] <= TOLERANCE else None
+    return (
+        (inner[best], point) if point is not None and values[best] <= SOLUTION_TOLERANCE else None
+    )
 
 
 def _zero(search: PoseSearch, a: _Point, b: _Point) -> Iterator[FloatArray]:
@@ -234,16 +239,16 @@ def _zero(search: PoseSearch, a: _Point, b: _Point) -> Iterator[FloatArray]:
     for _ in range(ROOT_STEPS):
         slope = at_high - at_low
         t = 0.5 * (low + high) if slope == 0.0 else (low * at_high - high * at_low) / slope
-        between = _corrected(search, a.q + t * (b.q - a.q), a)
+        between = _project_onto_curve(search, a.q + t * (b.q - a.q), a)
         if between is None:
             return
         point = between
-        if abs(point.residual) <= ROUNDING or high == low:
+        if abs(point.residual) <= RESIDUAL_ROUNDING or high == low:
             break
         if point.residual * at_high < 0.0:
             low, at_low = high, at_high
         else:
             at_low *= 0.5
         high, at_high = t, point.residual
-    if max(search.errors(point.q)) <= TOLERANCE:
+    if max(search.errors(point.q)) <= SOLUTION_TOLERANCE:
         yield point.q

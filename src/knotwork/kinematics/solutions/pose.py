@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
+from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, spread_starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
-    HASTY,
-    MARGIN,
+    HASTY_EFFORT,
+    TOLERANCE_MARGIN,
     Effort,
     PoseSearch,
 )
@@ -21,7 +21,8 @@ from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
-from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
+from knotwork.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
+from knotwork.kinematics.solutions.near_singular import CURVE_STEP, near_singular_solutions
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
@@ -30,22 +31,20 @@ from knotwork.waypoints import FloatArray, read_only
 # Maximum number of restarts for a first solution; then all solutions are searched for in one batch.
 MAX_RESTARTS = 50
 # A solution of the local search within this distance of the start [rad or m] counts as the nearest.
-# Near a singularity a second solution is searched for first, within `TWIN_WITHIN` times the
-# distance from the start; in theory a nearer one lies within twice the distance.
-NEAR = 0.5
-TWIN_WITHIN = 3.0
-# With a smallest singular value below this the estimate of that second solution is not valid, and
-# near-singular continuation is used; or for a redundant arm searches from around the start.
-NEAR_SINGULAR = 3e-3
-RESTARTS_BESIDE = 8
+# Near a singularity a second solution is searched for first, within `TWIN_DISTANCE_FACTOR` times
+# the distance from the start; in theory a nearer one lies within twice the distance.
+NEAR_DISTANCE = 0.5
+TWIN_DISTANCE_FACTOR = 3.0
+# Number of searches from around the start, for a redundant arm.
+NEARBY_RESTARTS = 8
 # A solution within this distance is the nearest one [rad or m].
-THERE = 1e-6
-# Self-motion is followed from at most `MOST_FOLLOWED` solutions within `FOLLOW_WITHIN` times the
-# minimum distance, until steps are `ROUGHLY` times the distance (the remaining gain is about the
-# square of it); and from the nearest one to the end.
-MOST_FOLLOWED = 8
-FOLLOW_WITHIN = 1.5
-ROUGHLY = 0.1
+SAME_CONFIGURATION = 1e-6
+# Self-motion is followed from at most `MAX_FOLLOWED` solutions within `FOLLOW_DISTANCE_FACTOR`
+# times the minimum distance, until steps are `ROUGH_STEP_FACTOR` times the distance (the remaining
+# gain is about the square of it); and from the nearest one to the end.
+MAX_FOLLOWED = 8
+FOLLOW_DISTANCE_FACTOR = 1.5
+ROUGH_STEP_FACTOR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,22 +126,23 @@ def solve_pose_ik(
     check_count(max_restarts, "max_restarts")
     first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
-    search = PoseSearch(robot, pose, MARGIN * position_tolerance, MARGIN * orientation_tolerance)
-    kept = _Nearest(search, goal, nearest)
-    kept.search_from(first, HASTY)
+    search = PoseSearch(
+        robot, pose, TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
+    )
+    best = _NearestSolution(search, goal, nearest)
+    best.search_from(first, HASTY_EFFORT)
     kind = f"{'nearest' if nearest else 'first'} solution"
     hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
-    if hopeless or not (kept.is_nearest() if nearest else kept.find_any(max_restarts)):
+    if hopeless or not (best.is_nearest() if nearest else best.find_any(max_restarts)):
         every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search)
-        kept.take_all(every)
+        best.take_all(every)
         kind = f"nearest of {max(len(every), 1)} solutions"
-        if kept.best is None:
-            asked = position_tolerance, orientation_tolerance
-            kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
-    return kept.answer(kind)
+        if best.best is None:
+            best.take(solution_or_reason(search, goal, waypoint, where, units).q)
+    return best.answer(kind)
 
 
-class _Nearest:
+class _NearestSolution:
     """The nearest solution found so far, and the work spent."""
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
@@ -153,19 +153,19 @@ class _Nearest:
         self.iterations, self.restarts = 0, -1
 
     def search_from(self, start: FloatArray, effort: Effort) -> None:
-        found = self.search.solve(start, self.limits, effort)
-        self.iterations += found.iterations
+        solution = self.search.solve(start, self.limits, effort)
+        self.iterations += solution.iterations
         self.restarts += 1
-        if found.converged:
-            self.take(found.q)
+        if solution.converged:
+            self.take(solution.q)
         else:
-            self._stuck = math.dist(found.q.tolist(), self.goal.tolist())
+            self._stuck = math.dist(solution.q.tolist(), self.goal.tolist())
 
     def find_any(self, max_restarts: int) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
         robot = self.search.robot
-        for start in starts(robot, self.limits, max_restarts) if self.best is None else ():
-            self.search_from(start, HASTY)
+        for start in spread_starts(robot, self.limits, max_restarts) if self.best is None else ():
+            self.search_from(start, HASTY_EFFORT)
             if self.best is not None:
                 break
         return self.best is not None
@@ -176,8 +176,10 @@ class _Nearest:
         if distance > np.pi:  # otherwise no joint is more than half a turn away
             q = nearest_turns(self.search.robot, q, self.goal)
             distance = math.dist(q.tolist(), self.goal.tolist())
-        if self._follow and distance < FOLLOW_WITHIN * self.distance:
-            q, steps = nearest_by_self_motion(self.search, q, self.goal, ROUGHLY * distance)
+        if self._follow and distance < FOLLOW_DISTANCE_FACTOR * self.distance:
+            q, steps = nearest_by_self_motion(
+                self.search, q, self.goal, ROUGH_STEP_FACTOR * distance
+            )
             self.iterations += steps
             distance = math.dist(q.tolist(), self.goal.tolist())
         if distance < self.distance:
@@ -187,7 +189,7 @@ class _Nearest:
         """Keep the nearest of some solutions, starting with the apparently nearest."""
         turned = [nearest_turns(self.search.robot, q, self.goal) for q in solutions]
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
-        for q in turned[: MOST_FOLLOWED if self._follow else 1]:
+        for q in turned[: MAX_FOLLOWED if self._follow else 1]:
             self.take(q)
         if self._follow:  # samples are incomplete: another solution may be close
             self.is_nearest()
@@ -199,35 +201,35 @@ class _Nearest:
         acceleration of the tool along the left-singular vector. To second order the tool moves by
         σt + κt²/2, which is zero again at t = −2σ/κ. Near there is a second solution.
         """
-        if self.best is None and self._follow and self._stuck < NEAR:
+        if self.best is None and self._follow and self._stuck < NEAR_DISTANCE:
             # Held at a limit that another path of the self-motion may avoid.
-            for start in self._around(NEAR):
-                self.search_from(start, HASTY)
-        if self.best is None or self.distance > NEAR:
+            for start in self._around(NEAR_DISTANCE):
+                self.search_from(start, HASTY_EFFORT)
+        if self.best is None or self.distance > NEAR_DISTANCE:
             return False
-        if self.distance < THERE:
+        if self.distance < SAME_CONFIGURATION:
             return True
-        q, within = self.best, TWIN_WITHIN * self.distance
+        q, within = self.best, TWIN_DISTANCE_FACTOR * self.distance
         U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
         for lost, value, along in zip(U.T, s, Vt, strict=True):
             bend = float(lost @ self.search.bend(q, along))
             if 2.0 * value < within * abs(bend):
-                self.search_from(q - (2.0 * value / bend) * along, HASTY)
-        if s[-1] < NEAR_SINGULAR:
-            for other in self._beside_singularity(q, within):
-                self.search_from(other, HASTY)
+                self.search_from(q - (2.0 * value / bend) * along, HASTY_EFFORT)
+        if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
+            for start in self._beside_singularity(q, within):
+                self.search_from(start, HASTY_EFFORT)
         return True
 
     def _beside_singularity(self, q: FloatArray, within: float) -> Iterable[FloatArray]:
         """Starts of searches for other solutions near a singularity."""
         if len(q) == 6:
-            return near_singular_solutions(self.search, [q], 2 + int(within / STEP))
+            return near_singular_solutions(self.search, [q], 2 + int(within / CURVE_STEP))
         return self._around(self.distance)
 
     def _around(self, radius: float) -> FloatArray:
         """Starts around the goal."""
         robot = self.search.robot
-        return starts(robot, self.limits, RESTARTS_BESIDE, around=self.goal, radius=radius)
+        return spread_starts(robot, self.limits, NEARBY_RESTARTS, around=self.goal, radius=radius)
 
     def answer(self, kind: str) -> IKSolution:
         """The nearest solution."""
@@ -246,6 +248,6 @@ class _Nearest:
             self.distance,
             self.iterations,
             self.restarts,
-            self.search.within(*errors),
+            self.search.is_within(*errors),
             kind,
         )

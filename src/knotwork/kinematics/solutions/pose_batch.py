@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import WaypointDataError
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
-from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
+from knotwork.kinematics.chain.joint_ranges import clip, limits_of, spread_starts
+from knotwork.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN
 from knotwork.kinematics.pose_arguments import check_count, check_pose, check_tolerance
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
-MAX_RESTARTS = 600
+MAX_BATCH_RESTARTS = 600
 # Size to which batches are filled when few poses are left.
 FILLED_BATCH = 200
 
@@ -27,7 +27,7 @@ def solve_pose_ik_batch(
     start: ArrayLike,
     *,
     tolerance: float = 1e-8,
-    max_restarts: int = MAX_RESTARTS,
+    max_restarts: int = MAX_BATCH_RESTARTS,
 ) -> BatchSolution:
     """Find joint positions inside the limits for many poses, in one batch.
 
@@ -68,12 +68,12 @@ def solve_pose_ik_batch(
     check_tolerance(tolerance, "tolerance")
     check_count(max_restarts, "max_restarts")
     n, d = len(wanted), robot.dof
-    each = np.asarray(start, dtype=object).ndim > 1
-    first = np.broadcast_to(read_only(start, (n, d) if each else (d,), "start"), (n, d))
-    return _solved(robot, wanted, first, MARGIN * tolerance, max_restarts)
+    has_rows = np.asarray(start, dtype=object).ndim > 1
+    first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
+    return _solve_with_restarts(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
 
 
-def _solved(
+def _solve_with_restarts(
     robot: Robot,
     poses: list[Any],
     start: FloatArray,
@@ -81,15 +81,15 @@ def _solved(
     max_restarts: int,
 ) -> BatchSolution:
     """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
-    (n, d), limits, targets = start.shape, limits_of(robot), Targets.of(poses)
-    q = clipped(start, limits)
+    (n, d), limits, targets = start.shape, limits_of(robot), Targets.from_poses(poses)
+    q = clip(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
     todo, iterations, restarts = np.arange(n), 0, 0
     begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
     while True:
         count = begin.shape[1]
         group = np.repeat(todo, count)
-        found = solve_batch(
+        ended = solve_batch(
             robot,
             targets.take(group),
             begin.reshape(-1, d),
@@ -98,23 +98,23 @@ def _solved(
             hasty=True,
             group=group,
         )
-        iterations += found.iterations
+        iterations += ended.iterations
         # The first converged search of each pose, or else the one with the smallest error.
-        off = np.where(found.converged, 0.0, found.position_error + found.orientation_error)
+        off = np.where(ended.converged, 0.0, ended.position_error + ended.orientation_error)
         best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
-        better = found.converged[best] | (off[best] < position[todo] + orientation[todo])
+        better = ended.converged[best] | (off[best] < position[todo] + orientation[todo])
         rows, best = todo[better], best[better]
-        q[rows] = found.q[best]
+        q[rows] = ended.q[best]
         position[rows], orientation[rows] = (
-            found.position_error[best],
-            found.orientation_error[best],
+            ended.position_error[best],
+            ended.orientation_error[best],
         )
-        todo = todo[~found.converged.reshape(-1, count).any(axis=1)]
+        todo = todo[~ended.converged.reshape(-1, count).any(axis=1)]
         if not todo.size or restarts >= max_restarts:
             break
         # A step of a batch takes hardly longer for hundreds than for one.
         count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
-        begin = np.tile(starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
+        begin = np.tile(spread_starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
         restarts += count
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)

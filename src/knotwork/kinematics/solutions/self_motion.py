@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import joint_distances, limits_of, starts
+from knotwork.kinematics.chain.joint_ranges import joint_distances, limits_of, spread_starts
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-STARTS = 96
-MAX_ITERATIONS = 18
+SELF_MOTION_STARTS = 96
+SAMPLE_ITERATIONS = 18
 
 
 def sample_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
@@ -25,14 +25,14 @@ def sample_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
         For each pose solutions, shape (b, d).
     """
     n, limits = len(targets), limits_of(robot)
-    owner = np.repeat(np.arange(n), STARTS)
+    owner = np.repeat(np.arange(n), SELF_MOTION_STARTS)
     ended = solve_batch(
         robot,
         targets.take(owner),
-        np.tile(starts(robot, limits, STARTS), (n, 1)),
+        np.tile(spread_starts(robot, limits, SELF_MOTION_STARTS), (n, 1)),
         tolerance=1e-10,
         limits=limits,
-        max_iterations=MAX_ITERATIONS,
+        max_iterations=SAMPLE_ITERATIONS,
         hasty=True,
     )
     return [ended.q[(owner == i) & ended.converged] for i in range(n)]

@@ -102,7 +102,7 @@ def _chosen_speed(
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
         return {"velocity": units.by_joint(v)}
-    robot, joints = robot.seen(standing=waypoint.standing)
+    robot, joints = robot.in_frame(standing=waypoint.standing)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
         twist -= waypoint.twist  # velocity of its frame: the file gives relative velocities

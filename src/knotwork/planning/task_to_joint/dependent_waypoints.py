@@ -18,7 +18,7 @@ from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import Candidates, concatenate
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
-from knotwork.planning.task_to_joint.obstacles import PATH_SAMPLES, Obstacles
+from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
 from knotwork.planning.task_to_joint.requested_branch import branch_names, is_in_branch
 from knotwork.planning.task_to_joint.solution import PathStart
 from knotwork.scenario import Scenario, ScenarioPath
@@ -163,7 +163,7 @@ class GroupSolver:
         """
         rate = self.scenario.task.pull_to_middle
         tracks = [
-            PathTrack(path, self.chains.of(path.freedom), rate)
+            PathTrack(path, self.chains.for_freedom(path.freedom), rate)
             for path in self.scenario.paths
             if path.first in group[:-1]
         ]
@@ -258,16 +258,16 @@ class GroupSolver:
             raise _BlockedPathError(
                 track, continuation, start, branches, turns, tried, feasible, contacts
             )
-        rows, back, onward = start.select(feasible), branches[feasible], []
+        rows, owner, onward = start.select(feasible), branches[feasible], []
         steps = np.abs(continuation.time[:, None] - times).argmin(axis=0)
         for position, step in zip(continuation.q[1:], steps[1:], strict=True):
-            q = track.chain.scatter(position[back] + turns[feasible])
+            q = track.chain.scatter(position[owner] + turns[feasible])
             onward.append(
                 rows._replace(
                     q=q,
                     flags=configuration_flags(self.chains.whole, q),
                     weight=1.0 + limit_nearness(self.chains.whole, q),
-                    velocity=track.chain.scatter(continuation.velocity[step][back]),
+                    velocity=track.chain.scatter(continuation.velocity[step][owner]),
                     excess=np.zeros(len(q)),
                     unattainable=np.zeros(len(q)),
                 )
@@ -280,7 +280,7 @@ class GroupSolver:
         """Step of the first collision of each continuation that has one, by index."""
         if self.obstacles is None:
             return {}
-        count = PATH_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guides else 1)
+        count = COLLISION_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guides else 1)
         steps = {int(b): self.obstacles.contact(continuation, int(b), count) for b in branches}
         return {branch: step for branch, step in steps.items() if step is not None}
 
@@ -301,17 +301,19 @@ class GroupSolver:
         index = max(
             range(len(tried)), key=lambda i: (constraints[i].part or 0.0, constraints[i].time)
         )
-        constraint, whole = constraints[index], self.chains.whole
+        constraint, robot_with_freedoms = constraints[index], self.chains.whole
         k = next(k for k, part in enumerate(path.stretches) if constraint.time <= part.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
         count = len(constraints)
         solutions = "the only solution" if count == 1 else f"the best of all {count} solutions"
         if not isinstance(self.scenario.branch, str):
             solutions += " in the branch asked for"
-        names = branch_names(whole, blocked.start.select(tried[[index]]))
+        names = branch_names(robot_with_freedoms, blocked.start.select(tried[[index]]))
         branch = "".join(f" ({name})" for name in names)
         remedy = "begin a new path at a stop, before which the arm may change its branch"
-        if other_branches := branch_names(whole, blocked.start.select(blocked.feasible)):
+        if other_branches := branch_names(
+            robot_with_freedoms, blocked.start.select(blocked.feasible)
+        ):
             remedy = f"ask for a branch that leads along it: {'; or '.join(other_branches)}"
         return following_error(
             robot,

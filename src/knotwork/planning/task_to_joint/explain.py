@@ -7,7 +7,7 @@ import numpy as np
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.cost import Level
-from knotwork.kinematics.sequence.step_costs import EXCESS_FACTOR
+from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.planning.task_to_joint.solution import Choice, Infeasibility
 from knotwork.planning.task_to_joint.solution_search import ChosenSequence, SolutionSearch
 from knotwork.robot import Robot
@@ -81,7 +81,7 @@ def find_infeasibilities(
         for i, candidates in enumerate(search.candidates)
         if candidates is not None and i not in search.free_velocity
     ]
-    limit = search.robot.velocity_limit * EXCESS_FACTOR
+    limit = search.robot.velocity_limit * OVERSPEED_FACTOR
     return tuple(_infeasibility(search, *place) for place in places if (place[2] > limit).any())
 
 
@@ -102,24 +102,24 @@ def _infeasibility(
     units = [f"{unit}/s" for unit in robot.joint_units]
     excess = speed / limit
     order = np.argsort(-excess, kind="stable")
-    fast = [int(j) for j in order if speed[j] > limit[j] * EXCESS_FACTOR]
+    fast = [int(j) for j in order if speed[j] > limit[j] * OVERSPEED_FACTOR]
     shown = search.scenario.units
     needs = ", ".join(
         f"{robot.joint_names[j]} needs {shown.text(float(speed[j]), units[j], '.4g')} "
         f"(limit {shown.shown(float(limit[j]), units[j])[0]:.4g})"
         for j in fast
     )
-    worst, others = fast[0], _other_choices_text(search)
+    worst, note = fast[0], _other_choices_text(search)
     if first < last:
         duration = search.steps[first].duration
         sentence = (
-            f"from {names[0]!r} to {names[1]!r} {needs} on average; {others}; "
+            f"from {names[0]!r} to {names[1]!r} {needs} on average; {note}; "
             f"{duration * excess[worst]:.4g} s or more is sufficient for the mean, and they have "
             f"{duration:.4g} s"
         )
     else:
         sentence = (
-            f"at {names[0]!r} {needs} for the tool's velocity; {others}; "
+            f"at {names[0]!r} {needs} for the tool's velocity; {note}; "
             f"{1.0 / excess[worst]:.3g} of that velocity is feasible"
         )
     return Infeasibility(

@@ -28,7 +28,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, Torch
 if TYPE_CHECKING:
     import pinocchio as pin
 
-INSIDE = 0.95
+TORCH_RANGE_SHARE = 0.95
 """Fraction of a torch's ranges that its joints use: between waypoints they may exceed it a bit."""
 
 
@@ -39,45 +39,42 @@ class FreedomChain(NamedTuple):
         robot: The arm followed by the virtual joints.
         columns: Indices of this chain's joints in the combined joint vector, shape (d,).
         size: Length of the combined joint vector.
-        narrowed: The chain with the ranges of tilt and torch angles halved: a path that starts
-            within these can move either way.
     """
 
     robot: Robot
     columns: NDArray[np.intp]
     size: int
-    narrowed: Robot
 
     @property
     def is_hard(self) -> bool:
         """Whether a virtual joint stops hard at its limits."""
         joints = self.robot.virtual_joints
-        return any(not one.soft and np.isfinite(one.upper - one.lower) for one in joints)
+        return any(not joint.soft and np.isfinite(joint.upper - joint.lower) for joint in joints)
 
     @property
     def softened(self) -> FreedomChain:
         """If `is_hard`, the chain with virtual joints that slow down before their limits."""
         if not self.is_hard:
             return self
-        joints = [replace(one, soft=True, ease=1.0) for one in self.robot.virtual_joints]
+        joints = [replace(joint, soft=True, ease=1.0) for joint in self.robot.virtual_joints]
         return self._replace(robot=self.robot.with_virtual_joints(*joints))
 
-    def scatter(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
+    def scatter(self, values: FloatArray, default: FloatArray | float = 0.0) -> FloatArray:
         """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
-        result = np.zeros((*values.shape[:-1], self.size)) + others
+        result = np.zeros((*values.shape[:-1], self.size)) + default
         result[..., self.columns] = values
         return result
 
-    def expand(self, candidates: Candidates, whole: Robot, others: FloatArray) -> Candidates:
+    def expand(self, candidates: Candidates, robot: Robot, default: FloatArray) -> Candidates:
         """Convert candidates to those of the arm with the virtual joints of all freedoms.
 
         Joints that do not move the tool relative to the pose (a table's) are as in `others`.
         """
-        if self.robot is whole:
+        if self.robot is robot:
             return candidates
-        others = np.where(whole.virtual, 0.0, others)
-        q, velocity = self.scatter(candidates.q, others), self.scatter(candidates.velocity)
-        return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(whole, q))
+        default = np.where(robot.virtual, 0.0, default)
+        q, velocity = self.scatter(candidates.q, default), self.scatter(candidates.velocity)
+        return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(robot, q))
 
 
 class FreedomChains:
@@ -97,47 +94,47 @@ class FreedomChains:
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
         poses = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
-        free = [one for one in poses if one.freedom is not None]
-        if free and scenario.branch != "free":
+        open_poses = [one for one in poses if one.freedom is not None]
+        if open_poses and scenario.branch != "free":
             raise BranchError(
-                free[0].name,
+                open_poses[0].name,
                 "is free, so that self-motion leads from one solution of its pose to others, and a "
                 "branch has no meaning; near: a configuration keeps the solutions near that",
                 branches=(),
-                where=free[0].where,
+                where=open_poses[0].where,
             )
         self.arm, d = robot, robot.dof
-        own: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
-        own |= {one: _virtual_joints(one) for one in dict.fromkeys(w.freedom for w in free) if one}
-        shared = _shared([joint for joints in own.values() for joint in joints])
+        joints_of: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
+        joints_of |= {
+            one: _virtual_joints(one) for one in dict.fromkeys(w.freedom for w in open_poses) if one
+        }
+        shared = _merge_joints([joint for joints in joints_of.values() for joint in joints])
         at, size = [*shared], robot.dof + len(shared)
         self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
         self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
-        seen = {(False, freedom) for freedom in own} | {
+        seen = {(False, freedom) for freedom in joints_of} | {
             (one.standing, one.freedom) for one in poses
         }
-        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*own].index(key[1]))):
-            arm, moving = robot.seen(standing=stands)
-            joints = own[freedom]
+        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*joints_of].index(key[1]))):
+            arm, moving = robot.in_frame(standing=stands)
+            joints = joints_of[freedom]
             columns = [*moving, *(d + at.index(_kind(one)) for one in joints)]
             chain = arm if not joints else arm.with_virtual_joints(*joints)
             if len(columns) == size and all(map(operator.is_, joints, shared.values())):
                 chain = self.whole
-            narrow = [_halve_ranges(joint) for joint in joints]
-            narrowed = chain if narrow == joints else arm.with_virtual_joints(*narrow)
-            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size, narrowed)
+            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size)
 
     def __iter__(self) -> Iterator[FreedomChain]:
         return iter(self._of.values())
 
-    def of(self, freedom: PoseFreedom | None) -> FreedomChain:
+    def for_freedom(self, freedom: PoseFreedom | None) -> FreedomChain:
         """The chain of a freedom, for poses in the base frame."""
         return self._of[False, freedom]
 
-    def at(self, waypoint: object) -> FreedomChain:
+    def for_waypoint(self, waypoint: object) -> FreedomChain:
         """The chain at a waypoint: the arm alone where joint positions are given."""
         if not isinstance(waypoint, CartesianWaypoint):
-            return self.of(None)
+            return self.for_freedom(None)
         return self._of[waypoint.standing, waypoint.freedom]
 
 
@@ -149,24 +146,26 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
         space: The joints of the scenario.
         chains: The arm with its virtual joints.
     """
-    whole = chains.whole
-    if whole is chains.arm:
+    robot = chains.whole
+    if robot is chains.arm:
         return space
-    count = whole.dof - chains.arm.dof
+    count = robot.dof - chains.arm.dof
     return replace(
         space,
-        joint_names=whole.joint_names,
-        joint_units=whole.joint_units,
-        lower_position_limit=whole.lower_position_limit,
-        upper_position_limit=whole.upper_position_limit,
-        limits=whole.limits,
-        configurations=whole.configurations,
-        robot=whole,
+        joint_names=robot.joint_names,
+        joint_units=robot.joint_units,
+        lower_position_limit=robot.lower_position_limit,
+        upper_position_limit=robot.upper_position_limit,
+        limits=robot.limits,
+        configurations=robot.configurations,
+        robot=robot,
         targets=tuple(
             None
-            if one is None
-            else JointState(pad_virtual(one.position, count), pad_virtual(one.velocity, count))
-            for one in space.targets
+            if target is None
+            else JointState(
+                pad_virtual(target.position, count), pad_virtual(target.velocity, count)
+            )
+            for target in space.targets
         ),
         near=None if space.near is None else pad_virtual(space.near, count),
         solutions=_solutions(scenario, space.solutions, chains),
@@ -174,24 +173,31 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
     )
 
 
-def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
+def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
     """Joints from the tool to the pose, opposite to the freedom; slides are in the pose's axes."""
     joints, axes = [], None
     turned: list[tuple[str, str, tuple[float, float]]] = []
-    if free.torch is not None:
-        axes = _torch_axes(free.torch)
-        turned = [("travel angle", "y", free.torch.travel), ("work angle", "x", free.torch.work)]
-    elif free.tilt:
+    if freedom.torch is not None:
+        axes = _torch_axes(freedom.torch)
+        turned = [
+            ("travel angle", "y", freedom.torch.travel),
+            ("work angle", "x", freedom.torch.work),
+        ]
+    elif freedom.tilt:
         # two turns within this bound keep the axis within the cone: cos²(t/√2) >= cos t
-        most = free.tilt / np.sqrt(2.0)
+        most = freedom.tilt / np.sqrt(2.0)
         joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
-    least, greatest = free.turn
+    least, greatest = freedom.turn
     if least < greatest:
         joints.append(VirtualJoint("free turn", "z", -greatest, -least, soft=False))
     for name, axis, (low, high) in turned:
         if low < high:
-            joints.append(VirtualJoint(name, axis, INSIDE * low, INSIDE * high, axes=axes))
-    for k, (low, high) in zip("xyz", free.box, strict=True):
+            joints.append(
+                VirtualJoint(
+                    name, axis, TORCH_RANGE_SHARE * low, TORCH_RANGE_SHARE * high, axes=axes
+                )
+            )
+    for k, (low, high) in zip("xyz", freedom.box, strict=True):
         if low < high:
             joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
     return joints
@@ -203,22 +209,15 @@ def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
     return joint.name, joint.axis, axes
 
 
-def _shared(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
+def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
     """The distinct virtual joints of all freedoms, each with the union of its ranges."""
-    found: dict[tuple[str, str, bytes], VirtualJoint] = {}
-    for one in joints:
-        known = found.setdefault(_kind(one), one)
-        if known is not one:
-            lower, upper = min(known.lower, one.lower), max(known.upper, one.upper)
-            found[_kind(one)] = replace(known, lower=lower, upper=upper)
-    return found
-
-
-def _halve_ranges(joint: VirtualJoint) -> VirtualJoint:
-    """The joint with half its range, if it turns about another axis than the tool's."""
-    if joint.axis == "z" or joint.unit != "rad":
-        return joint
-    return replace(joint, lower=0.5 * joint.lower, upper=0.5 * joint.upper)
+    shared: dict[tuple[str, str, bytes], VirtualJoint] = {}
+    for joint in joints:
+        known = shared.setdefault(_kind(joint), joint)
+        if known is not joint:
+            lower, upper = min(known.lower, joint.lower), max(known.upper, joint.upper)
+            shared[_kind(joint)] = replace(known, lower=lower, upper=upper)
+    return shared
 
 
 def _torch_axes(torch: TorchRanges) -> FloatArray:
@@ -233,19 +232,21 @@ def pad_virtual(values: FloatArray, count: int) -> FloatArray:
 
 
 def _solutions(
-    scenario: Scenario, given: Mapping[int, FloatArray], chains: FreedomChains
+    scenario: Scenario, preferred: Mapping[int, FloatArray], chains: FreedomChains
 ) -> dict[int, FloatArray]:
     """Preferred joint positions at waypoints, with the virtual joints that reach each pose."""
-    found = {}
-    for i, q in given.items():
-        waypoint, chain = scenario.waypoints[i], chains.at(scenario.waypoints[i])
-        found[i] = pad_virtual(q, chain.size - len(q))
+    result = {}
+    for i, q in preferred.items():
+        waypoint, chain = scenario.waypoints[i], chains.for_waypoint(scenario.waypoints[i])
+        result[i] = pad_virtual(q, chain.size - len(q))
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            tool = chain.robot.forward(found[i][chain.columns])
-            left = _pose_error(tool, waypoint.pose, waypoint.freedom.torch)
+            tool = chain.robot.forward(result[i][chain.columns])
+            error = _pose_error(tool, waypoint.pose, waypoint.freedom.torch)
             virtual = chain.columns[chain.robot.virtual]
-            found[i][virtual] = [left[one.unit, one.axis] for one in chain.robot.virtual_joints]
-    return found
+            result[i][virtual] = [
+                error[joint.unit, joint.axis] for joint in chain.robot.virtual_joints
+            ]
+    return result
 
 
 def _pose_error(
@@ -270,20 +271,20 @@ def _pose_error(
 
 def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:
     """The solution for the longer chain, reduced to the joints of the arm."""
-    found, d = solution.waypoints, len(space.joint_names)
-    if len(found.joint_names) == d:
+    waypoints, d = solution.waypoints, len(space.joint_names)
+    if len(waypoints.joint_names) == d:
         return solution
-    known = found.acceleration
+    known = waypoints.acceleration
     waypoints = replace(
-        found,
+        waypoints,
         joint_names=space.joint_names,
         joint_units=space.joint_units,
-        position=found.position[:, :d],
-        velocity=found.velocity[:, :d],
+        position=waypoints.position[:, :d],
+        velocity=waypoints.velocity[:, :d],
         acceleration=None if known is None else known[:, :d],
     )
     choices = tuple(
-        replace(one, turns=tuple(turn for turn in one.turns if turn[0] in space.joint_names))
-        for one in solution.choices
+        replace(choice, turns=tuple(turn for turn in choice.turns if turn[0] in space.joint_names))
+        for choice in solution.choices
     )
     return replace(solution, waypoints=waypoints, choices=choices)

@@ -96,7 +96,7 @@ def completed_waypoints(
         followed.position[0] = start  # without a rounding difference to a wait before the path
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
-        joined = any(other.first == path.last for other in scenario.paths)
+        joined = any(following.first == path.last for following in scenario.paths)
         parts.append(rows.slice(done, path.first))
         parts.append(followed.slice(0, len(followed.time) - joined))
         done = path.last + 1 - joined
@@ -153,11 +153,11 @@ def _insert_waypoints(
     scale, unit = scenario.shown_length
     along = scale * path.motion.arc_length(followed.time)
     names, k = np.empty(len(along), dtype=object), path.first - 1
-    for row, given in enumerate(asked):
-        if given:
+    for row, is_asked in enumerate(asked):
+        if is_asked:
             k, begin = k + 1, along[row]
         name = scenario.waypoints[k].name
-        names[row] = name if given else f"{name} + {along[row] - begin:.4g} {unit}"
+        names[row] = name if is_asked else f"{name} + {along[row] - begin:.4g} {unit}"
     velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
     for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():

@@ -20,7 +20,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
 
-PATH_SAMPLES = 24
+COLLISION_SAMPLES = 24
 """Number of times along a path at which candidates are tested; the check gives the proof."""
 
 ENOUGH_CLEARANCE = 0.1
@@ -60,7 +60,7 @@ class Obstacles:
         Raises:
             CollisionError: An object touches the robot.
         """
-        held = {one.name for one in self.scenario.scene.held}
+        held = {held_object.name for held_object in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
         start = float(self.scenario.provisional_times[0])
         for distance, first, second in self._gaps(q, start):
@@ -101,16 +101,16 @@ class Obstacles:
         """Clearance of candidates, computed once per branch: turns do not change it."""
         if self._pairs is None:
             return np.full(len(candidates.q), most)
-        _, own, back = np.unique(candidates.branch, return_index=True, return_inverse=True)
+        _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
         return np.asarray(
-            self._pairs.clearance(self._arm_positions(candidates.q[own]), time, most)[back]
+            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, most)[branches]
         )
 
     def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])
 
-    def contact(self, path: Continuation, start: int, count: int = PATH_SAMPLES) -> int | None:
+    def contact(self, path: Continuation, start: int, count: int = COLLISION_SAMPLES) -> int | None:
         """The first of some steps along a path that collides; `None` if there is no collision.
 
         Args:

@@ -122,5 +122,8 @@ class TaskSolution:
             data = asdict(choice)
             data["turns"] = dict(choice.turns)
             choices.append(data)
-        infeasible = [{**asdict(one), "fraction": one.fraction} for one in self.infeasibilities]
+        infeasible = [
+            {**asdict(infeasibility), "fraction": infeasibility.fraction}
+            for infeasibility in self.infeasibilities
+        ]
         return {"choices": choices, "infeasibilities": infeasible}

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterable
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from knotwork.errors import OutOfReachError
 from knotwork.kinematics.chain.joint_ranges import difference, middle, whole_turns
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import (
@@ -39,7 +37,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-HOME = "home"
+HOME_CONFIGURATION = "home"
 
 
 class ChosenSequence(NamedTuple):
@@ -58,8 +56,8 @@ class ChosenSequence(NamedTuple):
 
 def home(space: JointSpace) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
-    if HOME in space.configurations:
-        return np.array(space.configurations[HOME])
+    if HOME_CONFIGURATION in space.configurations:
+        return np.array(space.configurations[HOME_CONFIGURATION])
     return middle((space.lower_position_limit, space.upper_position_limit))
 
 
@@ -156,7 +154,7 @@ class SolutionSearch:
             if (
                 not independent
                 or not isinstance(target, CartesianWaypoint)
-                or self.chains.at(target) is not chain
+                or self.chains.for_waypoint(target) is not chain
             ):
                 continue
             if i in self.space.solutions:
@@ -167,9 +165,8 @@ class SolutionSearch:
         references = [self._reference(i)[chain.columns] for i in poses]
         several = find_candidates(chain.robot, list(poses.values()), references, units)
         for (i, target), candidates, near in zip(poses.items(), several, references, strict=True):
-            begins_group = i in self._group_of
-            if candidates.redundant and (begins_group or self.near is not None):
-                candidates = self._add_nearest(chain, target, candidates, near, begins_group)
+            if candidates.redundant and (i in self._group_of or self.near is not None):
+                candidates = self._add_nearest(chain, target, candidates, near)
             if i in self.free_velocity:
                 zero = np.zeros_like(candidates.velocity)
                 candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
@@ -182,7 +179,6 @@ class SolutionSearch:
         target: CartesianWaypoint,
         candidates: Candidates,
         near: FloatArray,
-        begins_group: bool,
     ) -> Candidates:
         """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
 
@@ -194,15 +190,11 @@ class SolutionSearch:
             refine_sequence,
         )
 
-        arm, joints = chain.robot, self.joints.select(chain.columns)
-        if begins_group and chain.narrowed is not chain.robot:
-            with contextlib.suppress(OutOfReachError):
-                narrowed = find_candidates(chain.narrowed, [target], [near], self.scenario.units)[0]
-                arm, candidates = chain.narrowed, narrowed
-        gaps = difference(candidates.q, near, joint_axes(arm).revolute) / joints.scale
+        joints = self.joints.select(chain.columns)
+        gaps = difference(candidates.q, near, joint_axes(chain.robot).revolute) / joints.scale
         row = int(np.linalg.norm(gaps, axis=1).argmin())
         task = RefinementTask(joints, (), [target], near)
-        q = refine_sequence(arm, task, candidates.q[[row]], candidates.velocity[[row]])
+        q = refine_sequence(chain.robot, task, candidates.q[[row]], candidates.velocity[[row]])
         nearest = candidates_of(chain.robot, target, q[0])
         return concatenate(
             [candidates, nearest._replace(branch=nearest.branch + candidates.branches)]
@@ -290,7 +282,7 @@ class SolutionSearch:
         refined = sequence.q.copy()
         v = np.array([layer.velocity[k] for layer, k in zip(layers, sequence.index, strict=True)])
         for chain in self.chains:
-            targets = {i: t for i, t in movable.items() if self.chains.at(t) is chain}
+            targets = {i: t for i, t in movable.items() if self.chains.for_waypoint(t) is chain}
             if not targets:
                 continue
             columns = chain.columns

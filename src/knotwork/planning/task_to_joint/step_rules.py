@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import unbounded
+from knotwork.kinematics.chain.joint_ranges import unbounded_joints
 from knotwork.kinematics.sequence.step_costs import (
     SAME_STEP,
     CollidingStep,
@@ -34,7 +34,7 @@ def joint_rules(robot: Robot) -> JointRules:
         limit=limit,
         lower=np.where(virtual, -np.inf, robot.lower_position_limit),
         upper=np.where(virtual, np.inf, robot.upper_position_limit),
-        unbounded=unbounded(robot) & ~virtual,
+        unbounded=unbounded_joints(robot) & ~virtual,
         weights=robot.weights,
         ramp=np.where(virtual, 0.0, speed / robot.limits["acceleration"]),
     )
@@ -56,7 +56,7 @@ def step_rules(
         free_velocity: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    free, tolerance, collided = scenario.free, _avoided_distance(chains), list(avoided)
+    unknowns, tolerance, collided = scenario.free, _avoided_distance(chains), list(avoided)
     passes = [
         isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
@@ -70,12 +70,12 @@ def step_rules(
         # Where the tool passes at speed another branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        rests = free is not None and bool(free.duration[i]) and i + 1 not in free.ways
+        rests = unknowns is not None and bool(unknowns.duration[i]) and i + 1 not in unknowns.ways
         rules.append(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=free is None or not free.untimed[i],
+                is_timed=unknowns is None or not unknowns.untimed[i],
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

@@ -30,7 +30,7 @@ def velocity_at(
         SingularityError: The twist is unattainable.
     """
     target, rate = cast(CartesianWaypoint, scenario.waypoints[index]), scenario.task.pull_to_middle
-    chain = chains.at(target) if track is None else track.chain
+    chain = chains.for_waypoint(target) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:
         pull = track.pull(target.time, q)

@@ -25,7 +25,7 @@ from knotwork.spline.polynomial.from_accelerations import (
 )
 from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
 
-SAME_TIME = 1e-9
+SAME_KNOT_TIME = 1e-9
 """Times that differ by less than this, relative to the largest, are one."""
 
 STALE = 1e-3
@@ -86,7 +86,7 @@ def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[Inde
     if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
         raise OptionError("chosen", f"run {i} has accelerations of other joints")
     stale = "times that were chosen belong to its knots: change both, or choose them again"
-    slack = SAME_TIME * max(1.0, float(np.abs(t).max()))
+    slack = SAME_KNOT_TIME * max(1.0, float(np.abs(t).max()))
     for end in (x[0], x[-1]):
         if np.abs(t - end).min() > slack:
             where = f"run {i} begins or ends at {end:.9g} s, where no waypoint is"

@@ -18,12 +18,12 @@ ACCELERATION_RULES = ("zero", "estimated")
 """Names that `PlannerOptions.accelerations` accepts."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class PlannerOptions:
     """Options of the planners; an option that a planner does not support is an error.
 
-    Each planner's `PlannerSpec` names the options that it supports. Arrays are kept read-only,
-    `knots` and `end_acceleration` as tuples; options can be compared.
+    Each planner's `PlannerSpec` names the options that it supports. Arrays are kept as tuples;
+    options can be compared.
 
     >>> options = kw.interpolation.PlannerOptions(knots="balanced", end_acceleration="zero")
     >>> options.requested
@@ -63,25 +63,12 @@ class PlannerOptions:
                     + did_you_mean(self.accelerations, (*ACCELERATION_RULES, "an array")),
                 )
         else:
-            put("accelerations", _numbers("accelerations", self.accelerations))
+            put("accelerations", _as_tuples(_numbers("accelerations", self.accelerations)))
 
     @property
     def requested(self) -> tuple[str, ...]:
         """Names of the options that differ from the default."""
-        return tuple(
-            field.name
-            for field in fields(self)
-            if _key(getattr(self, field.name)) != _key(getattr(type(self), field.name))
-        )
-
-    def _keys(self) -> tuple[Any, ...]:
-        return tuple(_key(getattr(self, field.name)) for field in fields(self))
-
-    def __eq__(self, other: object) -> bool:
-        return self._keys() == other._keys() if isinstance(other, PlannerOptions) else False
-
-    def __hash__(self) -> int:
-        return hash(self._keys())
+        return tuple(f.name for f in fields(self) if getattr(self, f.name) != f.default)
 
 
 def _as_tuples(value: Any) -> Any:
@@ -93,16 +80,8 @@ def _as_tuples(value: Any) -> Any:
     return value
 
 
-def _key(value: Any) -> Any:
-    """The key by which a value is compared."""
-    if isinstance(value, np.ndarray):
-        # adding 0.0 turns -0.0 into 0.0
-        return value.shape, (value + 0.0).tobytes()
-    return value
-
-
 def _numbers(option: str, values: Any) -> Any:
-    """Copy numbers into a read-only array; `None` stays `None`.
+    """Numbers as an array; `None` stays `None`.
 
     Raises:
         OptionError: Values are not real numbers, or not finite.
@@ -120,7 +99,6 @@ def _numbers(option: str, values: Any) -> Any:
     if bad.size:
         index = tuple(int(i) for i in bad[0])
         raise OptionError(option, f"at {list(index)} is {array[index]}; it must be finite")
-    array.setflags(write=False)
     return array
 
 

@@ -94,6 +94,8 @@ def preset_rows(rows: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> Fl
         where += f", but the first {skipped} and the last {skipped}, where nothing is free"
     accepted = f"{n} waypoints of {joints} joints take {shape[0]} (shape {shape}), one for "
     array = np.asarray(rows, dtype=float)
+    if array.size == shape[0] == 0:
+        return np.zeros(shape)
     if array.shape != shape:
         count = len(array) if array.ndim else "no"
         raise OptionError(

@@ -42,7 +42,7 @@ class PlannerSpec:
     makes: str
 
 
-_ALL = (
+_ALL_PLANNERS = (
     PlannerSpec(
         "modified-hermite",
         "the paper's: modified cubic Hermite interpolation on rebuilt knots",
@@ -155,10 +155,12 @@ _ALL = (
     ),
 )
 
-PLANNER_SPECS: Mapping[str, PlannerSpec] = MappingProxyType({spec.name: spec for spec in _ALL})
+PLANNER_SPECS: Mapping[str, PlannerSpec] = MappingProxyType(
+    {spec.name: spec for spec in _ALL_PLANNERS}
+)
 """Descriptions of all planners, by name."""
 
-_WORDS = {
+_OPTION_WORDS = {
     "knots": "a choice of knots",
     "end_acceleration": "end accelerations",
     "accelerations": "accelerations at waypoints",
@@ -177,6 +179,6 @@ def check_supported(planner: str, options: PlannerOptions) -> None:
             supported = ", ".join(PLANNER_SPECS[planner].supports) or "none"
             raise OptionError(
                 option,
-                f"asks for {_WORDS[option]}, which this planner does not support (its options: "
-                f"{supported}); leave it out, or use a planner that supports it: {others}",
+                f"asks for {_OPTION_WORDS[option]}, which this planner does not support (its "
+                f"options: {supported}); leave it out, or use a planner that supports it: {others}",
             )

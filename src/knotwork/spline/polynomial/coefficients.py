@@ -34,7 +34,7 @@ def checked_order(nu: Any, name: str = "derivative order nu") -> int:
 MAX_DEGREE = 30
 """Higher degrees are refused: no planner makes them, rounding spoils them, extrema take minutes."""
 
-LARGEST = 1e200
+LARGEST_TERM = 1e200
 """Larger numbers are refused, so that neither values nor derivatives overflow anywhere."""
 
 
@@ -63,11 +63,11 @@ def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
         span = np.maximum(np.diff(x), 1.0)
         reached = horner(np.abs(c), span.reshape(-1, *[1] * (c.ndim - 2)))
-    if not (reached <= LARGEST).all():
-        piece = int(np.argwhere(~(reached <= LARGEST))[0][0])
+    if not (reached <= LARGEST_TERM).all():
+        piece = int(np.argwhere(~(reached <= LARGEST_TERM))[0][0])
         raise InputError(
             f"the terms of piece {piece} reach {reached[piece].max():.6g} within {span[piece]:.6g} "
-            f"s; at most {LARGEST:g} is accepted"
+            f"s; at most {LARGEST_TERM:g} is accepted"
         )
 
 

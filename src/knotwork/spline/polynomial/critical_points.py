@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from knotwork.waypoints import FloatArray
 
-ITERATIONS = 128
+NEWTON_STEPS = 128
 """Bound on safeguarded Newton steps: each at least halves the step before it or the bracket, and 53
 halvings exhaust the digits."""
 
-RESOLUTION = 1e-14
+ROOT_RESOLUTION = 1e-14
 """Brackets as short as this, in the unit of the piece, end the search."""
 
 LAST_STEP = 1e-9
@@ -133,7 +133,7 @@ def _newton(
     slope = differentiate(c)
     point, step = 0.5 * (low + high), high - low
     roots, index = np.empty_like(point), np.arange(point.size)
-    for _ in range(ITERATIONS):
+    for _ in range(NEWTON_STEPS):
         value = horner(c, point)
         is_below = (value < 0.0) == rising
         low, high = np.where(is_below, point, low), np.where(is_below, high, point)
@@ -144,7 +144,7 @@ def _newton(
         following = np.where(value == 0.0, point, np.where(inside, newton, 0.5 * (low + high)))
         step, point = np.abs(following - point), following
         roots[index] = point
-        going = ~((inside & (step <= LAST_STEP)) | (high - low <= RESOLUTION))
+        going = ~((inside & (step <= LAST_STEP)) | (high - low <= ROOT_RESOLUTION))
         if not going.any():
             break
         c, slope, index, rising = c[:, going], slope[:, going], index[going], rising[going]

@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.spline.polynomial.critical_points import critical_points, horner
 from knotwork.waypoints import FloatArray
 
-BLOCK = 8192
+BLOCK_PIECES = 8192
 """Pieces times components per block, to limit memory."""
 
 
@@ -64,7 +64,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     # maxima of each component and of its negative, and the first times at which they occur
     best = np.full((2, c.shape[2]), -np.inf)
     time = np.zeros((2, c.shape[2]))
-    step = max(1, BLOCK // max(1, c.shape[2]))
+    step = max(1, BLOCK_PIECES // max(1, c.shape[2]))
     for low in range(0, c.shape[1], step):
         high = min(low + step, c.shape[1])
         # piece by piece, so that the first of equal values is the earliest

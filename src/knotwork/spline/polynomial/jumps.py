@@ -19,7 +19,7 @@ CONTINUITY_TOLERANCE = 1e-9
 
 Rounding makes jumps of about 1e-14; a controller's resolution is far coarser than 1e-9."""
 
-ROUNDING = 64 * np.finfo(float).eps
+TERM_ROUNDING = 64 * np.finfo(float).eps
 """Rounding of coefficients, relative to the largest term of their piece."""
 
 NEGLIGIBLE = (1e-9, 1e-7, 1e-5)
@@ -33,7 +33,7 @@ TIME_STEP = 1e-9
 """Resolution of times in messages and drives [s]. A break that moves by this causes a jump of this
 times the jump of the next derivative."""
 
-WINDOW = 1e-6
+JUMP_WINDOW = 1e-6
 """Jumps within this time are added up [s]: no drive distinguishes them."""
 
 
@@ -45,9 +45,10 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
         nu: Order of the derivative.
 
     Returns:
-        Absolute values, each with those that follow within `WINDOW`, and the largest value that
-        rounding explains, shape (m-2, d) both. So neither noise about zero, as in the acceleration
-        of a straight motion, nor rounding of breaks to whole nanoseconds counts as a jump.
+        Absolute values, each with those that follow within `JUMP_WINDOW`, and the largest value
+        that rounding explains, shape (m-2, d) both. So neither noise about zero, as in the
+        acceleration of a straight motion, nor rounding of breaks to whole nanoseconds counts as a
+        jump.
     """
     sizes = _sum_in_window(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
@@ -66,16 +67,16 @@ def jump_rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
     for power, coefficient in enumerate(curve.c[::-1]):
         np.maximum(size, np.abs(coefficient) * h**power, out=size)
     with np.errstate(over="ignore"):
-        size *= ROUNDING / h**nu
+        size *= TERM_ROUNDING / h**nu
     return np.maximum(size[:-1], size[1:])
 
 
 def _sum_in_window(x: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Add to the size at each inner break those at the breaks that follow within `WINDOW`."""
+    """Add to the size at each inner break those at the breaks that follow within `JUMP_WINDOW`."""
     inner = x[1:-1]
-    if not (np.diff(inner) < WINDOW).any():
+    if not (np.diff(inner) < JUMP_WINDOW).any():
         return sizes
-    last = np.searchsorted(inner, inner + WINDOW, side="left")
+    last = np.searchsorted(inner, inner + JUMP_WINDOW, side="left")
     sums = np.concatenate((np.zeros((1, sizes.shape[1])), np.cumsum(sizes, axis=0)))
     return np.asarray(np.maximum(sizes, sums[last] - sums[:-1]))
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.tool_paths.path import SHARP
+from knotwork.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
 from knotwork.waypoints import FloatArray, PoseFreedom
@@ -149,7 +149,7 @@ def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) 
         change: Upper bound on the deviation of the velocity from its chord [m/s], shape (n,).
     """
     step = np.abs(np.diff(samples.s))
-    turn = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + SHARP
+    turn = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + CORNER_ANGLE
     middle = samples.tangent[:-1] + samples.tangent[1:]
     middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
     ends = np.stack((samples.velocity[:-1], samples.velocity[1:]))

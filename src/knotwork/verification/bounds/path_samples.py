@@ -11,7 +11,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.tool_paths.progress import progress
+from knotwork.tool_paths.path_progress import progress
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
@@ -127,9 +127,9 @@ class PathStretch:
 
     def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position [m], rotation and velocity [m/s] of the tool relative to the path's carrier."""
-        tip, columns, J = joint_axes(self.robot).placed(self.curve(t))
+        tip, columns, J = joint_axes(self.robot).place(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        return self.motion.seen(t, tip.T, columns.transpose(2, 1, 0), velocity)
+        return self.motion.relative_motion(t, tip.T, columns.transpose(2, 1, 0), velocity)
 
     def _compare(
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray

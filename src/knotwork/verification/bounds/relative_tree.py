@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.robot.joint_tree import JointTree, joined, serial
+from knotwork.robot.joint_tree import JointTree, join_trees, serial
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.endless import stack_curves
 from knotwork.tool_paths.moving_frame import KnownJoints
@@ -41,7 +41,7 @@ def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
             placement = pin.SE3.Identity()
         placement = placement * carrier.placement.inverse()
     placements, axes, turns, columns = zip(*steps, strict=True)
-    tree = joined(serial(placements, np.array(axes), turns), arm, placement * root, len(steps))
+    tree = join_trees(serial(placements, np.array(axes), turns), arm, placement * root, len(steps))
     count = len(arm.parent) - 1
     arm_columns = [column - len(steps) for column in tree.column[len(steps) + 1 :]]
     columns = -1, *(count + column for column in columns), *arm_columns

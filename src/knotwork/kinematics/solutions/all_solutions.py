@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
-from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
+from knotwork.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.pose_arguments import check_count, check_request
@@ -20,7 +20,7 @@ from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 # Number of samples of the self-motion of a redundant arm.
-SPREAD = 32
+SELF_MOTION_SPREAD = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def solve_pose_ik_all(
     *,
     position_tolerance: float = 1e-8,
     orientation_tolerance: float = 1e-8,
-    spread: int = SPREAD,
+    spread: int = SELF_MOTION_SPREAD,
     waypoint: str = "",
     where: str = "",
 ) -> tuple[Branch, ...]:
@@ -101,16 +101,16 @@ def solve_pose_ik_all(
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(spread, "spread", 1)
-    asked = position_tolerance, orientation_tolerance
-    search = PoseSearch(robot, pose, MARGIN * asked[0], MARGIN * asked[1])
-    found = solutions_within_limits(search)
-    free = robot.dof > 6 or len(found) > MAX_BRANCHES
-    if free:
-        found = farthest_apart(robot, found, spread)
-    if not len(found):
+    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
+    search = PoseSearch(robot, pose, *tolerances)
+    solutions = solutions_within_limits(search)
+    sampled = robot.dof > 6 or len(solutions) > MAX_BRANCHES
+    if sampled:
+        solutions = farthest_apart(robot, solutions, spread)
+    if not len(solutions):
         centre = middle(limits_of(robot))
-        found = solution_or_reason(search, centre, asked, waypoint, where).q[None]
-    return tuple(_branch(robot, pose, q, free) for q in sorted(found, key=sort_key))
+        solutions = solution_or_reason(search, centre, waypoint, where).q[None]
+    return tuple(_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
 
 
 def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:

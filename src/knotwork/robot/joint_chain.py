@@ -10,13 +10,13 @@ import pinocchio as pin
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.urdf import Urdf
 
-MOST_JOINTS = 200
+MAX_JOINTS = 200
 """Maximum number of planned joints; proofs for chains of hundreds take gigabytes."""
 # A character that XML can't hold, so that no joint's name begins with it.
 _NO_JOINT = "\x01"
 
 
-class Chain(NamedTuple):
+class JointChain(NamedTuple):
     """The planned joints, with all others locked.
 
     Attributes:
@@ -42,7 +42,7 @@ def select_chain(
     tool_frame: str | None,
     locked: Mapping[str, float],
     rest: Mapping[str, float],
-) -> Chain:
+) -> JointChain:
     """Lock every joint that is not between the base and the tool.
 
     Args:
@@ -72,10 +72,10 @@ def select_chain(
         moving = [i for i in moving if full.names[i] not in locked]
     else:
         moving = _moving_joints(urdf, robot, base, tool_frame, locked)
-    if len(moving) > MOST_JOINTS:
+    if len(moving) > MAX_JOINTS:
         raise RobotError(
             robot,
-            f"{len(moving)} joints would be planned for, and at most {MOST_JOINTS} can be; give a "
+            f"{len(moving)} joints would be planned for, and at most {MAX_JOINTS} can be; give a "
             "tool frame that fewer of them carry, or list others under `locked`",
         )
     planned = set(moving)
@@ -83,8 +83,8 @@ def select_chain(
     reference, values = _reference(urdf, robot, still, {**rest, **locked})
     names = tuple(full.names[i] for i in moving)
     masters = {full.names[i]: _masters(urdf, full.names[i], locked) for i in still}
-    return Chain(
-        model=_reduced(full, still, reference),
+    return JointChain(
+        model=_reduce_model(full, still, reference),
         joint_names=names,
         base_frame=base,
         locked=values,
@@ -101,13 +101,13 @@ def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
     return masters
 
 
-def _reduced(full: Any, still: list[int], reference: Any) -> Any:
+def _reduce_model(full: Any, still: list[int], reference: Any) -> Any:
     """Lock joints. Pinocchio looks frames up by name, and a link may be named like a joint."""
-    whole = full.copy()
-    links = [frame for frame in whole.frames if frame.type == pin.FrameType.BODY]
+    model = full.copy()
+    links = [frame for frame in model.frames if frame.type == pin.FrameType.BODY]
     for frame in links:
         frame.name = f"{_NO_JOINT}{frame.name}"
-    reduced = pin.buildReducedModel(whole, still, reference)
+    reduced = pin.buildReducedModel(model, still, reference)
     for frame in reduced.frames:
         frame.name = frame.name.removeprefix(_NO_JOINT)
     return reduced

@@ -15,15 +15,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError, RampError, SlowStretchError
+from knotwork.errors import PathError, RampError
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
 
-ROUNDING = 1e-9
+RAMP_TOLERANCE = 1e-9
 """Relative excess of ramps over the length of their stretch up to which they are shortened."""
 
-RESOLVED = 1e-12
+TIME_RESOLUTION = 1e-12
 """Minimum duration of a change of speed, relative to the path's, for the resolution of time."""
 
 
@@ -93,10 +93,10 @@ class Timing:
             middle = 0.5 * (low + high)
             below = horner(coefficients, middle - begin) < s
             low, high = np.where(below, middle, low), np.where(below, high, middle)
-        found = 0.5 * (low + high)
+        times = 0.5 * (low + high)
         nearest = np.abs(s[:, None] - low_of).argmin(axis=1)
         snapped = np.abs(s - low_of[nearest]) <= 1e-12 * low_of[-1]
-        return np.where(snapped, breaks[nearest], found)
+        return np.where(snapped, breaks[nearest], times)
 
 
 def standstill(duration: float, speed: float) -> Timing:
@@ -133,9 +133,9 @@ def speed_profile(
 
     Raises:
         WaypointDataError: Arrays are not finite or have a wrong shape.
-        PathError: A length, speed or acceleration is not positive.
+        PathError: A length, speed or acceleration is not positive, or a stretch is too slow for the
+            resolution of time in its ramps.
         RampError: A stretch is too short for its ramps; the error has feasible values.
-        SlowStretchError: A stretch is too slow for the resolution of time in its ramps.
 
     >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
     >>> timing = kw.tool_paths.speed_profile([0.1], [0.05], acceleration=0.5, **ends)
@@ -150,14 +150,14 @@ def speed_profile(
     joint = np.minimum(speed[:-1], speed[1:])
     joint[[i for i in stops if i < count - 1]] = 0.0
     outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
-    first, last = (own if v is None else checked_speed(v, what) for v, what, own in outer)
+    first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
     met = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks, coefficients, times, full, taken = [0.0], [], [0.0], [], []
+    breaks, coefficients, times, full, durations = [0.0], [], [0.0], [], []
     for i, ends in enumerate(pairwise(met)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
-        which, v = i if count > 1 else None, float(speed[i])
-        shrink = _fit(which, float(length[i]), v, ends, fixed, acceleration)
+        stretch, v = i if count > 1 else None, float(speed[i])
+        shrink = _shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
         pieces = _stretch(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
@@ -165,25 +165,24 @@ def speed_profile(
             if T > 0.0:
                 breaks.append(float(end))
                 coefficients.append(c)
-                taken.append(T)
+                durations.append(T)
         times.append(float(starts[-1]))
-    _check_resolved(min(taken), np.diff(times), speed)
+    _check_resolved(min(durations), np.diff(times), speed)
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
     return Timing(curve, np.array(times), np.array(full), speed)
 
 
 def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
     """Refuse a piece [s] that is too short for the duration of the path."""
-    least = RESOLVED * float(durations.sum())
+    least = TIME_RESOLUTION * float(durations.sum())
     if shortest >= least:
         return
     k = int(durations.argmax())
-    raise SlowStretchError(
-        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: times don't resolve its "
-        f"changes of speed, which take {shortest:.3g} s",
-        stretch=k,
-        # the duration of a ramp is proportional to the speed, that of the path inversely
-        lowest_speed=math.sqrt(least / shortest) * float(speeds[k]),
+    # the duration of a ramp is proportional to the speed, that of the path inversely
+    raise PathError(
+        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve its "
+        f"changes of speed in time, which take {shortest:.3g} s; accepted: at least "
+        f"{math.sqrt(least / shortest) * speeds[k]:.6g} m/s"
     )
 
 
@@ -191,10 +190,10 @@ def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArra
     """Lengths [m] and speeds [m/s] of stretches, positive, shape (n,) each, n >= 1."""
     count = len(np.atleast_1d(np.asarray(lengths)))
     length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
-    for what, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
+    for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
         for i in np.flatnonzero(values <= 0.0)[:1]:
             raise PathError(
-                f"{what} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+                f"{quantity} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
             )
     if not count:
         raise PathError("no stretches are given; a path needs at least one")
@@ -206,13 +205,13 @@ def _stretch(
 ) -> list[tuple[float, list[float]]]:
     """Durations and coefficients of arc length of ramp, full speed and ramp from s[0] to s[1]."""
     # Speeds within rounding need no ramp: it would be too short.
-    v0, v1 = (v if math.isclose(v, end, rel_tol=ROUNDING) else end for end in ends)
+    v0, v1 = (v if math.isclose(v, end, rel_tol=RAMP_TOLERANCE) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
     even = (float(s[1] - s[0]) - sum(covered)) / v
     return [
         (T0, _ramp(v0, v, T0, float(s[0]))),
-        (even if even > ROUNDING * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
+        (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
         (T1, _ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
 
@@ -223,14 +222,14 @@ def check_acceleration(acceleration: float) -> None:
         raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
 
 
-def checked_speed(speed: float, what: str) -> float:
+def checked_speed(speed: float, name: str) -> float:
     """Return a speed at an end of the path [m/s], 0 or greater."""
     if not (math.isfinite(speed) and speed >= 0.0):
-        raise PathError(f"{what} is {speed!r} m/s; it must be 0 or greater")
+        raise PathError(f"{name} is {speed!r} m/s; it must be 0 or greater")
     return float(speed)
 
 
-def _fit(
+def _shortening(
     stretch: int | None,
     length: float,
     v: float,
@@ -247,7 +246,7 @@ def _fit(
     needed = part / acceleration
     if needed <= length:
         return 1.0
-    if needed <= length * (1.0 + ROUNDING):
+    if needed <= length * (1.0 + RAMP_TOLERANCE):
         return length / needed
     highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
     if highest is not None and highest >= v:  # the ends are faster: a lower speed does not help

@@ -12,17 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import CornerError, PathError
 from knotwork.spline.polynomial.distinct import distinct
-from knotwork.tool_paths.curve import Curve, checked_order, shown, unplaced
+from knotwork.tool_paths.curve import Curve, checked_order, geometry_error, point_text, sorted_ends
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.waypoints import FloatArray
 
-GAP = 1e-9
+JUNCTION_GAP = 1e-9
 """Tolerance of gaps between consecutive curves [m]."""
 
-SHARP = 1e-6
+CORNER_ANGLE = 1e-6
 """Tolerance of the change of direction there [rad]."""
 
-LENGTHS = 1e-9
+LENGTH_MISMATCH = 1e-9
 """Relative tolerance of the lengths of curves and orientation."""
 
 
@@ -72,7 +72,7 @@ class ToolPath:
         self.starts: FloatArray = np.concatenate(([0.0], ends[:-1]))
         self._check_junctions()
         off = orientation.length - self.length
-        if abs(off) > LENGTHS * self.length:
+        if abs(off) > LENGTH_MISMATCH * self.length:
             raise PathError(
                 f"the orientation is {orientation.length:.12g} m long and the path "
                 f"{self.length:.12g} m; both must be the same"
@@ -80,43 +80,46 @@ class ToolPath:
         stops_at = self.starts[[i + 1 for i in sorted(self.stops) if i + 1 < len(self.curves)]]
         self._stops_at: FloatArray = stops_at
         for s in orientation.jumps:
-            if not (np.abs(stops_at - s) <= LENGTHS * self.length).any():
-                raise unplaced(
+            if not (np.abs(stops_at - s) <= LENGTH_MISMATCH * self.length).any():
+                raise geometry_error(
                     "the rate at which the tool turns jumps at arc length {s}, where it does not "
                     "stop; join the stretches with OrientationCurve.joined, or stop there",
                     s=float(s),
                 )
-        self.breaks = self._merged(np.concatenate((self.starts, ends[-1:], orientation.breaks)))
+        self.breaks = self._merge_breaks(
+            np.concatenate((self.starts, ends[-1:], orientation.breaks))
+        )
 
     def _check_junctions(self) -> None:
         for i, (before, after) in enumerate(itertools.pairwise(self.curves)):
             ends = np.array([before.length]), np.zeros(1)
-            one, other = before.position(ends[0])[0], after.position(ends[1])[0]
-            gap = float(np.linalg.norm(other - one))
-            if gap > GAP:
-                raise unplaced(
-                    f"curve {i} ends at {{one}} and curve {i + 1} starts {{gap}} away, at "
-                    "{other}; each must start where the one before ends",
-                    one=one,
+            end, start = before.position(ends[0])[0], after.position(ends[1])[0]
+            gap = float(np.linalg.norm(start - end))
+            if gap > JUNCTION_GAP:
+                raise geometry_error(
+                    f"curve {i} ends at {{end}} and curve {i + 1} starts {{gap}} away, at "
+                    "{start}; each must start where the one before ends",
+                    end=end,
                     gap=gap,
-                    other=other,
+                    start=start,
                 )
             u, v = before.position(ends[0], 1)[0], after.position(ends[1], 1)[0]
             angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), float(u @ v))
-            if angle > SHARP and i not in self.stops:
+            if angle > CORNER_ANGLE and i not in self.stops:
                 raise CornerError(
-                    f"the path turns sharply by {math.degrees(angle):.6g} deg at {shown(one)}, "
-                    f"between curves {i} and {i + 1}; round the corner with a blend or stop there",
+                    f"the path turns sharply by {math.degrees(angle):.6g} deg at "
+                    f"{point_text(end)}, between curves {i} and {i + 1}; round the corner with a "
+                    "blend or stop there",
                     junction=i,
                     angle=angle,
-                    point=one.tolist(),
+                    point=end.tolist(),
                 )
 
-    def _merged(self, s: FloatArray) -> FloatArray:
+    def _merge_breaks(self, s: FloatArray) -> FloatArray:
         """Sorted arc lengths without those within rounding of a curve's ends."""
         exact = np.append(self.starts, self.length)
         nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]
-        return distinct(np.where(np.abs(s - nearest) <= LENGTHS * self.length, nearest, s))
+        return distinct(np.where(np.abs(s - nearest) <= LENGTH_MISMATCH * self.length, nearest, s))
 
     def _curve_of(self, s: FloatArray, side: str) -> NDArray[np.intp]:
         index = np.searchsorted(self.starts, s, side="left" if side == "left" else "right") - 1
@@ -156,22 +159,16 @@ class ToolPath:
         """
         s = np.asarray(s, dtype=float)
         at = s if at is None else np.broadcast_to(np.asarray(at, dtype=float), s.shape)
-        found = np.empty((order + 1, s.size, 3))
+        result = np.empty((order + 1, s.size, 3))
         for i, rows in self._by_curve(self._curve_of(at, side)):
-            found[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
-        return found
+            result[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
+        return result
 
     def rotation(
         self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
     ) -> FloatArray:
         """Rotation matrices of the tool, shape (k, 3, 3): see `OrientationCurve.rotation`."""
         return self.orientation.rotation(s, at, side)
-
-    def rate(
-        self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
-        """Angular velocity per unit length, or its derivative: see `OrientationCurve.rate`."""
-        return self.orientation.rate(s, order, at, side)
 
     def pose(self, s: float) -> pin.SE3:
         """Pose of the tool at an arc length [m]."""
@@ -249,7 +246,7 @@ class ToolPath:
         Returns:
             (s1 - s0)² times the largest curvature [m], shape (k,).
         """
-        low, high = self._sorted(s0, s1)
+        low, high = sorted_ends(s0, s1)
         first, last = self._curve_of(low, "right"), self._curve_of(high, "left")
         curvature = np.zeros(low.size)
         for i in range(int(last.max(initial=0) - first.min(initial=0)) + 1):
@@ -274,14 +271,10 @@ class ToolPath:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).
             s1: Arc lengths at the end, above or below s0 [m], shape (k,).
         """
-        low, high = self._sorted(s0, s1)
+        low, high = sorted_ends(s0, s1)
         rate, change = self.orientation.rate_bounds(low, high)
         bound = math.sqrt(2.0) * (high - low) ** 2 * (change + rate**2)
         return self._but_across_stops(low, high, bound)
-
-    def _sorted(self, s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        one, other = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
-        return np.minimum(one, other), np.maximum(one, other)
 
     def _but_across_stops(self, low: FloatArray, high: FloatArray, bound: FloatArray) -> FloatArray:
         """The bound, infinite for intervals that contain a stop."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.tool_paths.path import ToolPath
+from knotwork.tool_paths.tool_path import ToolPath
 from knotwork.waypoints import FloatArray
 
-JUMP = 3.0
+BRANCH_JUMP_RATIO = 3.0
 """Ratio of a step along the path to the step in space above which the branch may have changed."""
 
-SAME = 1e-9
+SAME_ARC_LENGTH = 1e-9
 """Relative difference below which arc lengths are equal."""
 
 
@@ -32,7 +32,7 @@ def progress(
     Returns:
         Arc lengths [m], shape (k,).
 
-    >>> from knotwork.tool_paths.progress import progress
+    >>> from knotwork.tool_paths.path_progress import progress
     >>> tp = kw.tool_paths
     >>> circle = tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], 2 * np.pi)
     >>> still = tp.OrientationCurve.constant(np.eye(3), circle.length)
@@ -44,14 +44,21 @@ def progress(
     """
     s: FloatArray = np.clip(path.nearest(places, guess), *within)
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    jumps = np.flatnonzero(np.abs(np.diff(s)) > JUMP * steps + SAME * path.length) + 1
+    jumps = (
+        np.flatnonzero(
+            np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + SAME_ARC_LENGTH * path.length
+        )
+        + 1
+    )
     k = int(jumps[0]) if jumps.size else len(s)
     while k < len(s):
-        own = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
-        if abs(own - s[k]) <= SAME * path.length:  # the guess is on the branch of the point again
+        nearest = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
+        if (
+            abs(nearest - s[k]) <= SAME_ARC_LENGTH * path.length
+        ):  # the guess is on the branch of the point again
             later = jumps[jumps > k]
             k = int(later[0]) if later.size else len(s)
         else:
-            s[k] = own
+            s[k] = nearest
             k += 1
     return s

@@ -13,8 +13,8 @@ import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.renamed import old_method
-from knotwork.robot.chain import select_chain
 from knotwork.robot.description import Description
+from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.joint_limits import chain_limits
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import read_urdf
@@ -78,62 +78,61 @@ class Robot(Variants):
 
     def __init__(self, description: Description) -> None:
         super().__init__(description)
-        given = description
-        self.name, self.description = given.name, given.description
-        self.source, self.urdf_files = given.source, given.urdf.files
+        self.name, self.description = description.name, description.description
+        self.source, self.urdf_files = description.source, description.urdf.files
         self.urdf = self.urdf_files[0].path
-        self.package_paths = given.package_paths
-        self.tool_frame = given.tool_frame
-        self.ignored_pairs, self.srdf = given.ignored_pairs, given.srdf
-        self.tool_offset = given.tool_offset.copy()
-        self.tool_candidates = given.urdf.leaves
-        self.payload, self.held = given.payload, given.held
+        self.package_paths = description.package_paths
+        self.tool_frame = description.tool_frame
+        self.ignored_pairs, self.srdf = description.ignored_pairs, description.srdf
+        self.tool_offset = description.tool_offset.copy()
+        self.tool_candidates = description.urdf.leaves
+        self.payload, self.held = description.payload, description.held
         chain = select_chain(
-            given.urdf,
-            given.name,
-            base_frame=given.base_frame,
-            tool_frame=given.tool_frame,
-            locked=given.locked,
-            rest=given.rest,
+            description.urdf,
+            description.name,
+            base_frame=description.base_frame,
+            tool_frame=description.tool_frame,
+            locked=description.locked,
+            rest=description.rest,
         )
         self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
-        self.standing_frame = given.standing or chain.base_frame
-        self.base_moves = given.standing is not None
+        self.standing_frame = description.standing or chain.base_frame
+        self.base_moves = description.standing is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
-        self._add_frames(given.gravity, given.virtual)
+        self._add_frames(description.gravity, description.virtual)
         names = self.joint_names
         self.joint_units = tuple(
-            "m" if given.urdf.types[name] == "prismatic" else "rad" for name in names
+            "m" if description.urdf.types[name] == "prismatic" else "rad" for name in names
         )
         self._set_limits()
-        extra = self.virtual_joints = given.virtual
+        extra = self.virtual_joints = description.virtual
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.joint_names += tuple(one.name for one in extra)
-        self.joint_units += tuple(one.unit for one in extra)
-        weights = [given.weights.get(name, 1.0) for name in self.joint_names]
+        self.joint_names += tuple(joint.name for joint in extra)
+        self.joint_units += tuple(joint.unit for joint in extra)
+        weights = [description.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = read_only(weights, (self.dof,), "weights")
         self.configurations = MappingProxyType(
             {
                 name: read_only(
                     [*(values[j] for j in names), *(0.0 for _ in extra)], (self.dof,), name
                 )
-                for name, values in given.configurations.items()
+                for name, values in description.configurations.items()
                 if all(joint in values for joint in names)
             }
         )
 
     def _set_limits(self) -> None:
-        given = self._given
+        description = self._given
         planned = self.tool_frame is not None
         lower, upper, magnitudes = chain_limits(
-            given.urdf, given.limits, self.joint_names, self.name, planned=planned
+            description.urdf, description.limits, self.joint_names, self.name, planned=planned
         )
-        if given.virtual:
-            lower = np.append(lower, [one.lower for one in given.virtual])
-            upper = np.append(upper, [one.upper for one in given.virtual])
-            endless = np.full(len(given.virtual), np.inf)
+        if description.virtual:
+            lower = np.append(lower, [joint.lower for joint in description.virtual])
+            upper = np.append(upper, [joint.upper for joint in description.virtual])
+            endless = np.full(len(description.virtual), np.inf)
             magnitudes = {kind: np.append(most, endless) for kind, most in magnitudes.items()}
         if self.base_moves:
             magnitudes = {**magnitudes, "effort": np.full(len(lower), np.inf)}
@@ -235,16 +234,16 @@ class Robot(Variants):
         >>> arm.dof, arm.with_base("table").joint_names[0]
         (6, 'table')
         """
-        given = self._given
-        urdf = read_urdf(self.urdf, self.name, given.urdf.axes, link)
+        description = self._given
+        urdf = read_urdf(self.urdf, self.name, description.urdf.axes, link)
         standing = None if link == self.standing_frame else self.standing_frame
-        return Robot(replace(given, urdf=urdf, base_frame=link, standing=standing))
+        return Robot(replace(description, urdf=urdf, base_frame=link, standing=standing))
 
     @cached_property
     def _at_rest(self) -> Robot:
         return self.with_base(self.standing_frame) if self.base_moves else self
 
-    def seen(self, *, standing: bool) -> tuple[Robot, list[int]]:
+    def in_frame(self, *, standing: bool) -> tuple[Robot, list[int]]:
         """The robot with poses in the base or the world frame, and the indices of its joints.
 
         Args:
@@ -260,8 +259,8 @@ class Robot(Variants):
             q: Joint positions [rad or m], shape (d,).
             standing: Whether the pose is in the world frame.
         """
-        robot, own = self.seen(standing=standing)
-        return robot.forward(q[own])
+        robot, joints = self.in_frame(standing=standing)
+        return robot.forward(q[joints])
 
     def configuration(self, name: str) -> FloatArray:
         """A named configuration [rad or m], shape (d,).
