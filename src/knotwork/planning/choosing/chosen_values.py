@@ -16,7 +16,7 @@ from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-STOP_SPEED = 1e-9
+CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
@@ -114,7 +114,11 @@ def _chosen_speed(
         linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
-    return {"speed": None, "stop": True} if speed < STOP_SPEED else {"speed": speed / units.length}
+    return (
+        {"speed": None, "stop": True}
+        if speed < CHOSEN_STOP_SPEED
+        else {"speed": speed / units.length}
+    )
 
 
 def _chosen_motion(

@@ -17,7 +17,7 @@ from knotwork.verification.collisions import motion_model
 
 WAYS_GROUP = "Ways"
 
-CLEARANCE_PRECISION = 1e-5
+SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
 
@@ -52,7 +52,7 @@ def clear_motion_findings(
             room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
         message += room
         interval = (start.time, end.time)
-        cut = cut_curve(motion.curve, *interval), resolution, CLEARANCE_PRECISION
+        cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *cut) or least_clearance(model, *cut)
         value = time = None

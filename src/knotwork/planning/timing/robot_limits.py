@@ -6,23 +6,22 @@ these places they are sampled and proved afterwards, and tightened where they ar
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
-from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
-    from knotwork.planning.timing.tightening import Tightening
 
 SAMPLES_EACH = 16
 """Samples in each piece, without its end."""
@@ -104,19 +103,36 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
     return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
 
 
+class HeldLimit(NamedTuple):
+    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
+
+    Attributes:
+        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
+        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
+    """
+
+    allowed: FloatArray
+    active: BoolArray
+
+
 def held_blocks(
-    problem: TimingProblem, tightening: Tightening, scale: Scale, layout: Layout
+    problem: TimingProblem,
+    limits: Mapping[str, HeldLimit],
+    margin: float,
+    scale: Scale,
+    layout: Layout,
 ) -> Iterator[Block]:
     """Blocks of each limit at the places where it is a constraint.
 
     Args:
         problem: The problem.
-        tightening: Allowed fraction of each limit.
+        limits: The limits, by name.
+        margin: Relative margin to each.
         scale: Units of the program.
         layout: Its variables.
     """
-    bound = 1.0 - tightening.margin
-    for name, held in tightening.held.items():
+    bound = 1.0 - margin
+    for name, held in limits.items():
         for inside, columns in enumerate((layout.state, layout.piece)):
             active = held.active[inside::2]
             inverse = 1.0 / (held.allowed[inside::2][active] * getattr(problem.limits, name)).T

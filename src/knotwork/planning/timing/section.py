@@ -190,7 +190,7 @@ class Section:
             weight = problem.objective.effort * scale.time / self.typical_cost()
             parameters = np.append(scale.state, weight)[:, None]
             blocks.append(Block(work_kernel(problem.arm), at.piece, parameters))
-        return [*blocks, *held_blocks(problem, self.tightening, scale, at)]
+        return [*blocks, *held_blocks(problem, self.tightening.held, self.margin, scale, at)]
 
     def _piece_block(self) -> Block:
         """Equations of the pieces, their limits and costs."""

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.planning.timing.robot_limits import ROBOT_LIMITS, proved_shares, sampled_shares
+from knotwork.planning.timing.robot_limits import (
+    ROBOT_LIMITS,
+    HeldLimit,
+    proved_shares,
+    sampled_shares,
+)
 from knotwork.planning.timing.spline import pieces_each
-from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
@@ -20,20 +24,8 @@ SAMPLE_MARGIN = 1e-4
 SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
 
-LIMIT_SLACK = 1e-10
+CURVE_SLACK = 1e-10
 """Relative rounding tolerance of limits."""
-
-
-class HeldLimit(NamedTuple):
-    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
-
-    Attributes:
-        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
-        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
-    """
-
-    allowed: FloatArray
-    active: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +155,7 @@ def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
 def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
     return any(
-        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + LIMIT_SLACK)).any()
+        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + CURVE_SLACK)).any()
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
     )
 
@@ -171,6 +163,6 @@ def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
 def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a position is outside its limits, by the exact extrema."""
     positions = curve.extrema(0)
-    slack = LIMIT_SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
+    slack = CURVE_SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
     below = positions.minimum < problem.limits.lower - slack
     return bool((below | (positions.maximum > problem.limits.upper + slack)).any())
