@@ -21,7 +21,7 @@ from knotwork.task import PlainTask
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
-MAX_MEETING_ROUNDS = 20
+MEETING_ROUNDS = 20
 """Largest number of iterations."""
 
 FULL_STEPS = 5
@@ -55,7 +55,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         InputError: A given time is too early, or the iteration does not converge.
     """
     scenario, chosen = _first_choice(scenario, choose)
-    for count in range(MAX_MEETING_ROUNDS):
+    for count in range(MEETING_ROUNDS):
         expected, times = scenario.provisional_times, _times(scenario, chosen)
         met = list(_free(scenario).meets)
         if np.abs(times - expected)[met].max() <= AGREEMENT:
@@ -70,8 +70,8 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         chosen = choose(scenario)
     i = max(met, key=lambda i: abs(times[i] - expected[i]))
     error = TimingError(
-        f"{scenario.waypoints[i].name!r} moves, and after {MAX_MEETING_ROUNDS} iterations the arrival at "
-        f"{times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
+        f"{scenario.waypoints[i].name!r} moves, and after {MEETING_ROUNDS} iterations the arrival "
+        f"at {times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
         "here and before",
         limit="rounds",
     )
