@@ -124,16 +124,6 @@ def test_names_joint_and_waypoint_of_wrong_position() -> None:
     assert report.ok
 
 
-def test_wrong_end_speed_is_the_only_failure() -> None:
-    # 1e-3 t² (t - 2) adds nothing but a speed of 4e-3 at the end.
-    fast = RISE + np.array([1e-3, -2e-3, 0, 0])
-    report = check(pieces([0, 1, 2], in_two(fast), in_two(FALL)), scenario())
-    assert failing(report) == {("B", "joint_velocity")}
-    item = report.failures[0]
-    assert item.value == pytest.approx(4e-3)
-    assert item.unit == "rad/s"
-
-
 BULGE = np.array([1.0, -4.0, 4.0, 0.0, 0.0])  # t² (2 - t)²: nothing at the ends, 1 in the middle
 
 

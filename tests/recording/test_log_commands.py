@@ -106,16 +106,6 @@ def test_json_has_all_findings_of_log(knotwork: Command, log: Path, result: Path
     assert all(one["value"] == 3e-4 and "as given" in one["message"] for one in noise)
 
 
-def test_log_of_another_motion_fails(knotwork: Command, tmp_path: Path, deburring: Plan) -> None:
-    samples = record(deburring.trajectory, rate=100.0, noise=1e-5)
-    samples.position[:, 2] *= 1.01
-    file = write(tmp_path / "log.csv", samples)
-    ran = knotwork("check", file, "--log", "--scenario", "ur5_deburring")
-    assert ran.code == 1
-    assert "position is off by" in ran.out
-    assert "elbow_joint up to" in ran.out
-
-
 def test_accepts_topic_and_unit(
     knotwork: Command, tmp_path: Path, deburring: Plan, result: Path
 ) -> None:

@@ -234,23 +234,6 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
         assert words in failed.err
 
 
-def test_events_keep_place_on_path() -> None:
-    inner = {"joints": {"a": 1}, "velocity": {"a": 0.5}, "after": 2}
-    waypoints = [
-        {"joints": {"a": 0}, "do": {"grip": "close"}},
-        {**inner, "do": [{"output": 3, "value": True, "before": 0.2}, {"arc": "on", "after": 0.3}]},
-        {"joints": {"a": 2}, "after": 2, "do": {"arc": "off"}},
-    ]
-    plan = kw.plan({"limits": LIMITS, "outputs": {"arc": 7}, "waypoints": waypoints})
-    slow = plan.scaled({0: 0.5})
-    assert [one.text for one in slow.events] == [one.text for one in plan.events]
-    assert [one.time for one in slow.events] == pytest.approx([2 * one.time for one in plan.events])
-    assert [one.output for one in slow.events] == [None, 3, 7, 7]
-    assert slow.segments[1].start == pytest.approx(4)
-    assert [one.text for one in plan.stop(2.2).events] == ["output 3 on", "arc on"]
-    assert [one.text for one in plan.stop(2.2, on_path=False).events] == ["output 3 on"]
-
-
 @pytest.mark.parametrize(
     ("profile", "words"),
     [

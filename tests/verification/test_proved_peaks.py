@@ -146,22 +146,6 @@ def test_random_motions_peak_below_bounds(seed: int, motions: int, samples: int)
             examine(robot, random_trajectory(robot, rng), samples)
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("name", SHIPPED)
-def test_million_samples_stay_below_proved_torque(name: str) -> None:
-    plan = kw.plan(name)
-    robot, trajectory = plan.space.robot, plan.trajectory
-    data = robot.model.createData()
-    peaks = np.zeros(robot.dof)
-    times = np.linspace(trajectory.start_time, trajectory.end_time, 1_000_000)
-    for block in np.array_split(times, 100):
-        for state in zip(*(trajectory.polynomial(block, nu) for nu in range(3)), strict=True):
-            np.maximum(peaks, np.abs(pin.rnea(robot.model, data, *state)), out=peaks)
-    for found, truth in zip(torque_bound(robot, trajectory), peaks, strict=True):
-        assert found.proved
-        assert found.bound >= truth
-
-
 def test_limits_close_to_peak_are_decided() -> None:
     plan = kw.plan("ur5_deburring")
     robot, trajectory = plan.space.robot, plan.trajectory

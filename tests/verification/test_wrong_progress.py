@@ -52,18 +52,6 @@ def ends(task: kw.Scenario) -> tuple[float, float]:
     return motion.start_time, motion.end_time
 
 
-@pytest.mark.parametrize(("asked", "made"), [(2, 1), (1, -1), (1, 0), (40, 39)])
-def test_wrong_number_of_turns_fails(folder: Path, asked: int, made: int) -> None:
-    task = circle(folder, 20.0, turns=asked - 1)
-    start, end = ends(task)
-    length = made / asked * length_of(task)
-    found = failures(gantry.motion(task, gantry.progress((start, 0, 0), (end, length, 0))), task)
-    assert found
-    if 0 <= made < asked:
-        assert set(found) <= {"path_progress", "path_ramp"}
-        assert f"to {length:.6g} mm" in found["path_progress"]
-
-
 def seam(folder: Path) -> kw.Scenario:
     """200 mm at 50 mm/s, in full from 3 s to 4 s of 7 s."""
     return gantry.scenario(folder, "line", [200, 0, 0], 50, acceleration=25)

@@ -291,7 +291,7 @@ class PathCurves:
                 "no orientation if the path has its own, or that of its end",
             )
 
-    def blended(
+    def round_corners(
         self, first: int, curves: list[Curve], steps: list[PathWaypoint]
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
@@ -339,7 +339,7 @@ class PathCurves:
         return blend
 
 
-def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:
+def rescale_orientation(turn: OrientationCurve, length: float) -> OrientationCurve:
     """The same rotation on a stretch of another length [m], as after a rounded corner."""
     if turn.length == length:
         return turn

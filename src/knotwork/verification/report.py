@@ -113,15 +113,15 @@ class Report:
         >>> [f"{finding.title} {finding.use:.0%}" for finding in report.tightest[:2]]
         ['tool speed 81%', 'position 77%']
         """
-        worst: dict[tuple[str, str], tuple[float, Finding]] = {}
-        for finding in self.findings:
-            key, use = (finding.subject, finding.quantity), finding.use
-            if finding.verdict != "met" or use is None or finding.detail:
-                continue
-            if key not in worst or use > worst[key][0]:
-                worst[key] = use, finding
-        order = sorted(worst.values(), key=lambda pair: -pair[0])
-        return tuple(finding for _, finding in order)
+        met = [
+            finding
+            for finding in self.findings
+            if finding.verdict == "met" and finding.use is not None and not finding.detail
+        ]
+        worst: dict[tuple[str, str], Finding] = {}
+        for finding in sorted(met, key=lambda finding: -(finding.use or 0.0)):
+            worst.setdefault((finding.subject, finding.quantity), finding)
+        return tuple(worst.values())
 
     @property
     def reservations(self) -> str:

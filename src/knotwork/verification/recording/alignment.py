@@ -19,6 +19,10 @@ from knotwork.waypoints import FloatArray
 COARSE_STEPS = 2000
 """Number of steps of a plan in the search for the shift."""
 MOST_SHIFT_STEPS = 50
+STANDARD_ERRORS = 4.0
+"""Number of standard errors beyond which a margin counts."""
+PLAN_RESIDUAL_RATIO = 1.5
+"""Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,35 +61,26 @@ class Alignment:
         x = np.concatenate([*(piece.x[:-1] for piece in parts), parts[-1].x[-1:]])
         return replace(self.trajectory, polynomial=PiecewisePolynomial(c, x))
 
-    def errors(self, order: int, time: float | None) -> FloatArray:
-        """Standard errors of each joint due to the noise, shape (d,).
+    def uncertainty(self, order: int, time: float | None) -> FloatArray:
+        """Uncertainty of each joint, by noise and by the residual of the smoothed plan; (d,).
 
         Args:
             order: 0 for the position to 3 for the jerk.
             time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        return self._largest_at(self.curve.errors, order, time)
-
-    def plan_residual(self, order: int, time: float | None) -> FloatArray:
-        """Residual of the plan smoothed with the log's knots, shape (d,).
-
-        Args:
-            order: 0 for the position to 3 for the jerk.
-            time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
-        """
-        return self._largest_at(self.residual.errors, order, time)
+        grid, motion = self.curve.grid - self.start, self.trajectory
+        ends = (motion.start_time, motion.end_time) if time is None else (time, time)
+        first, last = (int(np.abs(grid - end).argmin()) for end in ends)
+        noise, residual = (
+            errors[order, first : last + 1].max(axis=0)
+            for errors in (self.curve.errors, self.residual.errors)
+        )
+        return np.asarray(STANDARD_ERRORS * noise + PLAN_RESIDUAL_RATIO * residual)
 
     @cached_property
     def residual(self) -> PlanResidual:
         """Deviation of the plan from its own smoothed curve with the log's knots."""
         return plan_residual(self.curve, self.reference, self.start)
-
-    def _largest_at(self, values: FloatArray, order: int, time: float | None) -> FloatArray:
-        """A derivative at the nearest time of the grid, or the largest of all."""
-        grid, motion = self.curve.grid - self.start, self.trajectory
-        ends = (motion.start_time, motion.end_time) if time is None else (time, time)
-        first, last = (int(np.abs(grid - end).argmin()) for end in ends)
-        return np.asarray(values[order, first : last + 1].max(axis=0))
 
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:

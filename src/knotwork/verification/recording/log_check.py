@@ -19,7 +19,11 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
-from knotwork.verification.recording.alignment import Alignment
+from knotwork.verification.recording.alignment import (
+    PLAN_RESIDUAL_RATIO,
+    STANDARD_ERRORS,
+    Alignment,
+)
 from knotwork.verification.recording.deviations import LogTolerances, deviation_findings
 from knotwork.verification.recording.holes import hole_findings
 
@@ -33,12 +37,8 @@ if TYPE_CHECKING:
 LOG = "Log"
 REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
 """Subjects whose requirements are replaced by given tolerances."""
-STANDARD_ERRORS = 4.0
-"""Number of standard errors beyond which a margin counts."""
 JUMP_DEVIATIONS = 8.0
 """Residual in standard deviations beyond which a sample is a jump or wrong."""
-PLAN_RESIDUAL_RATIO = 1.5
-"""Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
 _UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
 _ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
 
@@ -173,7 +173,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
     columns = [alignment.trajectory.joint_names.index(name) for name in names]
 
     def errors(order: int, time: float | None = finding.at) -> FloatArray:
-        return _joint_uncertainty(alignment, order, time)[columns]
+        return alignment.uncertainty(order, time)[columns]
 
     quantity = finding.quantity.removeprefix("joint_")
     if finding.subject == "wait" and finding.interval is not None:  # between two of its times
@@ -201,12 +201,6 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
         turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
         error += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
     return error
-
-
-def _joint_uncertainty(alignment: Alignment, order: int, time: float | None) -> FloatArray:
-    """Uncertainty of each joint, by noise and by the residual of the smoothed plan."""
-    noise = STANDARD_ERRORS * alignment.errors(order, time)
-    return noise + PLAN_RESIDUAL_RATIO * alignment.plan_residual(order, time)
 
 
 def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
@@ -255,7 +249,7 @@ def _log_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> It
     rows = [("noise", 0, f"samples are off by {{}} (standard deviation), {origin}", noise.position)]
     for order, quantity in enumerate(DERIVATIVES[:3]):
         text = f"the log resolves {quantity} to {{}} at worst"
-        errors = _joint_uncertainty(alignment, order, None)
+        errors = alignment.uncertainty(order, None)
         rows.append((f"{quantity}_known_to", order, text, errors))
     largest: dict[str, float] = {}
     for quantity, order, text, values in rows:

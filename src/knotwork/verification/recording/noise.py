@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from knotwork.errors.arguments import finite_number
 from knotwork.verification.recording.log_reading import Recording
@@ -88,20 +89,18 @@ def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
 
 def _residuals(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Residual of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
-    places = [0, 1, 3, 4]
-    n = len(time) - 4
-    at = np.stack([time[k : k + n] for k in places]) - time[2 : 2 + n]
-    weights = np.ones((4, n))
-    for i in range(4):
-        for j in range(4):
-            if i != j:
-                weights[i] *= -at[j] / (at[i] - at[j])
-    guessed = sum(weights[i][:, None] * values[k : k + n] for i, k in enumerate(places))
-    residuals = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
+    beside = [0, 1, 3, 4]
+    at = sliding_window_view(time, 5)[:, beside].T - time[2:-2]
+    neighbours = sliding_window_view(values, 5, axis=0)[:, :, beside]
+    weights = np.stack(
+        [np.prod([-at[j] / (at[i] - at[j]) for j in range(4) if j != i], axis=0) for i in range(4)]
+    )
+    misses = values[2:-2] - np.einsum("kdi,ik->kd", neighbours, weights)
+    residuals = misses / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
     # Next to a gap a neighbour is far away, and a cubic is of little use.
     far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
     residuals[far] = np.nan
-    return np.asarray(residuals), slopes_of(time, values)[2 : 2 + n]
+    return np.asarray(residuals), slopes_of(time, values)[2:-2]
 
 
 def _by_speed(

@@ -90,10 +90,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     """
     known = noise_of(log, noise)
     sigma = known.of_samples(slopes_of(log.time, log.position))
-    coarse_ends, ends, missed = _knots(log, sigma)
-    coarse = Fit(log.time, coarse_ends, log.position, sigma)
-    fit = Fit(log.time, ends, log.position, sigma)
-    spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
+    coarse, fit, missed = _fits(log, sigma)
     grid = _grid(log, fit.breaks)
     trajectory = JointTrajectory(
         log.joint_names,
@@ -105,7 +102,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
     changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
     errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
-    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, spans)
+    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, missed)
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
@@ -116,24 +113,26 @@ def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
     return np.unique(np.concatenate((breaks, middles, *ends)))
 
 
-def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, list[int]]:
-    """Ends of intervals that follow the samples within their noise, and of their halves [s].
+def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit, tuple[tuple[float, float], ...]]:
+    """Fits on intervals that follow the samples within their noise, and on halves of these.
 
-    The last result has the intervals that still miss the samples but are too short to halve.
+    The last result has the intervals that miss the samples but are too short to halve [s].
     """
     n = log.time.size
-    cuts = np.unique(
-        np.linspace(0, n, max(1, min(8, n // (2 * FEWEST_IN_INTERVAL))) + 1).astype(int)
-    )
+    count = max(1, min(8, n // (2 * FEWEST_IN_INTERVAL)))
+    cuts = np.unique(np.linspace(0, n, count + 1).astype(int))
     while True:
         fit = Fit(log.time, _times(log, cuts), log.position, sigma)
         shares = (log.position - fit.values(0)) / sigma
         halves = _halve(cuts, _misses(shares, cuts))
         if halves.size == cuts.size:
-            finer = _halve(cuts, np.ones(cuts.size - 1, dtype=bool))
-            missed = np.flatnonzero(_misses(shares, cuts, CERTAIN_MISS)).tolist()
-            return _times(log, cuts), _times(log, finer), missed
+            break
         cuts = halves
+    finer = _halve(cuts, np.ones(cuts.size - 1, dtype=bool))
+    spans = np.column_stack((fit.breaks[:-1], fit.breaks[1:]))
+    missed = spans[_misses(shares, cuts, CERTAIN_MISS)].tolist()
+    fine = Fit(log.time, _times(log, finer), log.position, sigma)
+    return fit, fine, tuple((start, end) for start, end in missed)
 
 
 def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
