@@ -16,6 +16,7 @@ from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Places
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint, PoseWaypoint, Torch
 from knotwork.tool_paths import Curve, OrientationCurve
+from knotwork.tool_paths.curve import SAME_POINT
 from knotwork.tool_paths.rotations import carried_along, logarithm
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.task import PlainTask
-
-SAME_POINT = 1e-9
-"""Points nearer than this [m] are the same."""
 
 SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
 """Points [m] and orientations [rad] of a file within this of those of a waypoint belong to it."""
