@@ -1,0 +1,67 @@
+"""Names say what things are, and say it once: a name learnt in one room holds in all others."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
+TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCE.rglob("*.py")}
+EMPTY = {"one", "ones", "found", "made", "told", "given", "thing", "things", "what", "whole"}
+EMPTY |= {"kept", "taken", "others", "way", "ways", "here", "there"}
+
+
+def places(names: Iterator[tuple[str, Path]]) -> dict[str, set[str]]:
+    """Modules of each name that more than one module has."""
+    modules = defaultdict(set)
+    for name, path in names:
+        modules[name].add(str(path.relative_to(SOURCE)))
+    return {name: paths for name, paths in modules.items() if len(paths) > 1}
+
+
+def test_modules_have_names_of_their_own() -> None:
+    named = ((path.stem, path) for path in TREES if path.stem not in ("__init__", "__main__"))
+    assert places(named) == {}
+
+
+def test_classes_have_names_of_their_own() -> None:
+    named = (
+        (node.name.lstrip("_"), path)
+        for path, tree in TREES.items()
+        for node in tree.body
+        if isinstance(node, ast.ClassDef)
+    )
+    assert places(named) == {}
+
+
+def test_constants_have_names_of_their_own() -> None:
+    named = (
+        (target.id, path)
+        for path, tree in TREES.items()
+        for node in tree.body
+        if isinstance(node, ast.Assign | ast.AnnAssign)
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+        for target in ast.walk(target)
+        if isinstance(target, ast.Name) and re.fullmatch(r"_?[A-Z][A-Z0-9_]*", target.id)
+    )
+    assert places(named) == {}
+
+
+def test_variables_are_nouns_that_say_something() -> None:
+    empty = [
+        f"{path.relative_to(SOURCE)}:{node.lineno} {name}"
+        for path, tree in TREES.items()
+        for node in ast.walk(tree)
+        for name in (
+            [node.id]
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+            else [node.arg]
+            if isinstance(node, ast.arg)
+            else []
+        )
+        if name in EMPTY
+    ]
+    assert empty == []
