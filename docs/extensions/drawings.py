@@ -8,7 +8,7 @@ from pathlib import Path
 from docutils import nodes
 from sphinx.application import Sphinx
 
-from knotwork.view.picture_files import inlined, night_colours
+from knotwork.view.picture_files import inline_svg_text, night_colours
 
 NIGHT = (  # the theme's choice of the dark, and the browser's
     f'<style>body[data-theme="dark"] .drawing {{ {night_colours()} }}\n'
@@ -24,7 +24,7 @@ def drawing(file: Path, words: str) -> nodes.raw:
         file: SVG as Matplotlib writes it.
         words: What it shows.
     """
-    picture = inlined(file.read_text(encoding="utf-8"))
+    picture = inline_svg_text(file.read_text(encoding="utf-8"))
     label = html.escape(words)
     element = f'<div class="drawing" role="img" aria-label="{label}">{picture}</div>'
     return nodes.raw("", f"{NIGHT}\n{element}\n", format="html")

@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from knotwork.errors import KnotError, UnknownNameError
+from knotwork.errors import KnotError
 from knotwork.spline.interpolation import (
-    PLANNERS,
     BalancedKnots,
     ModifiedHermiteSpline,
     PlannerOptions,
@@ -23,15 +22,6 @@ def waypoints():
         [[0.0, 0.0], [0.14, -0.1], [0.14, 0.05], [0.0, 0.0]],
         joint_units=("rad", "m"),
     )
-
-
-def test_planners_are_found_by_name():
-    assert set(PLANNERS) >= {"modified-hermite", "cubic"}
-    for name, planner in PLANNERS.items():
-        assert get_planner(name) is planner
-    with pytest.raises(UnknownNameError, match="did you mean 'modified-hermite'") as caught:
-        get_planner("modified-hermit")
-    assert caught.value.available == tuple(PLANNERS)
 
 
 def test_modified_hermite_supports_all_options(waypoints):

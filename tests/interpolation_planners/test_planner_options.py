@@ -93,11 +93,6 @@ def test_values_that_can_not_be_are_an_error(options, says):
         PlannerOptions(**options)
 
 
-def test_a_rule_that_is_not_known_names_those_that_are():
-    with pytest.raises(OptionError, match="did you mean 'estimated'"):
-        PlannerOptions(accelerations="estimate")
-
-
 def test_options_with_arrays_can_be_compared_and_are_kept():
     given = np.ones((2, 1))
     one, same = PlannerOptions(accelerations=given), PlannerOptions(accelerations=[[1], [1]])
@@ -156,14 +151,6 @@ def test_353_refuses_three_waypoints_and_presets_where_none_are_free():
         plan("3-5-3", random_waypoints(3))
     with pytest.raises(InputError, match=r"4 waypoints of 3 joints take 0 \(shape \(0, 3\)\)"):
         plan("3-5-3", random_waypoints(4), accelerations=np.zeros((4, 3)))
-
-
-def test_trapezoids_go_straight_in_joint_space():
-    trajectory = plan("trapezoidal")
-    t = np.linspace(CASE.time[1], CASE.time[2], 50)
-    away = trajectory.position(t) - CASE.position[1]
-    along = CASE.position[2] - CASE.position[1]
-    assert np.abs(np.cross(away, along)).max() < 1e-12
 
 
 @pytest.mark.parametrize("name", ["parabolic-blend", "trapezoidal"])

@@ -14,6 +14,7 @@ from knotwork.errors import WaypointDataError
 
 UR5 = kw.load_robot("ur5")
 HOME = np.array(UR5.configuration("home"))
+AT_HOME = UR5.forward(HOME)
 SOLVERS: dict[str, Callable[[Any], Any]] = {
     "solve_pose_ik": lambda pose: kw.solve_pose_ik(UR5, pose, HOME),
     "solve_pose_ik, first": lambda pose: kw.solve_pose_ik(UR5, pose, HOME, nearest=False),
@@ -57,59 +58,52 @@ def test_batch_of_no_poses() -> None:
     assert none.converged.shape == (0,)
 
 
-@pytest.mark.parametrize("poses", [None, 5, UR5.forward(HOME)])
-def test_refuses_poses_that_are_not_a_sequence(poses: Any) -> None:
-    with pytest.raises(WaypointDataError, match=r"poses must be a sequence of pin\.SE3"):
-        kw.kinematics.solve_pose_ik_batch(UR5, poses, HOME)
-
-
 def test_accepts_generator_of_poses() -> None:
     poses = (UR5.forward(HOME) for _ in range(2))
     assert kw.kinematics.solve_pose_ik_batch(UR5, poses, HOME).converged.all()
 
 
-@pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), float("inf"), "fine", None, True])
-def test_refuses_tolerances_that_are_not_positive(bad: Any) -> None:
-    pose = UR5.forward(HOME)
-    with pytest.raises(WaypointDataError, match=r"^tolerance must be positive"):
-        kw.kinematics.solve_pose_ik_batch(UR5, [pose], HOME, tolerance=bad)
-    for solve in (
-        kw.solve_pose_ik_all,
-        lambda *given, **more: kw.solve_pose_ik(*given, HOME, **more),
-    ):
-        with pytest.raises(WaypointDataError, match=r"^orientation_tolerance must be positive"):
-            solve(UR5, pose, orientation_tolerance=bad)
+def batch(poses: Any = (AT_HOME,), start: Any = HOME, **options: Any) -> Any:
+    return kw.kinematics.solve_pose_ik_batch(UR5, poses, start, **options)
 
 
-@pytest.mark.parametrize("bad", [-1, 2.5, "3", None, True])
-def test_refuses_invalid_max_restarts(bad: Any) -> None:
-    with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
-        kw.kinematics.solve_pose_ik_batch(UR5, [UR5.forward(HOME)], HOME, max_restarts=bad)
-    with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
-        kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=bad)
+def nearest(**options: Any) -> Any:
+    return kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, **options)
 
 
-def test_refuses_starts_of_wrong_shape() -> None:
-    pose = UR5.forward(HOME)
-    with pytest.raises(WaypointDataError, match="start must be numbers"):
-        kw.kinematics.solve_pose_ik_batch(UR5, [pose, pose], [[1, 2, 3, 4, 5, 6], [1, 2]])
+def every(**options: Any) -> Any:
+    return kw.solve_pose_ik_all(UR5, UR5.forward(HOME), **options)
 
 
-@pytest.mark.parametrize("bad", [0, -3, 1.5])
-def test_refuses_invalid_spread(bad: Any) -> None:
-    with pytest.raises(WaypointDataError, match="spread must be an integer, 1 or more"):
-        kw.solve_pose_ik_all(UR5, UR5.forward(HOME), spread=bad)
+def velocity(**options: Any) -> Any:
+    return kw.solve_velocity_ik(UR5, [0.2, -1.2, 0.0, -1.7, 0.4, 0.3], [0.1] * 6, **options)
 
 
-def test_refuses_invalid_velocity_tolerance() -> None:
-    singular = np.array([0.2, -1.2, 0.0, -1.7, 0.4, 0.3])
-    twist = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
-    for name in ("linear_tolerance", "angular_tolerance"):
-        with pytest.raises(WaypointDataError, match=f"{name} must be positive and finite, not nan"):
-            kw.solve_velocity_ik(UR5, singular, twist, **{name: float("nan")})
+def pull(rate: Any) -> Any:
+    return kw.kinematics.pull_to_middle(UR5, HOME, rate)
 
 
-@pytest.mark.parametrize("rate", [float("nan"), float("inf")])
-def test_refuses_infinite_rate(rate: float) -> None:
-    with pytest.raises(WaypointDataError, match="rate must be finite"):
-        kw.kinematics.pull_to_middle(UR5, HOME, rate)
+NO_TOLERANCES = [0, -1e-8, float("nan"), float("inf"), "fine", None, True]
+NO_COUNTS = [-1, 2.5, "3", None, True]
+REFUSED: list[tuple[Callable[..., Any], str, list[Any], str]] = [
+    (batch, "poses", [None, 5, UR5.forward(HOME)], r"poses must be a sequence of pin\.SE3"),
+    (batch, "start", [[[1, 2, 3, 4, 5, 6], [1, 2]]], "start must be numbers"),
+    (batch, "tolerance", NO_TOLERANCES, "^tolerance must be positive"),
+    (nearest, "orientation_tolerance", NO_TOLERANCES, "^orientation_tolerance must be positive"),
+    (every, "orientation_tolerance", NO_TOLERANCES, "^orientation_tolerance must be positive"),
+    (velocity, "linear_tolerance", [float("nan")], "must be positive and finite, not nan"),
+    (velocity, "angular_tolerance", [float("nan")], "must be positive and finite, not nan"),
+    (batch, "max_restarts", NO_COUNTS, "max_restarts must be an integer, 0 or more"),
+    (nearest, "max_restarts", NO_COUNTS, "max_restarts must be an integer, 0 or more"),
+    (every, "spread", [0, -3, 1.5], "spread must be an integer, 1 or more"),
+    (pull, "rate", [float("nan"), float("inf")], "rate must be finite"),
+]
+
+
+@pytest.mark.parametrize(("solve", "option", "values", "message"), REFUSED)
+def test_refuses_invalid_option(
+    solve: Callable[..., Any], option: str, values: list[Any], message: str
+) -> None:
+    for value in values:
+        with pytest.raises(WaypointDataError, match=message):
+            solve(**{option: value})

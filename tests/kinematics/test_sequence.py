@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.kinematics.sequence import (
+    CostLevel,
     JointRules,
     Layer,
-    Level,
     StepRules,
     choose_sequence,
     least_index,
@@ -84,9 +84,9 @@ def cost_of(
         if steps[i].rest_to_rest:
             each = zip(move * SPEED, SPEED, RAMP, strict=True)
             travel = 0.1 * travel + max(resting_time(*one) for one in each)
-        total[Level.TRAVEL] += travel * (here.weight[a] + there.weight[b]) / 2
+        total[CostLevel.TRAVEL] += travel * (here.weight[a] + there.weight[b]) / 2
         if move.max() > duration:
-            total[Level.INFEASIBLE] += move.max() / duration
+            total[CostLevel.INFEASIBLE] += move.max() / duration
         # The cubic by its Bézier points, and its derivative in the middle by de Casteljau.
         third = duration / 3
         points = [here.q[a], here.q[a] + third * here.velocity[a]]
@@ -94,15 +94,15 @@ def cost_of(
         legs = np.diff(points, axis=0) / third
         halfway = np.abs(legs[0] + 2 * legs[1] + legs[2]) / 4 / SPEED
         if halfway.max() > 1:
-            total[Level.VIOLATION] += 2 - 1 / halfway.max()
+            total[CostLevel.VIOLATION] += 2 - 1 / halfway.max()
         basis = np.array(
             [[(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3] for s in QUARTERS]
         )
         beyond = float((np.abs(basis @ points) - HIGHEST).max())
-        total[Level.VIOLATION] += 1 + beyond if beyond > 1e-9 else 0.0
+        total[CostLevel.VIOLATION] += 1 + beyond if beyond > 1e-9 else 0.0
         if (here.flags[a] != there.flags[b]).any():
-            total[Level.IMPOSSIBLE] += np.inf if steps[i].branch_change == "forbidden" else 0.0
-            total[Level.CHANGES] += steps[i].branch_change == "avoided"
+            total[CostLevel.IMPOSSIBLE] += np.inf if steps[i].branch_change == "forbidden" else 0.0
+            total[CostLevel.CHANGES] += steps[i].branch_change == "avoided"
     return tuple(round(float(level), 9) for level in total)
 
 
@@ -171,8 +171,8 @@ def test_given_position_keeps_its_turn() -> None:
     np.testing.assert_allclose(chosen.q[:, 0], [3.0, 2 * np.pi - 3.0, -3.0])
 
 
-@pytest.mark.parametrize("level", Level)
-def test_least_index_ignores_rounding(level: Level) -> None:
+@pytest.mark.parametrize("level", CostLevel)
+def test_least_index_ignores_rounding(level: CostLevel) -> None:
     value = np.array([[2.0 + 1e-12, 1.0], [2.0, 1.0 - 1e-12], [2.0 - 1e-12, 0.9]])
     cost = make_cost(3, 2, **{level.name.lower(): value})
     np.testing.assert_array_equal(least_index(cost), [0, 2])
@@ -185,7 +185,7 @@ def test_infeasible_interval_does_not_hide_later_travel() -> None:
     # the first interval has half of the time that it takes
     steps = [StepRules(t, "avoided") for t in (0.8, *[10.0] * 998)]
     chosen = choose_sequence(layers, WIDE, steps)
-    assert chosen.cost[Level.INFEASIBLE] > 1.0
+    assert chosen.cost[CostLevel.INFEASIBLE] > 1.0
     first = layers[1].select([chosen.index[1]])
     best = choose_sequence([first, *layers[2:]], WIDE, steps[1:])
     taken = [layer.select([k]) for layer, k in zip(layers[1:], chosen.index[1:], strict=True)]

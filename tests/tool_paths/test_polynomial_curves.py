@@ -158,7 +158,7 @@ REFUSED = [
     (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], 0.0), "blend distance is 0"),
     (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 0.1, 0], 0.2), r"the line after .* is 0\.1 m long"),
     (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [0.5, 0, 0], 0.2), "turns back"),
-    (lambda: tp.Blend([1, 0, 0], [1, 0, 0], [1, 1, 0], 0.2), "point before .* is the corner"),
+    (lambda: tp.Blend([1, 0, 0], [1, 0, 0], [1, 1, 0], 0.2), "the line before .* is 0 m long"),
 ]
 
 

@@ -24,11 +24,11 @@ from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 Change = Mapping[str, Any]
-BLEND = 0.01
+CORNER_BLEND = 0.01
 """Rounding radius of a corner added on a line [m]."""
-ON_LINE, SNAP = 1e-9, 1e-3
+LINE_STEP, SNAP_DISTANCE = 1e-9, 1e-3
 """Rounding of positions, and distance within which they snap to a line [m]."""
-_POSE = 6  # coordinates of a pose; arms with fewer joints can't reach a rounded one
+POSE_COORDINATES = 6  # coordinates of a pose; arms with fewer joints can't reach a rounded one
 
 
 def waypoint_here(
@@ -56,30 +56,30 @@ def waypoint_here(
     task = scenario.task
     length, angle = si_factors(task.units)
     beside = task.waypoints[max(after, 0)]
-    added, changes = _timing(scenario, after, share)
+    added, changes = _time_between(scenario, after, share)
     line = "along" in added
     if joints and line:
         raise InputError("on a tool path a waypoint can't be given by joint values")
-    if joints or robot.dof < _POSE:
+    if joints or robot.dof < POSE_COORDINATES:
         steps = {"rad": (angle, ANGLE_STEP), "m": (length, LENGTH_STEP)}
         added["joints"] = {
             name: file_values([value], *steps[unit])[0]
             for name, unit, value in zip(robot.joint_names, robot.joint_units, q, strict=True)
         }
     else:
-        own = getattr(beside, "frame", None)
-        if _moves(task, own or task.frame or "base"):
-            own = "base"
-        around = scenario.frames.get(own or task.frame or "base", pin.SE3.Identity())
+        frame = getattr(beside, "frame", None)
+        if _moves(task, frame or task.frame or "base"):
+            frame = "base"
+        around = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
         pose = robot.forward(q)
         if line:
             _snap(scenario, after, pose)
         pose = around.actInv(pose)
-        given = getattr(beside, "pose", None)
-        form = next((one for one in FORMS if getattr(given, one, None) is not None), "rpy")
-        form = "rpy" if form == "euler" else form
-        added |= {"frame": own} if own is not None else {}
-        step = ON_LINE if line else LENGTH_STEP
+        neighbour = getattr(beside, "pose", None)
+        forms = (name for name in FORMS if getattr(neighbour, name, None) is not None)
+        form = next(forms, "rpy").replace("euler", "rpy")
+        added |= {"frame": frame} if frame is not None else {}
+        step = LINE_STEP if line else LENGTH_STEP
         added["pose"] = {"position": file_values(pose.translation, length, step)}
         added["pose"] |= {} if line else {form: orientation_value(pose.rotation, form, angle)}
     where = scenario.places.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
@@ -89,22 +89,24 @@ def waypoint_here(
 
 def _moves(task: Task, frame: str) -> bool:
     """Whether a frame, or one of its parents, moves."""
-    while (one := task.frames.get(frame)) is not None and one.moves is None:
-        frame = one.parent
-    return one is not None
+    while (placed := task.frames.get(frame)) is not None and placed.moves is None:
+        frame = placed.parent
+    return placed is not None
 
 
 def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
     """Move a pose onto the line between two waypoints, if it is near."""
     ends = (scenario.waypoints[scenario.index.index(i)] for i in (after, after + 1))
-    start, end = (cast(CartesianWaypoint, one).pose.translation for one in ends)
+    start, end = (cast(CartesianWaypoint, end).pose.translation for end in ends)
     along = (end - start) / np.linalg.norm(end - start)
     nearest = start + along * (along @ (pose.translation - start))
-    if np.linalg.norm(nearest - pose.translation) < SNAP:
+    if np.linalg.norm(nearest - pose.translation) < SNAP_DISTANCE:
         pose.translation = nearest
 
 
-def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any], list[Change]]:
+def _time_between(
+    scenario: Scenario, after: int, share: float
+) -> tuple[dict[str, Any], list[Change]]:
     """Time and velocity of a new waypoint, and changes of its neighbours."""
     task = scenario.task
     if after + 1 == len(task.waypoints):
@@ -121,15 +123,15 @@ def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any
                 f"no waypoint can be added on the path to {name!r}, which is not a line; "
                 "choose a time before or after it"
             )
-        given = following.to_dict()
-        added = {key: given[key] for key in ("along", "speed") if key in given}
-        added["blend"] = file_values([BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
+        path = following.to_dict()
+        added = {key: path[key] for key in ("along", "speed") if key in path}
+        added["blend"] = file_values([CORNER_BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
     if isinstance(following.after, float):
         first = round(share * following.after, 3)
         added["after"] = first
-        left = round(following.after - first, 6)
+        remaining = round(following.after - first, 6)
         changes = [
-            {"at": (*scenario.places.given(("waypoints", after + 1)), "after"), "value": left}
+            {"at": (*scenario.places.given(("waypoints", after + 1)), "after"), "value": remaining}
         ]
     elif following.time is not None:
         before = task.waypoints[after].time if after >= 0 else 0.0
@@ -162,9 +164,9 @@ def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
         size: Its edge length [m].
     """
     length, _ = si_factors(task.units)
-    taken = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
-    names = ("box", *(f"box {k}" for k in range(2, len(taken) + 3)))
-    name = next(one for one in names if one not in taken)
+    used = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
+    names = ("box", *(f"box {k}" for k in range(2, len(used) + 3)))
+    name = next(name for name in names if name not in used)
     value = {
         "box": file_values(np.full(3, size), length, 1e-3),
         "position": file_values(point, length, 1e-3),

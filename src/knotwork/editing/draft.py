@@ -19,7 +19,7 @@ from knotwork.files.documents.items import changed_text
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 
-MOST_STEPS = 1000
+MOST_EDITS = 1000
 """Largest number of edits that can be undone."""
 
 
@@ -53,7 +53,7 @@ class Draft:
         Raises:
             DocumentError: The text is not YAML.
         """
-        return _parsed(self.text, self.file)
+        return _parse(self.text, self.file)
 
     def state(self) -> dict[str, Any]:
         """State for a page, as plain data."""
@@ -85,10 +85,10 @@ class Draft:
         """
         with self._lock:
             text = self.text
-            for one in changes:
-                value = one.get("value", REMOVED)
-                text = changed_text(text, _location(one), value, insert=bool(one.get("insert")))
-            self._put(text, gesture)
+            for change in changes:
+                value, insert = change.get("value", REMOVED), bool(change.get("insert"))
+                text = changed_text(text, _location(change), value, insert=insert)
+            self._set_text(text, gesture)
 
     def undo(self) -> None:
         """Undo the last edit, if there is one."""
@@ -109,7 +109,7 @@ class Draft:
             changed = text != self._disk
             if changed:
                 self._disk = text
-                self._put(text)
+                self._set_text(text)
             return changed
 
     def save(self) -> None:
@@ -132,27 +132,27 @@ class Draft:
             storage.write_file(self.file.resolve(), text, what="a scenario")
             self._disk, self._gesture = self.text, ""
 
-    def _put(self, text: str, gesture: str = "") -> None:
+    def _set_text(self, text: str, gesture: str = "") -> None:
         if text == self.text:
             return
         if not gesture or gesture != self._gesture:
-            self._past = [*self._past[-MOST_STEPS:], self.text]
+            self._past = [*self._past[-MOST_EDITS:], self.text]
         self._future.clear()
         self._gesture = gesture
         self.text = text
         self.revision += 1
 
-    def _swap(self, taken: list[str], kept: list[str]) -> None:
+    def _swap(self, source: list[str], target: list[str]) -> None:
         with self._lock:
-            if taken:
-                kept.append(self.text)
-                self.text = taken.pop()
+            if source:
+                target.append(self.text)
+                self.text = source.pop()
                 self._gesture = ""
                 self.revision += 1
 
 
 @lru_cache(maxsize=4)
-def _parsed(text: str, file: Path) -> Document:
+def _parse(text: str, file: Path) -> Document:
     """The parsed text, cached, as it is used several times for each edit."""
     return parse(text, file)
 
@@ -169,8 +169,8 @@ def build(data: Any) -> str:
 def units(data: Any, robot: Robot | None) -> dict[str, str]:
     """The units of the values of a file, by their location as JSON."""
     joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
-    found = ((at, unit_at(data, at, joints)) for at in _places(data))
-    return {as_javascript(at): unit for at, unit in found if unit}
+    known = ((at, unit_at(data, at, joints)) for at in _places(data))
+    return {as_javascript(at): unit for at, unit in known if unit}
 
 
 def as_javascript(at: Location) -> str:
@@ -196,11 +196,11 @@ def _numberless(data: Any) -> Any:
 
 
 def _location(change: Mapping[str, Any]) -> Location:
-    given = change.get("at")
-    fine = isinstance(given, list | tuple) and given and all(type(k) in (str, int) for k in given)
+    place = change.get("at")
+    fine = isinstance(place, list | tuple) and place and all(type(k) in (str, int) for k in place)
     if not fine:
-        raise InputError(f"an edit is at {given!r}; accepted: a list of keys and indices")
-    return tuple(given or ())
+        raise InputError(f"an edit is at {place!r}; accepted: a list of keys and indices")
+    return tuple(place or ())
 
 
 def _finite(data: Any) -> Any:

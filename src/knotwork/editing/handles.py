@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from knotwork.files.documents import Location
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.scenario.geometry import Frames, placed
+from knotwork.scenario.geometry import Frames, read_placement
 from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.si_units import in_si, si_factors
@@ -72,37 +72,40 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     file = in_si(scenario.task, *si_factors(scenario.task.units))
     frames = Frames(file.frames, scenario.places)
     moving = frames.moving.items()
-    still = {name for name, one in moving if not one.moves and one.link == scenario.on}
+    still = {name for name, frame in moving if not frame.moves and frame.link == scenario.on}
 
     def frame(name: str | None) -> pin.SE3:
         return robot.base_placement * frames[name or "base"]
 
-    found: dict[Location, Handle] = {}
-    for i, one in enumerate(file.waypoints):
-        if not isinstance(one, JointWaypoint) and (one.frame or file.frame or "base") in still:
-            for handle in _of_waypoint(scenario, file, i, frame):
-                found.setdefault(handle.at, handle)  # only of the first repetition
+    by_place: dict[Location, Handle] = {}
+    for i, waypoint in enumerate(file.waypoints):
+        if (
+            not isinstance(waypoint, JointWaypoint)
+            and (waypoint.frame or file.frame or "base") in still
+        ):
+            for handle in _waypoint_handles(scenario, file, i, frame):
+                by_place.setdefault(handle.at, handle)  # only of the first repetition
     task = scenario.task
-    placed_things = (
+    placed_parts = (
         (("scene", "objects"), file.scene.objects, task.scene.objects),
         (("frames",), file.frames, task.frames),
     )
-    for where, things, given in placed_things:
-        for name, thing in things.items():
-            if (name if where == ("frames",) else thing.parent) not in still:
+    for where, parts, in_file in placed_parts:
+        for name, part in parts.items():
+            if (name if where == ("frames",) else part.parent) not in still:
                 continue
-            at, around = (*where, name), frame(thing.parent)
+            at, around = (*where, name), frame(part.parent)
             if scenario.places.given(at) != at:
                 continue  # the place of a repetition
-            pose = around * placed(thing, scenario.places, at)
-            form, order = _form(thing)
+            pose = around * read_placement(part, scenario.places, at)
+            form, order = _form(part)
             axes, kind = (around, around.rotation), where[-1].removesuffix("s")
-            numbered = given[name].position, form or "rpy", order
-            found[at] = Handle(at, name, kind, pose, axes, *numbered)
-    return list(found.values())
+            numbered = in_file[name].position, form or "rpy", order
+            by_place[at] = Handle(at, name, kind, pose, axes, *numbered)
+    return list(by_place.values())
 
 
-def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator[Handle]:
+def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator[Handle]:
     waypoint = cast(PoseWaypoint | PathWaypoint, file.waypoints[i])
     around = frame(waypoint.frame or file.frame)
     axes = around.rotation
@@ -113,14 +116,14 @@ def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator
     at = scenario.places.given(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.task.waypoints[i])
     pose = pin.SE3(turn, around * np.array(waypoint.pose.position))
-    form, given = _form(waypoint.pose), raw.pose.position
-    yield Handle((*at, "pose"), shown.name, "waypoint", pose, (around, axes), given, *form)
+    form, position = _form(waypoint.pose), raw.pose.position
+    yield Handle((*at, "pose"), shown.name, "waypoint", pose, (around, axes), position, *form)
     if isinstance(waypoint, PathWaypoint):
         points = zip(_points(waypoint.along), _points(getattr(raw, "along", None)), strict=True)
-        for (place, point), (_, given) in points:
+        for (place, point), (_, position) in points:
             pose = pin.SE3(turn, around * np.array(point))
             name = f"{shown.name}: {place[-1]}"
-            yield Handle((*at, "along", *place), name, "via", pose, (around, axes), given)
+            yield Handle((*at, "along", *place), name, "via", pose, (around, axes), position)
 
 
 def _points(along: Any) -> Iterator[tuple[Location, Any]]:
@@ -133,10 +136,10 @@ def _points(along: Any) -> Iterator[tuple[Location, Any]]:
         yield from ((("points", k), point) for k, point in enumerate(points))
 
 
-def _form(given: Placement) -> tuple[str, str]:
+def _form(placement: Placement) -> tuple[str, str]:
     """Key of an orientation, and the order of its Euler angles."""
-    form = next((name for name in FORMS if getattr(given, name) is not None), "")
-    return form, given.euler.order if given.euler is not None else ""
+    form = next((name for name in FORMS if getattr(placement, name) is not None), "")
+    return form, placement.euler.order if placement.euler is not None else ""
 
 
 def move_handle(
@@ -157,11 +160,10 @@ def move_handle(
     if position is not None:
         local = handle.around[0].actInv(np.asarray(position, dtype=float))
         at = handle.at if handle.kind == "via" else (*handle.at, "position")
-        unit, old = units[0], np.array(handle.position)
-        kept = np.abs(local - old * unit) < LENGTH_STEP  # unchanged values are not rounded
-        new = file_values(local, unit, LENGTH_STEP)
-        value = [
-            _whole(a) if same else b for a, b, same in zip(old.tolist(), new, kept, strict=True)
+        pairs = zip(file_values(local, units[0], LENGTH_STEP), handle.position, strict=True)
+        value = [  # unchanged values are not rounded
+            _drop_decimals(old) if abs(new - old) * units[0] < LENGTH_STEP else new
+            for new, old in pairs
         ]
         changes.append({"at": at, "value": value})
     if quaternion is not None and handle.form:
@@ -192,9 +194,9 @@ def orientation_value(turn: FloatArray, form: str, angle: float = 1.0, order: st
 def file_values(values: ArrayLike, unit: float, step: float) -> list[float]:
     """Values for a file in another unit, rounded to about a step in SI."""
     digits = int(np.ceil(-np.log10(step / unit) - 1e-9))
-    return [_whole(round(value, digits)) for value in (np.asarray(values) / unit).tolist()]
+    return [_drop_decimals(round(value, digits)) for value in (np.asarray(values) / unit).tolist()]
 
 
-def _whole(value: float) -> float:
+def _drop_decimals(value: float) -> float:
     """A number without a needless decimal: 180, not 180.0."""
     return int(value) if float(value).is_integer() else value

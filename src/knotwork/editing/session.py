@@ -24,6 +24,7 @@ from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import joint_space
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
 from knotwork.task.si_units import si_factors
 from knotwork.view.live_server import EditServer
@@ -60,7 +61,7 @@ class DraftReading:
     names: dict[str, str]
 
     @classmethod
-    def of(cls, draft: Draft) -> DraftReading:
+    def read(cls, draft: Draft) -> DraftReading:
         """Read a draft.
 
         Raises:
@@ -69,7 +70,8 @@ class DraftReading:
         revision, document = draft.revision, draft.document()
         scenario = resolved(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
-        by_place = {one.at: one for one in reversed(handles(scenario, robot) if robot else [])}
+        all_handles = [] if robot is None else handles(scenario, robot)
+        by_place = {handle.at: handle for handle in reversed(all_handles)}
         in_file = [one for one in by_place.values() if part_of(document.data, one.at)]
         return cls(
             revision,
@@ -153,7 +155,7 @@ class Session:
         """
         with self._lock:
             if self._reading is None or self._reading.revision != self.draft.revision:
-                self._reading = DraftReading.of(self.draft)
+                self._reading = DraftReading.read(self.draft)
             return self._reading
 
     def _last_reading(self) -> DraftReading | None:
@@ -241,7 +243,7 @@ class Session:
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
         else:
-            after, share = _between(planned, float(request.get("time", 0.0)))
+            after, share = _place_in_file(planned, float(request.get("time", 0.0)))
             if "after" in request:
                 place, share = tuple(request["after"]), 0.5
                 places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
@@ -268,11 +270,14 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     )
-    joints = dict(zip(robot.joint_names, q.tolist(), strict=True))
-    units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
     timed = replace(scenario, free=None)  # with the provisional times
-    rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
-    motion = plan({"joint_units": units, "waypoints": rest}).trajectory
+    motion = JointTrajectory.from_knots(
+        robot.joint_names,
+        timed.times[[0, -1]],
+        np.tile(q, (2, 1)),
+        np.zeros((2, robot.dof)),
+        joint_units=robot.joint_units,
+    )
     return make_scene(ShownMotion.of_trajectory(motion, timed))
 
 
@@ -290,7 +295,7 @@ def _axes(data: Any) -> dict[str, Any]:
     return {key: part for key, part in data.items() if key not in ("waypoints", "scene")}
 
 
-def _between(scenario: Scenario, time: float) -> tuple[int, float]:
+def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:
     """Index in the file of the last waypoint before a time, and the elapsed fraction since."""
     times = np.array(scenario.times)
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))

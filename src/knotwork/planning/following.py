@@ -89,7 +89,6 @@ def follow_path(
     )
     _check_start(arm, motion, q)
     joints = JointsOnPath(arm, motion, q, pull)
-    joints.check()
     followed = with_waypoints_inserted(joints, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,

@@ -13,7 +13,7 @@ from knotwork.planning.remaining_scene import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.event_reader import action_of
 from knotwork.scenario.joint_space import moved_robot
-from knotwork.scenario.repetitions import expanded
+from knotwork.scenario.repetitions import expand_repeats
 from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.spline.trajectory.motion_events import signals_on_at
@@ -39,7 +39,7 @@ def scenario_from(
         InputError: The time is outside the motion, a held object is missing in the task, the task
             is for another robot, or it is wrong.
     """
-    task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
+    task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))
     if asked.task.robot is not None:
         with asked.error_context("robot"):

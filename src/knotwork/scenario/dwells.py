@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-SAME_POSE = 1e-12
+SAME_PLACE_TOLERANCE = 1e-12
 """Poses and joint positions nearer than this [m, rad] are the same."""
 
 
@@ -38,5 +38,5 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue
-        if np.abs(first - second).max() <= SAME_POSE:
+        if np.abs(first - second).max() <= SAME_PLACE_TOLERANCE:
             yield i

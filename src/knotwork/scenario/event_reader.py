@@ -14,7 +14,7 @@ from knotwork.files.documents import Location, Places
 from knotwork.scenario.scenario import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.spline.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.task import Action, ChosenMotion, PlainTask
-from knotwork.task.actions import switched
+from knotwork.task.actions import parse_switched
 from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9
@@ -100,7 +100,7 @@ class EventReader:
             iter(action.signals.items()),
             (known.get(action.output or 0, f"output {action.output}"), bool(action.value)),
         )
-        value = switched(value)
+        value = parse_switched(value)
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
             raise self.places.error(

@@ -14,7 +14,7 @@ from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
 # Ranges of a turn reach no farther, either way.
-MOST_TURNS = 2
+MOST_FREE_TURNS = 2
 
 
 def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()) -> Freedoms:
@@ -26,8 +26,8 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose or reaches beyond `MOST_TURNS`; a tilt is
-            too large; or a velocity is given in free axes.
+        DocumentError: A turn does not contain the pose or reaches beyond `MOST_FREE_TURNS`; a tilt
+            is too large; or a velocity is given in free axes.
     """
     tool = None if file.tool is None else file.tool.free
     freedoms: Freedoms = []
@@ -135,7 +135,7 @@ def _read(
     if pose.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
     low, high = pose.turn
-    most = MOST_TURNS * 2.0 * math.pi
+    most = MOST_FREE_TURNS * 2.0 * math.pi
     if not (low <= 0.0 <= high and max(-low, high) <= most * (1.0 + 1e-12)):
         half = f"{most / unit:.6g}"
         raise places.error(

@@ -18,7 +18,7 @@ from knotwork.waypoints import FloatArray, rotation_fault
 
 # Values in a file are often rounded to four digits. A quaternion or matrix with a larger deviation
 # from a rotation is a mistake.
-ROTATION_TOLERANCE = 1e-3
+FILE_ROTATION_TOLERANCE = 1e-3
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
@@ -56,11 +56,11 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
 
 def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> FloatArray:
     norm = float(np.linalg.norm(wxyz))
-    if abs(norm - 1) > ROTATION_TOLERANCE:
+    if abs(norm - 1) > FILE_ROTATION_TOLERANCE:
         raise places.error(
             location,
             f"has norm {norm:.6g}",
-            f"a unit quaternion, norm 1 within {ROTATION_TOLERANCE:g}",
+            f"a unit quaternion, norm 1 within {FILE_ROTATION_TOLERANCE:g}",
         )
     w, x, y, z = (float(value) for value in wxyz / norm)
     return np.asarray(pin.Quaternion(w, x, y, z).matrix())
@@ -76,18 +76,18 @@ def _torch_axes(torch: SeamTorch, places: Places, location: Location) -> FloatAr
 
 
 def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> FloatArray:
-    fault = rotation_fault(matrix, ROTATION_TOLERANCE)
+    fault = rotation_fault(matrix, FILE_ROTATION_TOLERANCE)
     if fault:
         raise places.error(
             location,
             f"is not a rotation matrix: {fault}",
-            f"orthonormal rows within {ROTATION_TOLERANCE:g}, right-handed",
+            f"orthonormal rows within {FILE_ROTATION_TOLERANCE:g}, right-handed",
         )
     u, _, vt = np.linalg.svd(matrix)  # the nearest rotation undoes the rounding
     return np.asarray(u @ vt)
 
 
-def placed(placement: Placement, places: Places, location: Location) -> pin.SE3:
+def read_placement(placement: Placement, places: Places, location: Location) -> pin.SE3:
     """Make a placement in its parent frame from its values in the file, in SI.
 
     Raises:
@@ -123,7 +123,9 @@ class Frames:
         for name in frames:
             for link in reversed(self._unplaced_chain(name, frames)):
                 frame = frames[link]
-                moving = self.moving[frame.parent].inside(placed(frame, places, ("frames", link)))
+                moving = self.moving[frame.parent].inside(
+                    read_placement(frame, places, ("frames", link))
+                )
                 if frame.on is not None:
                     moving = replace(moving, link=frame.on)
                 if frame.moves is not None:

@@ -16,7 +16,7 @@ from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_me
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.scenario.dwells import waits
-from knotwork.scenario.payloads import Carrying, carrying
+from knotwork.scenario.payloads import Carrying, robots_with_loads
 from knotwork.task import ChosenMotion, PoseWaypoint
 from knotwork.task.si_units import si_factors
 from knotwork.units import Units
@@ -141,7 +141,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
         dict(robot.limits),
         dict(robot.configurations),
         robot,
-        None if robot.base_moves else carrying(scenario, robot),
+        None if robot.base_moves else robots_with_loads(scenario, robot),
         **read.requirements(),
     )
 

@@ -16,6 +16,7 @@ from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Places
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint, PoseWaypoint, Torch
 from knotwork.tool_paths import Curve, OrientationCurve
+from knotwork.tool_paths.curve import SAME_POINT
 from knotwork.tool_paths.rotations import carried_along, logarithm
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.task import PlainTask
-
-SAME_POINT = 1e-9
-"""Points nearer than this [m] are the same."""
 
 SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
 """Points [m] and orientations [rad] of a file within this of those of a waypoint belong to it."""
@@ -293,7 +291,7 @@ class PathCurves:
                 "no orientation if the path has its own, or that of its end",
             )
 
-    def blended(
+    def round_corners(
         self, first: int, curves: list[Curve], steps: list[PathWaypoint]
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
@@ -341,7 +339,7 @@ class PathCurves:
         return blend
 
 
-def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:
+def rescale_orientation(turn: OrientationCurve, length: float) -> OrientationCurve:
     """The same rotation on a stretch of another length [m], as after a rounded corner."""
     if turn.length == length:
         return turn

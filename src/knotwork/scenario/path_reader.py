@@ -14,7 +14,7 @@ from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.scenario.asked_timing import DEFAULT_PATH_ACCELERATION, AskedTiming
 from knotwork.scenario.carriers import Carriers
 from knotwork.scenario.free_reader import greatest_speed
-from knotwork.scenario.path_curves import PathCurves, stretched
+from knotwork.scenario.path_curves import PathCurves, rescale_orientation
 from knotwork.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
@@ -105,10 +105,13 @@ class PathReader:
             self.curves.orientation(first + 1 + k, curve, step)
             for k, (curve, step) in enumerate(zip(curves, steps, strict=True))
         ]
-        pieces, ends = self.curves.blended(first + 1, curves, steps)
+        pieces, ends = self.curves.round_corners(first + 1, curves, steps)
         lengths = np.diff(ends, prepend=0.0)
         with self.curves.errors(last):
-            turned = [stretched(turn, length) for turn, length in zip(turns, lengths, strict=True)]
+            turned = [
+                rescale_orientation(turn, length)
+                for turn, length in zip(turns, lengths, strict=True)
+            ]
             orientation = OrientationCurve.joined(turned)
         try:
             path = ToolPath(pieces, orientation)

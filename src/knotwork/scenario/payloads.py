@@ -53,7 +53,7 @@ class Carrying:
     start: FloatArray
     robots: tuple[Robot, ...]
 
-    def at(self, time: float) -> Robot:
+    def robot_at(self, time: float) -> Robot:
         """The arm at a time [s]; at a change of load, with the new one."""
         return self.robots[max(int(np.searchsorted(self.start, time, side="right")) - 1, 0)]
 
@@ -61,12 +61,12 @@ class Carrying:
         """A motion split at changes of load: the arm in each part, and the part."""
         inside = (self.start > motion.start_time) & (self.start < motion.end_time)
         if not inside.any():
-            yield self.at(motion.start_time), motion
+            yield self.robot_at(motion.start_time), motion
             return
         times = [motion.start_time, *self.start[inside].tolist(), motion.end_time]
         for start, end in pairwise(times):
             cut = cut_curve(motion.polynomial, start, end)
-            yield self.at(start), replace(motion, polynomial=cut, waypoint_times=None)
+            yield self.robot_at(start), replace(motion, polynomial=cut, waypoint_times=None)
 
     def loads(self, start: float) -> tuple[Load, ...]:
         """Loads for exports; empty if the task gives no mass.
@@ -98,7 +98,7 @@ def _load(time: float, robot: Robot) -> Load:
     return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)
 
 
-def carrying(scenario: Scenario, robot: Robot) -> Carrying:
+def robots_with_loads(scenario: Scenario, robot: Robot) -> Carrying:
     """The loads of a scenario's arm over its motion, at provisional times if times are free.
 
     Args:

@@ -22,7 +22,7 @@ MOST_WAYPOINTS = 10_000
 """Largest number of waypoints in all repetitions."""
 
 
-def expanded(task: Task, places: Places | None = None) -> tuple[PlainTask, Places]:
+def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask, Places]:
     """Write out every repetition of every block.
 
     Names of waypoints and objects of a block get the repetition's number. The name of an object

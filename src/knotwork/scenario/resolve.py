@@ -14,7 +14,7 @@ from knotwork.files.documents import Places
 from knotwork.scenario.event_reader import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.payloads import read_payload
-from knotwork.scenario.repetitions import expanded
+from knotwork.scenario.repetitions import expand_repeats
 from knotwork.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,
     Scenario,
@@ -72,7 +72,7 @@ def resolved(
     >>> resolved(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
-    return _Resolver(*expanded(task, places or Places()), expected or {}).scenario()
+    return _Resolver(*expand_repeats(task, places or Places()), expected or {}).scenario()
 
 
 class _Resolver:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from knotwork.tool_paths.moving_frame import MovingFrame
 
 
-STANDING = "base"
+FIXED_CARRIER = "base"
 """Carrier of frames that are fixed in the cell while joints move the frame of poses."""
 
 

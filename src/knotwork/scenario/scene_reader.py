@@ -15,7 +15,7 @@ from knotwork.files.documents import Location
 from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scenario import ScenarioWaypoint
 from knotwork.scenario.scene_model import (
-    STANDING,
+    FIXED_CARRIER,
     CollisionRules,
     GraspedObject,
     PlacedObject,
@@ -37,7 +37,7 @@ from knotwork.task.scene_shapes import (
 if TYPE_CHECKING:
     from knotwork.tool_paths.moving_frame import MovingFrame
 
-TOOL = "tool"
+RESERVED_NAME = "tool"
 """Common name of all tool shapes, next to those of links and objects."""
 
 
@@ -66,9 +66,11 @@ class _SceneReader:
         file = self.reader.file
         scene, rules, tool = file.scene, file.collisions, file.tool or Tool()
         objects = tuple(self._object(name, item) for name, item in scene.objects.items())
-        if TOOL in scene.objects:
+        if RESERVED_NAME in scene.objects:
             raise self._error(
-                ("scene", "objects", TOOL), "is a reserved name", "any other name for an object"
+                ("scene", "objects", RESERVED_NAME),
+                "is a reserved name",
+                "any other name for an object",
             )
         place: Location = ("tool", "shape")
         if isinstance(tool.shape, ToolShape):
@@ -117,7 +119,7 @@ class _SceneReader:
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
         place: Location = ("tool", "holds", name)
-        if name == TOOL or name in self.reader.file.scene.objects:
+        if name == RESERVED_NAME or name in self.reader.file.scene.objects:
             raise self._error(place, f"{name!r} is the name of something else", "a unique name")
         take = self._waypoint(held.take, (*place, "from"))
         leave = self._waypoint(held.leave, (*place, "to"))
@@ -139,7 +141,7 @@ class _SceneReader:
             )
         carriers, base = self.reader.carriers, self.reader.frames.moving["base"]
         taken_from, left_on = (
-            replace(base, link=STANDING) if carriers.is_fixed(i) else carriers.frame_of(i)
+            replace(base, link=FIXED_CARRIER) if carriers.is_fixed(i) else carriers.frame_of(i)
             for i in (self.reader.indices[take], self.reader.indices[leave])
         )
         return GraspedObject(
@@ -157,7 +159,7 @@ class _SceneReader:
         """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
         frame = self.reader.frames.moving[name]
         if frame.link != self.reader.carriers.link:
-            return replace(frame, link=frame.link or STANDING)
+            return replace(frame, link=frame.link or FIXED_CARRIER)
         return replace(frame, link="") if frame.moves else None
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:

@@ -272,9 +272,9 @@ class WaypointReader:
 
     def placement(self, placement: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""
-        from knotwork.scenario.geometry import placed
+        from knotwork.scenario.geometry import read_placement
 
-        return placed(placement, self.places, location)
+        return read_placement(placement, self.places, location)
 
     @cached_property
     def frames(self) -> Frames:

@@ -13,8 +13,7 @@ from knotwork.scenario.scenario import ToleranceSet
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.spline.polynomial.two_point import two_point_coefficients
-from knotwork.task import AtMost, PathWaypoint
-from knotwork.task import Weave as GivenWeave
+from knotwork.task import AtMost, PathWaypoint, Weave
 from knotwork.tool_paths import Timing, ToolPath
 from knotwork.tool_paths.weave import SAME_BREAK_TIME, WEAVE_AXES, WeavePattern, weave_offsets
 from knotwork.waypoints import FloatArray
@@ -70,9 +69,9 @@ class WeaveReader:
         )
         return weaves, EndlessCurve(curve, delay=start), np.concatenate(breaks)
 
-    def _runs(self) -> list[tuple[int, int, GivenWeave]]:
+    def _runs(self) -> list[tuple[int, int, Weave]]:
         """Ranges of consecutive stretches with one weave."""
-        runs: list[tuple[int, int, GivenWeave]] = []
+        runs: list[tuple[int, int, Weave]] = []
         for k, step in enumerate(self.steps):
             if isinstance(step.speed, str | AtMost):
                 raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
@@ -89,7 +88,7 @@ class WeaveReader:
         )
 
     def _weave(
-        self, k: int, asked: GivenWeave, duration: float
+        self, k: int, asked: Weave, duration: float
     ) -> tuple[WeavePattern, FloatArray | None]:
         """The weave that begins on a stretch, by index, and its given normal."""
         text = self.curves.text

@@ -17,9 +17,9 @@ from knotwork.files.documents import Places
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
 from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
-from knotwork.scenario.scene_model import STANDING
+from knotwork.scenario.scene_model import FIXED_CARRIER
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL, CollisionModel, NoteKind, joint_of_frame
+from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, NoteKind, joint_of_frame
 from knotwork.scene.other_robots import in_one_cell, other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
@@ -172,7 +172,7 @@ class _Builder:
         # of arms with one URDF, each would also be in the other's model, at rest
         bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
-            bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
+            bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
         rules = given_rules(scene, self.robot, bodies, self.places)
         pairing = Pairing(self.robot, self.joints, scene, self.geometry, rules.reasons)
         pairs, ignored = pairing.pairs(bodies)
@@ -257,7 +257,7 @@ class _Builder:
             return
         joint, placement = 0, self.robot.base_placement
         if frame.link:
-            link = self.robot.standing_frame if frame.link == STANDING else frame.link
+            link = self.robot.standing_frame if frame.link == FIXED_CARRIER else frame.link
             joint, placement = _joint_of_link(self.robot, link)
         if frame.joints:
             placements: list[Any] = []
@@ -284,7 +284,7 @@ class _Builder:
         robot.require_tool()
         frame = robot.model.frames[robot.frame_index(robot.tool_frame or "")]
         solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
-        return Body(TOOL, "tool", int(frame.parentJoint), solids)
+        return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
     def _held_bodies(self, held: GraspedObject) -> list[Body]:
         """A held object: at the place where it is taken, in the tool, and where it is released."""

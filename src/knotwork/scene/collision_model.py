@@ -21,7 +21,7 @@ from knotwork.waypoints import FloatArray
 
 NoteKind = Literal["warning", "information"]
 
-TOOL = "tool"
+TOOL_BODY = "tool"
 
 MOVE_TOGETHER = "they move as one"
 NEITHER_MOVES = "neither moves"

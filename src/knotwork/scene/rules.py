@@ -10,7 +10,7 @@ from knotwork.files.documents import Places
 from knotwork.robot import Robot
 from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL, NoteKind
+from knotwork.scene.collision_model import TOOL_BODY, NoteKind
 
 ALLOWED = "the scenario allows it"
 IGNORED = "the scenario ignores it"
@@ -45,7 +45,7 @@ def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Plac
         if name in robot.frame_names:
             raise names.wrong(place, "is the name of a link of the robot", "any other name")
         identity = f"scenario:{name}"
-        for other in names.meant(allowed, (*place, "allow"), TOOL):
+        for other in names.meant(allowed, (*place, "allow"), TOOL_BODY):
             if other == identity:
                 fault = f"names {name!r} itself"
                 raise names.wrong((*place, "allow"), fault, "names of bodies that may touch it")

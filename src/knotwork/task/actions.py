@@ -37,7 +37,7 @@ def _check_value(value: Any) -> Any:
 SWITCHED = {"on": True, "off": False}
 
 
-def switched(value: Any) -> Any:
+def parse_switched(value: Any) -> Any:
     """A value, with on and off as true and false."""
     return SWITCHED.get(value, value) if isinstance(value, str) else value
 
@@ -58,7 +58,7 @@ Output = Annotated[int, Field(strict=True, ge=0, le=65535)]
 Switched = Annotated[
     bool,
     Field(strict=True),
-    BeforeValidator(switched),
+    BeforeValidator(parse_switched),
     WithJsonSchema({"anyOf": [{"type": "boolean"}, {"enum": ["on", "off"]}]}),
 ]
 Value = Annotated[Any, AfterValidator(_check_value)]

@@ -80,13 +80,6 @@ class Arc(Curve):
                 "give its centre and, as a full circle needs, its normal",
                 start=a,
             )
-        for point, name in ((a, "start"), (c, "end")):
-            if np.linalg.norm(b - point) <= SAME_POINT:
-                raise geometry_error(
-                    f"the point to pass through, {{through}}, is the arc's {name}; "
-                    "it must lie between both ends",
-                    through=b,
-                )
         u, v = b - a, c - a
         normal = np.cross(u, v)
         if np.linalg.norm(normal) <= PARALLEL_SINE * np.linalg.norm(u) * np.linalg.norm(c - b):

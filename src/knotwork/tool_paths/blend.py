@@ -85,10 +85,6 @@ def _way(corner: FloatArray, point: FloatArray, name: str, distance: float) -> F
     """
     chord = point - corner
     length = float(np.linalg.norm(chord))
-    if length <= SAME_POINT:
-        raise geometry_error(
-            f"the point {name} the corner {{corner}} is the corner itself", corner=corner
-        )
     if distance > length * (1.0 + 1e-9):
         raise geometry_error(
             f"blend distance is {{distance}}, but the line {name} the corner {{corner}} is "

@@ -13,7 +13,7 @@ from knotwork.tool_paths.timing_profile import Timing
 from knotwork.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
 from knotwork.waypoints import FloatArray
 
-STOP_SPEED = 1e-6
+STOP_SPEED_SHARE = 1e-6
 """Maximum speed at a stop, relative to the path's mean speed."""
 
 
@@ -90,7 +90,7 @@ class TimedPath:
     def _check_stop(self, curve: int, s: float) -> None:
         t = self.timing.time_of(np.array([s]))
         speed = float(np.abs(self.timing(t, 1))[0])
-        if speed > STOP_SPEED * self.path.length / self.timing.duration:
+        if speed > STOP_SPEED_SHARE * self.path.length / self.timing.duration:
             raise PathError(
                 f"the path needs a stop after curve {curve}, at arc length {s:.6g} m, but the "
                 f"timing goes on at {speed:.6g} m/s there; name it in the timing's stops"

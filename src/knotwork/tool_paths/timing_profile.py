@@ -23,7 +23,7 @@ from knotwork.waypoints import FloatArray, read_only
 RAMP_TOLERANCE = 1e-9
 """Relative excess of ramps over the length of their stretch up to which they are shortened."""
 
-TIME_RESOLUTION = 1e-12
+RAMP_RESOLUTION = 1e-12
 """Minimum duration of a change of speed, relative to the path's, for the resolution of time."""
 
 
@@ -174,7 +174,7 @@ def speed_profile(
 
 def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
     """Refuse a piece [s] that is too short for the duration of the path."""
-    least = TIME_RESOLUTION * float(durations.sum())
+    least = RAMP_RESOLUTION * float(durations.sum())
     if shortest >= least:
         return
     k = int(durations.argmax())

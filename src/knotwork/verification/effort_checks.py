@@ -72,7 +72,7 @@ def _impulses(motion: Motion, space: JointSpace) -> dict[int, tuple[float, float
     if space.carrying is None:
         return impulses
     for time, q, jump in velocity_jumps(motion.curve):
-        robot = space.carrying.at(time)
+        robot = space.carrying.robot_at(time)
         impulse = robot.torque(q, still, jump) - robot.torque(q, still, still)
         for i in np.flatnonzero(np.abs(impulse) > SMALLEST_IMPULSE * np.abs(impulse).max()):
             impulses.setdefault(int(i), (time, float(np.sign(impulse[i]))))

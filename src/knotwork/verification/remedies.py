@@ -152,7 +152,7 @@ def _weight_share(finding: Finding, motion: Motion, space: JointSpace, joint: in
     if space.carrying is None or not limit or value is None or time is None:
         return ""
     still = np.zeros(len(space.joint_names))
-    robot = space.carrying.at(time)
+    robot = space.carrying.robot_at(time)
     weight = float(robot.torque(motion.curve(time), still, still)[joint])
     text = f"{weight:.4g} {finding.unit} of it is weight"
     if abs(weight) > abs(limit) and weight * value > 0.0:

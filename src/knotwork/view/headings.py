@@ -13,14 +13,14 @@ from knotwork.view.shown_motion import ShownMotion, WaypointValues
 from knotwork.view.style import (
     DARK,
     LARGE,
-    LOOKS,
+    MARK_LOOKS,
     NORMAL,
     SMALL,
     WRONG,
     colour,
     dashes,
     printable,
-    shortened,
+    shorten_names,
 )
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def write_around(
         axes.set_xlabel("time [s]")
     figure.align_ylabels()
     figure.draw_without_rendering()
-    for axes, heading in zip(tops, shortened(titles, CURVE_LETTERS), strict=True):
+    for axes, heading in zip(tops, shorten_names(titles, CURVE_LETTERS), strict=True):
         if motions[0].waypoint_values is not None:
             _name_waypoints(axes, motions[0].waypoint_values)
         if axes.get_title(loc="right"):  # above the note
@@ -101,7 +101,7 @@ def write_around(
 def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
     """Scenario, planner if there is only one, and a failed check."""
     first = motions[0]
-    (name,) = shortened([first.scenario.name], TITLE_LETTERS)
+    (name,) = shorten_names([first.scenario.name], TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
     failed = [motion.label for motion in motions if motion.failures]
     if failed:
@@ -130,14 +130,14 @@ def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
     upright: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False}
     for kind, marked in times.items():
         if marked:
-            axes.plot(marked, [1.0] * len(marked), gid=kind, **LOOKS[kind], **upright)
+            axes.plot(marked, [1.0] * len(marked), gid=kind, **MARK_LOOKS[kind], **upright)
 
 
 def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
     """Mark contacts of bodies over the whole height of panels."""
     low, high = (float(end) for end in motion.curve.x[[0, -1]])
     margin = 0.5 * LEAST_SPAN * (high - low)
-    look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0, "gid": "contact"}
+    look: dict[str, Any] = MARK_LOOKS["contact"] | {"lw": 0.0, "gid": "contact"}
     shown = [(start, end) for start, end in motion.contacts if start <= high and end >= low]
     for panel, (start, end) in product(axes, shown):
         panel.axvspan(max(start - margin, low), min(end + margin, high), **look)
@@ -147,7 +147,7 @@ def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
     """Write the waypoints' names above a laid-out panel, some of them if there are too many."""
     figure: Any = axes.figure
     place = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
-    names = shortened(marks.names, NAME_LETTERS)
+    names = shorten_names(marks.names, NAME_LETTERS)
     widths = LETTER_WIDTH * SMALL * np.array([len(name) + 1 for name in names])
     level = bool(np.all(np.diff(place) >= 0.5 * (widths[1:] + widths[:-1])))
     shown = [0]
@@ -167,7 +167,7 @@ def _add_curve_legend(
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
-    texts = shortened(curves, CURVE_LETTERS)
+    texts = shorten_names(curves, CURVE_LETTERS)
     for i, reason in enumerate(reasons):
         if reason:
             reason = textwrap.shorten(printable(reason), REASON_LETTERS, placeholder=" …")
@@ -185,7 +185,7 @@ def _add_mark_legend(figure: Figure, motion: ShownMotion) -> None:
     artists = [one for axes in figure.axes for one in (*axes.lines, *axes.collections)]
     artists += [patch for axes in figure.axes for patch in axes.patches]
     drawn = {str(artist.get_gid()).partition(":")[0] for artist in artists}
-    handles = [Line2D([], [], **look) for kind, look in LOOKS.items() if kind in drawn]
+    handles = [Line2D([], [], **look) for kind, look in MARK_LOOKS.items() if kind in drawn]
     events = ", ".join(dict.fromkeys(event.text for event in motion.trajectory.events))
     title = textwrap.shorten(f"events: {events}", REASON_LETTERS, placeholder=" …")
     names = [str(handle.get_label()) for handle in handles]

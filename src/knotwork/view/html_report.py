@@ -15,7 +15,7 @@ from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
 from knotwork.verification.worst import without_use, worst_failures
 from knotwork.view.joint_plots import plot_joints
-from knotwork.view.page import Page, asset, frame, json_in_html, rendered
+from knotwork.view.page import Page, asset, frame, json_in_html, render_template
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plan_pages import view_plan
 from knotwork.view.scene_verdict import failures
@@ -59,7 +59,7 @@ def report_page(plan: PlanLike) -> Page:
     parts["limits"] = json_in_html(_limits(plan))
     parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
-    text = rendered(
+    text = render_template(
         "report.html",
         parts,
         scenario=scenario,

@@ -17,7 +17,7 @@ FEW_IMAGES = 8
 MOST_PIXELS = 2**26
 """Largest number of pixels of an image."""
 # Other formats run programs, or are not used for materials of meshes.
-FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF", "WEBP")
+IMAGE_FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF", "WEBP")
 
 
 def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]:
@@ -52,7 +52,7 @@ def _image_address(path: Path, side: int) -> str:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-        opened = Image.open(path, formats=FORMATS)
+        opened = Image.open(path, formats=IMAGE_FORMATS)
     with opened:
         pixels = opened.width * opened.height
         if pixels > MOST_PIXELS:

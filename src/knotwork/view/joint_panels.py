@@ -13,9 +13,9 @@ from knotwork.units import Units
 from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import strokes
-from knotwork.view.panel import Level, Panel
+from knotwork.view.panel import LimitLine, Panel
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.style import DARK, colour, rounded
+from knotwork.view.style import DARK, colour, rounded_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,7 +93,7 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
         alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
         one_curve = None if alike else colour(nearest.index)
-        panel.levels = [Level("limit", factor * end, span, colour=one_curve) for end in bounds]
+        panel.levels = [LimitLine("limit", factor * end, span, colour=one_curve) for end in bounds]
         if len({item.joint for item in series}) == 1:
             panel.allowed = factor * bounds[0], factor * bounds[1]
         panel.note, panel.failed = _limit_note(nearest, limited, panel)
@@ -144,22 +144,22 @@ def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tup
     name = f"{nearest.label}: " if nearest.label else ""
     lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, quantity))
     if lower == -upper:
-        limits = f"limit ±{rounded(upper)} {unit}"
+        limits = f"limit ±{rounded_text(upper)} {unit}"
     elif quantity == "position" and np.isfinite([lower, upper]).all():
-        limits = f"limits {rounded(lower)} … {rounded(upper)} {unit}"
+        limits = f"limits {rounded_text(lower)} … {rounded_text(upper)} {unit}"
     else:
-        limits = f"limit {rounded(factor * (use.limit or 0.0))} {unit}"
-    value = f"{rounded(factor * (use.value or 0.0))} at {rounded(use.time or 0.0)} s"
+        limits = f"limit {rounded_text(factor * (use.limit or 0.0))} {unit}"
+    value = f"{rounded_text(factor * (use.value or 0.0))} at {rounded_text(use.time or 0.0)} s"
     broken = sum(not item.ok for item in uses.values())
     if broken:
         more = f", and {broken - 1} more beyond" if broken > 1 else ""
         if np.isinf(use.value or 0.0):
-            value = f"a jump, infinite {quantity}, at {rounded(use.time or 0.0)} s"
+            value = f"a jump, infinite {quantity}, at {rounded_text(use.time or 0.0)} s"
         return f"{name}{value} exceeds {limits}{more}", True
     if use.only_sampled:
         return f"{name}{value}, sampled only: {limits}", False
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf
-        return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
+        return f"{name}{rounded_text(factor * margin)} {unit} inside {limits}", False
     part = 100 * (1 - nearest.margin(quantity))
     return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False

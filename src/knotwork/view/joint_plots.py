@@ -17,7 +17,7 @@ from knotwork.view.plotted_motions import (
     motions_of,
 )
 from knotwork.view.shown_motion import Drawable, ShownMotion
-from knotwork.view.style import printable, settings, shortened
+from knotwork.view.style import printable, settings, shorten_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,7 +123,7 @@ def _joints_together(motions: list[ShownMotion], names: list[str], kinds: list[s
         )
     first = motions[0].trajectory
     units = dict(zip(first.joint_names, first.joint_units, strict=True))
-    short = shortened(names, CURVE_LETTERS) if len(names) > 1 else [""]
+    short = shorten_names(names, CURVE_LETTERS) if len(names) > 1 else [""]
     of_unit = [[i for i, name in enumerate(names) if units[name] == unit] for unit in ("rad", "m")]
     return [
         [(kind, [Series(motion, names[i], i, short[i]) for i in group]) for motion in motions]

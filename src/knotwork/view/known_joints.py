@@ -13,10 +13,10 @@ from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import other_motion
 from knotwork.view.base_joints import drawn_joint
 from knotwork.view.links import link_shapes
-from knotwork.view.mesh import merged
+from knotwork.view.mesh import merge_meshes
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.surroundings import HELD, TOOL, solid_mesh
+from knotwork.view.surroundings import HELD_COLOUR, TOOL_COLOUR, solid_mesh
 from knotwork.waypoints import FloatArray
 
 
@@ -45,13 +45,16 @@ def draw_other_robots(parts: SceneParts, shown: ShownMotion, size: float) -> Non
         for body in motion.model.bodies:
             held = body.kind == "held" or body.name in motion.held
             if body.kind == "tool" or held:
-                meshes = [solid_mesh(part, HELD if held else TOOL, size) for part in body.solids]
+                meshes = [
+                    solid_mesh(part, HELD_COLOUR if held else TOOL_COLOUR, size)
+                    for part in body.solids
+                ]
                 span = [
                     end + other.delay if np.isfinite(end) else None
                     for end in (body.start, body.end)
                 ]
                 carrier = root + body.joint
-                parts.draw("other robots", merged(meshes), carrier=carrier, between=span)
+                parts.draw("other robots", merge_meshes(meshes), carrier=carrier, between=span)
         carrier, base = shown.carrier_of(other.carrier)
         place = (base * other.placement).translation
         parts.write(other.name, "object", place, f"robot {other.name!r}", carrier=carrier)

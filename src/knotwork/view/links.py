@@ -15,7 +15,7 @@ from knotwork.robot import Robot
 from knotwork.robot.shapes import LinkShape, UrdfShapes
 from knotwork.scene.meshes.locating import find_mesh, mesh_package
 from knotwork.scene.meshes.mesh_files import read_mesh
-from knotwork.view.mesh import GREY, Mesh, drawable, merged
+from knotwork.view.mesh import GREY, Mesh, drawable, merge_meshes
 from knotwork.view.primitive_meshes import rod, solid, sphere
 from knotwork.waypoints import FloatArray
 
@@ -43,7 +43,7 @@ class LinkShapes:
     @cached_property
     def shapes(self) -> list[Mesh | None]:
         """All parts of each joint as one mesh, without images; `None` without parts."""
-        return [merged(parts) if parts else None for parts in self.parts]
+        return [merge_meshes(parts) if parts else None for parts in self.parts]
 
 
 def link_shapes(robot: Robot) -> LinkShapes:
@@ -85,12 +85,12 @@ def link_shapes(robot: Robot) -> LinkShapes:
         ball = sphere(1.6 * LINE_RADIUS, JOINT_COLOUR)
         for link in links:
             origins = urdf.carried.get(link, ())
-            balls = [ball.moved(np.eye(3), origin) for origin in origins]
+            balls = [ball.shift(origin) for origin in origins]
             by_link[link] = [*balls, *_lines(origins)]
     carried: list[list[Mesh]] = [[] for _ in range(robot.model.njoints)]
     for link, parts in by_link.items():
         frame = frames[link]
-        carried[frame.parentJoint] += [part.placed(frame.placement) for part in parts]
+        carried[frame.parentJoint] += [part.place(frame.placement) for part in parts]
     return LinkShapes(carried, tuple(warnings))
 
 
@@ -121,7 +121,7 @@ class _Drawn:
                         f"the robot's shapes have more than {MOST_DRAWN_TRIANGLES} triangles"
                     )
                 filled = [mesh for mesh in meshes if len(mesh.faces)]
-                drawn += [mesh.moved(shape.rotation, shape.translation) for mesh in filled]
+                drawn += [mesh.move(shape.rotation, shape.translation) for mesh in filled]
             except InputError as error:
                 missing.append(str(error))
         return drawn, missing
@@ -129,9 +129,9 @@ class _Drawn:
     def _shape_meshes(self, shape: LinkShape) -> list[Mesh]:
         if shape.kind != "mesh":
             return [solid(shape.kind, shape.size, shape.colour or GREY)]
-        meshes = [mesh.scaled(shape.scale) for mesh in self._file(shape.mesh, shape.urdf)]
+        meshes = [mesh.scale(shape.scale) for mesh in self._file(shape.mesh, shape.urdf)]
         colour = shape.colour
-        return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
+        return [mesh.paint(colour) for mesh in meshes] if colour is not None else meshes
 
     def _file(self, name: str, urdf: Path) -> list[Mesh]:
         path = find_mesh(name, urdf, self._robot.package_paths)

@@ -48,7 +48,7 @@ class Mesh:
     uv: FloatArray | None = None
     image: Path | None = None
 
-    def moved(self, rotation: ArrayLike, translation: ArrayLike) -> Mesh:
+    def move(self, rotation: ArrayLike, translation: ArrayLike) -> Mesh:
         """Turn, then shift the mesh.
 
         Args:
@@ -59,26 +59,30 @@ class Mesh:
         vertices = self.vertices @ turn.T + np.asarray(translation, dtype=float)
         return replace(self, vertices=vertices, normals=self.normals @ turn.T)
 
-    def placed(self, pose: pin.SE3) -> Mesh:
-        """Move the mesh by a pose."""
-        return self.moved(pose.rotation, pose.translation)
+    def shift(self, translation: ArrayLike) -> Mesh:
+        """Shift the mesh [m], shape (3,)."""
+        return self.move(np.eye(3), translation)
 
-    def scaled(self, scale: ArrayLike) -> Mesh:
+    def place(self, pose: pin.SE3) -> Mesh:
+        """Move the mesh by a pose."""
+        return self.move(pose.rotation, pose.translation)
+
+    def scale(self, scale: ArrayLike) -> Mesh:
         """Scale along the axes; factors of shape (3,) or one for all."""
         factors = np.broadcast_to(np.asarray(scale, dtype=float), (3,))
         normals = self.normals / np.where(factors == 0.0, 1.0, factors)
         faces = self.faces if np.prod(factors) > 0 else self.faces[:, ::-1]
         vertices = self.vertices * factors
-        return replace(self, vertices=vertices, normals=normalised(normals), faces=faces)
+        return replace(self, vertices=vertices, normals=normalise_rows(normals), faces=faces)
 
-    def painted(self, colour: Sequence[float]) -> Mesh:
+    def paint(self, colour: Sequence[float]) -> Mesh:
         """Give all of it one colour, red, green, blue and opacity."""
         colours = np.tile(np.asarray(colour[:3], dtype=float), (len(self.vertices), 1))
         opacity = float(colour[3]) if len(colour) > 3 else 1.0
         return Mesh(self.vertices, self.normals, self.faces, colours, opacity)
 
 
-def normalised(vectors: FloatArray) -> FloatArray:
+def normalise_rows(vectors: FloatArray) -> FloatArray:
     """Scale vectors, shape (n, 3), to length one; zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(np.divide(vectors, length, out=np.array(vectors), where=length > 0))
@@ -90,7 +94,7 @@ def box_corners(points: FloatArray) -> FloatArray:
     return np.array(np.meshgrid(*bounds)).reshape(3, -1).T
 
 
-def merged(meshes: Sequence[Mesh]) -> Mesh:
+def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
     """Put meshes into one, with their faults but no images; it is as opaque as the first."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     return Mesh(
@@ -144,10 +148,10 @@ def from_triangles(
     np.add.at(normals, inverse, np.repeat(areas, 3, axis=0))
     mesh = Mesh(
         points[unique[:, 0].astype(np.int64)],
-        normalised(normals),
+        normalise_rows(normals),
         inverse.reshape(-1, 3),
         np.zeros((len(unique), 3)),
-    ).painted(colour)
+    ).paint(colour)
     return mesh if uv is None else replace(mesh, uv=unique[:, 2:])
 
 
@@ -188,5 +192,5 @@ def coarse(mesh: Mesh, cell: float) -> Mesh:
         np.add.at(total, inverse, values)
         return np.asarray(total / count)
 
-    normals = normalised(mean(mesh.normals))
+    normals = normalise_rows(mean(mesh.normals))
     return Mesh(mean(mesh.vertices), normals, faces, mean(mesh.colours), mesh.opacity)

@@ -78,14 +78,14 @@ def drawn_board(scene: Mapping[str, Any]) -> bytes:
     for i, line in enumerate(board_lines(scene)):
         figure.text(0.03, 0.82 - 0.075 * i, line, size=9.5, color=colour if i else "black")
     for i, (name, colours, low, high) in enumerate(_scales(scene)):
-        left = 0.03 + 0.48 * i
-        axis = figure.add_axes((left, 0.09, 0.4, 0.07))
+        edge = 0.03 + 0.48 * i
+        axis = figure.add_axes((edge, 0.09, 0.4, 0.07))
         shades = LinearSegmentedColormap.from_list(name, list(colours))
         axis.imshow(np.linspace(0, 1, 200)[np.newaxis], cmap=shades, aspect="auto")
         axis.set_axis_off()
-        figure.text(left, 0.18, name, size=9)
-        figure.text(left, 0.02, low, size=9)
-        figure.text(left + 0.4, 0.02, high, size=9, ha="right")
+        figure.text(edge, 0.18, name, size=9)
+        figure.text(edge, 0.02, low, size=9)
+        figure.text(edge + 0.4, 0.02, high, size=9, ha="right")
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return file.getvalue()

@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 from knotwork.view.camera import frame_points
 from knotwork.view.mesh import Mesh
 from knotwork.view.meshcat_board import put_up_board
-from knotwork.view.scene_parts import unpacked, unpacked_numbers
+from knotwork.view.scene_parts import unpack_mesh, unpack_numbers
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -45,12 +45,12 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     joints = _joint_nodes(scene, root)
     for carrier, parts in enumerate(scene["shapes"]):
         for number, part in enumerate(parts):
-            _draw(joints[carrier][f"shape {number}"], unpacked(part), lit=True)
+            _draw(joints[carrier][f"shape {number}"], unpack_mesh(part), lit=True)
     nodes = []
     for number, part in enumerate(scene["things"]):
         carrier = joints[part["carrier"]] if "carrier" in part else root
         node = carrier[_plain(f"{part['name']} {number}")]
-        _draw(node, unpacked(part["mesh"]), lit=part["lit"])
+        _draw(node, unpack_mesh(part["mesh"]), lit=part["lit"])
         if part["hidden"]:
             node.set_property("visible", False)
         nodes.append(node)
@@ -124,8 +124,8 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
     from meshcat.animation import Animation, AnimationClip
 
     arm = scene["arms"][0]
-    time = unpacked_numbers(arm["time"], "<f4").astype(float)
-    position = unpacked_numbers(arm["position"], "<f4").astype(float).reshape(len(time), -1)
+    time = unpack_numbers(arm["time"], "<f4").astype(float)
+    position = unpack_numbers(arm["position"], "<f4").astype(float).reshape(len(time), -1)
     last = np.flatnonzero(np.diff(np.floor(ANIMATION_RATE * time + 1e-3), append=np.inf))
     frames = np.unique([0, *last, len(time) - 1])
     at = (ANIMATION_RATE * time[frames]).tolist()

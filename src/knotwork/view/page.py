@@ -103,17 +103,17 @@ def scene_page(
         parts["script"] = "\n".join(asset(f"scene/{name}.js") for name in names)
         parts["style"] += asset("edit.css") if editing else ""
     parts |= {"json": json_in_html(scene), "options_json": json_in_html(options)}
-    text = rendered("scene.html", parts, data=scene, options=options)
+    text = render_template("scene.html", parts, data=scene, options=options)
     return Page(scene["title"], text, tuple(scene["warnings"]))
 
 
 def waiting_page(title: str) -> Page:
     """Make the page that a `LiveServer` shows until there is a scene."""
     parts = {"script": asset("scene/live.js"), "style": asset("scene.css")}
-    return Page(title, rendered("waiting.html", parts, title=title))
+    return Page(title, render_template("waiting.html", parts, title=title))
 
 
-def rendered(template: str, parts: Mapping[str, str], **values: Any) -> str:
+def render_template(template: str, parts: Mapping[str, str], **values: Any) -> str:
     """Fill a template with parts that are HTML already, and with values to be escaped."""
     from markupsafe import Markup
 
@@ -139,12 +139,12 @@ def _environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
     )
-    made.filters["coded"] = _coded
+    made.filters["coded"] = _mark_code
     made.filters["short"] = lambda value: f"{float(f'{value:.3g}'):g}"
     return made
 
 
-def _coded(text: object) -> Markup:
+def _mark_code(text: object) -> Markup:
     """Mark words between backticks as code."""
     from markupsafe import Markup, escape
 

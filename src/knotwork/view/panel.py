@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from knotwork.errors import UnknownNameError
-from knotwork.view.style import DARK, GRID, LOOKS, SMALL, WRONG, colour, dashes, number
+from knotwork.view.style import DARK, GRID, MARK_LOOKS, SMALL, WRONG, colour, dashes, number
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ LABEL_LETTERS = 12
 """Letters in a line of a quantity's name."""
 
 
-class Level(NamedTuple):
+class LimitLine(NamedTuple):
     """A limit of a panel.
 
     Attributes:
@@ -77,7 +77,7 @@ class Panel:
     title: str
     unit: str
     factor: float
-    levels: list[Level] = field(default_factory=list)
+    levels: list[LimitLine] = field(default_factory=list)
     allowed: tuple[float, float] = (-np.inf, np.inf)
     note: str = ""
     failed: bool = False
@@ -89,14 +89,14 @@ class Panel:
         self.axes.plot(time, value, gid=f"curve:{name}", **look)
 
     def mark(self, kind: str, name: str, time: FloatArray, value: FloatArray, **look: Any) -> None:
-        """Mark points of a curve; the kind is one of `LOOKS`."""
+        """Mark points of a curve; the kind is one of `MARK_LOOKS`."""
         if len(time):
-            self.axes.plot(time, value, gid=f"{kind}:{name}", **LOOKS[kind] | look)
+            self.axes.plot(time, value, gid=f"{kind}:{name}", **MARK_LOOKS[kind] | look)
 
     def mark_waypoints(self, times: FloatArray) -> None:
         """Draw an upright line at each waypoint, unless there are too many."""
         if 0 < len(times) <= MOST_WAYPOINT_LINES:
-            self._draw_uprights(times, 0.0, 1.0, gid="waypoint", zorder=1, **LOOKS["waypoint"])
+            self._draw_uprights(times, 0.0, 1.0, gid="waypoint", zorder=1, **MARK_LOOKS["waypoint"])
 
     def mark_knots(self, row: int, times: FloatArray, shade: str) -> None:
         """Draw a row of ticks at the lower edge."""

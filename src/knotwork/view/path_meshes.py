@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.robot import Robot
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification.bounds.path_samples import follow_stretch
-from knotwork.view.mesh import Mesh, merged
+from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
@@ -28,7 +29,7 @@ GREYS = np.array([[0.3, 0.31, 0.34], [0.74, 0.76, 0.79]])
 # Slower than given, as given, faster
 OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]])
 # Speeds closer than this fraction of the largest share a mark; largest number of marks.
-APART, MOST_MARKS = 0.08, 3
+LEAST_APART, MOST_MARKS = 0.08, 3
 
 
 def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict[str, Any]]:
@@ -39,19 +40,17 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
         given speeds as marks on them [m/s].
     """
     along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
-    speeds = sorted(
-        (float(np.linalg.norm(one.linear)) for one in shown.given_velocities), reverse=True
-    )
-    given = [] if along else speeds
+    targets = () if along else shown.given_velocities
+    given_speeds = sorted((float(np.linalg.norm(one.linear)) for one in targets), reverse=True)
     # A failing tool may be slower than required: the scale shows both speeds.
-    high = max([float(path.speed.max()), *given, shown.fastest])
+    high = max([float(path.speed.max()), *given_speeds, shown.fastest])
     marks: list[float] = []
-    for speed in given:
-        if speed > APART * high and all(abs(speed - one) > APART * high for one in marks):
+    for speed in given_speeds:
+        if all(abs(speed - mark) > LEAST_APART * high for mark in (0.0, *marks)):
             marks.append(speed)
     scale = GREYS if along else SPEED_COLOURS
-    legend = {"high": high, "colours": written(scale), "marks": marks[:MOST_MARKS]}
-    colours = mixed(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
+    legend = {"high": high, "colours": css_colours(scale), "marks": marks[:MOST_MARKS]}
+    colours = mix_colours(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
     if not along:
         return colours, legend
     tolerance = shown.scenario.tolerances.path_speed
@@ -59,19 +58,19 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
         start, end = part.full_speed
         on = (path.time >= start) & (path.time <= end)
         off = (path.speed[on] / part.speed - 1.0) / tolerance
-        colours[on] = mixed(0.5 + 0.5 * off, OFF_COLOURS)
+        colours[on] = mix_colours(0.5 + 0.5 * off, OFF_COLOURS)
     speeds = sorted({round(part.speed, 9) for part in along})
-    off_legend = {"off_colours": written(OFF_COLOURS), "off_tolerance": tolerance}
+    off_legend = {"off_colours": css_colours(OFF_COLOURS), "off_tolerance": tolerance}
     return colours, {**legend, **off_legend, "off_speeds": speeds}
 
 
-def mixed(share: FloatArray, colours: FloatArray) -> FloatArray:
+def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
     """Colours for positions in 0 … 1 on a scale, shape (n, 3)."""
     at = np.linspace(0.0, 1.0, len(colours))
     return np.stack([np.interp(share, at, column) for column in colours.T], axis=1)
 
 
-def written(colours: FloatArray) -> list[str]:
+def css_colours(colours: FloatArray) -> list[str]:
     """Colours in the format of pages."""
     return ["#" + bytes(colour).hex() for colour in np.round(255 * colours).astype(np.uint8)]
 
@@ -107,27 +106,28 @@ def draw_paths(
         parts.draw("path asked for", _merged_lines(lines), lit=False, carrier=joint)
     legend |= {"broken": bool(trace.broken.any()), "way": clear is not None}
     if deviation is not None:
-        legend["moving"] = any(one.motion.seam_carrier is not None for one in shown.scenario.paths)
+        legend["moving"] = any(
+            path.motion.seam_carrier is not None for path in shown.scenario.paths
+        )
         legend["tolerance"] = shown.scenario.tolerances.path
-        legend["deviation_colours"] = written(DEVIATION_COLOURS)
+        legend["deviation_colours"] = css_colours(DEVIATION_COLOURS)
     return legend
 
 
 def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
     """The parts of a tool's path with exceeded limits."""
     red: list[Mesh] = []
-    beyond = np.ma.masked_equal(trace.broken, value=False)
-    for run in np.ma.clump_unmasked(beyond):  # type: ignore[no-untyped-call]
+    for run in _runs(trace.broken):
         part = trace.position[max(run.start - 1, 0) : run.stop + 1]
         # the tool may be at rest while the limit is exceeded
-        ball = sphere(0.012 * size, RED).moved(np.eye(3), part[0])
+        ball = sphere(0.012 * size, RED).shift(part[0])
         red.append(_line_mesh(part, RED[:3], 0.0065 * size) or ball)
-    return merged(red) if red else None
+    return merge_meshes(red) if red else None
 
 
 def _merged_lines(lines: Iterable[Mesh | None]) -> Mesh | None:
     drawn = [line for line in lines if line is not None]
-    return merged(drawn) if drawn else None
+    return merge_meshes(drawn) if drawn else None
 
 
 def _line_mesh(points: FloatArray, colour: Sequence[float], radius: float) -> Mesh | None:
@@ -138,10 +138,10 @@ def _tool_mesh(robot: Robot, size: float) -> Mesh:
     """A rod from the tool frame to the tool centre point with its axes, in the joint's axes."""
     tip = robot.model.frames[robot.tcp_frame_id].placement
     flange = tip * robot.tool_offset.inverse()
-    parts = [triad(0.06 * size, 0.0028 * size).placed(tip)]
+    parts = [triad(0.06 * size, 0.0028 * size).place(tip)]
     if np.linalg.norm(tip.translation - flange.translation) > 1e-6:
         parts.append(rod(flange.translation, tip.translation, 0.006 * size, STEEL))
-    return merged(parts)
+    return merge_meshes(parts)
 
 
 def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
@@ -178,31 +178,35 @@ def asked_points(
         points in the axes of the URDF's root.
     """
     for path in shown.scenario.paths:
-        whole, dashes = path.motion.path, []
+        curve, dashes = path.motion.path, []
         carrier, base = shown.carrier_of(None if at_rest else path.motion.seam_carrier)
-        count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
-        starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
+        count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MOST_DASHES))
+        starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
             high = low + DASHED * (far - low)
-            points = whole.position(np.linspace(low, high, DASH_POINTS))
+            points = curve.position(np.linspace(low, high, DASH_POINTS))
             dashes.append(points @ base.rotation.T + base.translation)
         yield carrier, dashes
 
 
 def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mesh | None:
     """Draw dashes along collision-free motions; `None` without any."""
-    along = np.concatenate(
-        ([0.0], np.cumsum(np.linalg.norm(np.diff(trace.position, axis=0), axis=1)))
-    )
-    dashed = along % (2 * DASH * size) < 2 * DASHED * DASH * size
+    steps = np.linalg.norm(np.diff(trace.position, axis=0), axis=1)
+    dashed = np.cumsum([0.0, *steps]) % (2 * DASH * size) < 2 * DASHED * DASH * size
     lines: list[Mesh | None] = []
-    for finding in (one for one in shown.findings if one.quantity == "way"):
-        start, end = finding.interval or (np.inf, -np.inf)
-        on = dashed & (trace.time >= start) & (trace.time <= end)
-        for run in np.ma.clump_unmasked(np.ma.masked_equal(on, value=False)):  # type: ignore[no-untyped-call]
-            points = trace.position[run]
-            lines.append(_line_mesh(points, WAY, WIDTH * size))
+    for finding in shown.findings:
+        if finding.quantity == "way" and finding.interval is not None:
+            start, end = finding.interval
+            on = dashed & (trace.time >= start) & (trace.time <= end)
+            for run in _runs(on):
+                lines.append(_line_mesh(trace.position[run], WAY, WIDTH * size))
     return _merged_lines(lines)
+
+
+def _runs(on: NDArray[Any]) -> list[slice]:
+    """Runs of true values."""
+    runs: list[slice] = np.ma.clump_unmasked(np.ma.masked_equal(on, value=False))  # type: ignore[no-untyped-call]
+    return runs
 
 
 def _deviation_mesh(shown: ShownMotion, size: float) -> Mesh | None:
@@ -218,6 +222,6 @@ def _deviation_mesh(shown: ShownMotion, size: float) -> Mesh | None:
         time = times_along(curve, start, end)
         points = np.array([(base * robot.forward(q)).translation for q in curve(time)])
         share = follow_stretch(robot, curve, path, stretch, time).distance / tolerance
-        colours = np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))
+        colours = np.where(share[:, None] > 1.0, RED[:3], mix_colours(share, DEVIATION_COLOURS))
         lines.append(line_mesh(points, colours, DEVIATION_WIDTH * size))
     return _merged_lines(lines)

@@ -15,7 +15,7 @@ from knotwork.view.style import NIGHT, settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SUFFIXES = (".png", ".svg", ".pdf")
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
 PAGE_SUFFIXES = (".html", ".htm")
 # Without the date, equal figures give equal files.
 _UNDATED: dict[str, Any] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -27,7 +27,7 @@ def checked_picture_path(path: str | Path) -> Path:
     Raises:
         InputError: The suffix is unsupported, or the path can't be a file.
     """
-    return _checked("a picture", path, SUFFIXES)
+    return _check_path("a picture", path, PICTURE_SUFFIXES)
 
 
 def checked_page_path(path: str | Path) -> Path:
@@ -36,16 +36,16 @@ def checked_page_path(path: str | Path) -> Path:
     Raises:
         InputError: The suffix is not one of web pages, or the path can't be a file.
     """
-    return _checked("a page", path, PAGE_SUFFIXES)
+    return _check_path("a page", path, PAGE_SUFFIXES)
 
 
-def _checked(what: str, path: str | Path, suffixes: tuple[str, ...]) -> Path:
+def _check_path(kind: str, path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """Return a path if it can be a file with one of some suffixes; its folder need not exist."""
     path = Path(path)
     reason = ""
     if path.suffix.lower() not in suffixes:
-        found = f"the suffix is {path.suffix!r}" if path.suffix else "it has no suffix"
-        reason = f"{found}; give {', '.join(suffixes)}"
+        suffix = f"the suffix is {path.suffix!r}" if path.suffix else "it has no suffix"
+        reason = f"{suffix}; give {', '.join(suffixes)}"
     with contextlib.suppress(OSError, ValueError):  # reported when it is written
         above = next((folder for folder in path.parents if folder.exists()), None)
         if path.is_dir():
@@ -53,7 +53,7 @@ def _checked(what: str, path: str | Path, suffixes: tuple[str, ...]) -> Path:
         elif above is not None and not above.is_dir():
             reason = f"{above} is not a folder"
     if reason:
-        raise InputError(f"can't write {what} to {path}: {reason}")
+        raise InputError(f"can't write {kind} to {path}: {reason}")
     return path
 
 
@@ -102,10 +102,10 @@ def inline_svg(figure: Figure) -> str:
     file = io.StringIO()
     with settings():
         figure.savefig(file, format="svg", metadata=_METADATA)
-    return inlined(file.getvalue())
+    return inline_svg_text(file.getvalue())
 
 
-def inlined(text: str) -> str:
+def inline_svg_text(text: str) -> str:
     """Make the text of an SVG file an element of HTML, like `inline_svg`."""
     named = _PART.sub(' data-part="', _LEFT_OUT.sub("", text[text.index("<svg") :]))
     head, tag, body = named.partition(">")

@@ -16,7 +16,7 @@ from knotwork.spline.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.view.base_joints import base_joints
 from knotwork.view.known_joints import known_positions
-from knotwork.view.scene_parts import packed_numbers
+from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_trace import tool_speeds
 from knotwork.waypoints import FloatArray
@@ -70,12 +70,12 @@ def arm_frames(
     arm: dict[str, Any] = {
         "name": name,
         "start": float(time[0]),
-        "time": packed_numbers((time - time[0]).astype("<f4")),
-        "position": packed_numbers(shown.astype("<f4")),
+        "time": pack_numbers((time - time[0]).astype("<f4")),
+        "position": pack_numbers(shown.astype("<f4")),
     }
     if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
         speed = tool_speeds(robot, curve, time, paths)
-        arm["speed"] = packed_numbers(speed.astype("<f4"))
+        arm["speed"] = pack_numbers(speed.astype("<f4"))
     return arm
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.view.mesh import Mesh, from_triangles, merged, normalised
+from knotwork.view.mesh import Mesh, from_triangles, merge_meshes, normalise_rows
 from knotwork.waypoints import FloatArray
 
 
@@ -19,7 +18,7 @@ def box(size: Sequence[float], colour: Sequence[float]) -> Mesh:
     return from_triangles(creation.box(extents=size).triangles, colour)
 
 
-def turned(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh:
+def revolve_profile(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh:
     """Turn a profile about the z axis.
 
     Args:
@@ -28,12 +27,6 @@ def turned(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh
         colour: Red, green, blue and opacity.
         sides: Number of sides around.
     """
-    rows = np.asarray(profile, dtype=float).tolist()
-    return _turned(tuple(map(tuple, rows)), tuple(colour), sides)
-
-
-@lru_cache(256)  # a scene has many of a kind, and so does the next one
-def _turned(profile: tuple[tuple[float, ...], ...], colour: tuple[float, ...], sides: int) -> Mesh:
     from trimesh import creation
 
     return from_triangles(creation.revolve(profile, sections=sides).triangles, colour)
@@ -42,7 +35,7 @@ def _turned(profile: tuple[tuple[float, ...], ...], colour: tuple[float, ...], s
 def cylinder(radius: float, length: float, colour: Sequence[float]) -> Mesh:
     """Make a cylinder along z about the origin; radius and length [m]."""
     half = length / 2
-    return turned([[0, -half], [radius, -half], [radius, half], [0, half]], colour)
+    return revolve_profile([[0, -half], [radius, -half], [radius, half], [0, half]], colour)
 
 
 def sphere(radius: float, colour: Sequence[float], sides: int = 24) -> Mesh:
@@ -56,7 +49,7 @@ def capsule(radius: float, length: float, colour: Sequence[float], sides: int = 
     profile = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     profile[[0, -1], 0] = 0.0
     profile[:, 1] += np.where(angle < 0, -length / 2, length / 2)
-    return turned(profile, colour, sides)
+    return revolve_profile(profile, colour, sides)
 
 
 def solid(kind: str, size: Sequence[float], colour: Sequence[float]) -> Mesh:
@@ -71,7 +64,7 @@ def solid(kind: str, size: Sequence[float], colour: Sequence[float]) -> Mesh:
 
 def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
     """Make a rod between two points; all in m."""
-    return _along(start, end, [[0, 0], [radius, 0], [radius, 1], [0, 1]], colour)
+    return _revolve_along(start, end, [[0, 0], [radius, 0], [radius, 1], [0, 1]], colour)
 
 
 def arrow(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
@@ -79,17 +72,17 @@ def arrow(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[floa
     length = float(np.linalg.norm(np.asarray(end, dtype=float) - np.asarray(start, dtype=float)))
     neck = max(0.5, 1.0 - 6 * radius / length)
     profile = [[0.0, 0.0], [radius, 0.0], [radius, neck], [2.6 * radius, neck], [0.0, 1.0]]
-    return _along(start, end, profile, colour)
+    return _revolve_along(start, end, profile, colour)
 
 
-def _along(
+def _revolve_along(
     start: ArrayLike, end: ArrayLike, profile: Sequence[Sequence[float]], colour: Sequence[float]
 ) -> Mesh:
     foot = np.asarray(start, dtype=float)
     axis = np.asarray(end, dtype=float) - foot
     length = float(np.linalg.norm(axis))
     heights = [[radius, along * length] for radius, along in profile]
-    return turned(heights, colour, 12).moved(frame_along(axis / length), foot)
+    return revolve_profile(heights, colour, 12).move(frame_along(axis / length), foot)
 
 
 def frame_along(axis: FloatArray) -> FloatArray:
@@ -104,7 +97,7 @@ def triad(length: float, radius: float) -> Mesh:
     """Make the axes of a frame: x red, y green, z blue; length and radius [m]."""
     colours = ((0.85, 0.15, 0.15), (0.1, 0.62, 0.2), (0.12, 0.35, 0.9))
     axes = [rod(np.zeros(3), length * np.eye(3)[i], radius, (*colours[i], 1.0)) for i in range(3)]
-    return merged(axes)
+    return merge_meshes(axes)
 
 
 def tube(points: FloatArray, colours: FloatArray, radius: float, sides: int = 8) -> Mesh:
@@ -116,8 +109,8 @@ def tube(points: FloatArray, colours: FloatArray, radius: float, sides: int = 8)
         radius: Radius [m].
         sides: Number of sides around.
     """
-    step = normalised(np.diff(points, axis=0))
-    along = normalised(np.concatenate([step[:1], step[1:] + step[:-1], step[-1:]]))
+    step = normalise_rows(np.diff(points, axis=0))
+    along = normalise_rows(np.concatenate([step[:1], step[1:] + step[:-1], step[-1:]]))
     across = np.empty_like(points)
     across[0] = frame_along(along[0])[:, 0]
     for i in range(1, len(points)):  # transported without twist about the line

@@ -21,7 +21,7 @@ from knotwork.view.known_joints import draw_other_robots, joint_origins, known_j
 from knotwork.view.mesh import coarse
 from knotwork.view.path_meshes import asked_points, draw_paths
 from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
-from knotwork.view.scene_parts import SceneParts, packed
+from knotwork.view.scene_parts import SceneParts, pack_mesh
 from knotwork.view.scene_verdict import verdict
 from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.view.surroundings import draw_surroundings
@@ -185,14 +185,14 @@ def _robot_parts(
     carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in known)]
     reused: dict[str, Any] = {
         "joints": base.below([*drawn_joints(shown.robot), *known]),
-        "shapes": [[packed(mesh, images) for mesh in parts] for parts in carried],
+        "shapes": [[pack_mesh(mesh, images) for mesh in parts] for parts in carried],
         "images": addresses,
     }
     if before is not None and all(reused[name] == before[name] for name in reused):
         return {name: before[name] for name in ROBOT_PARTS}, unread
     shapes = [*(None for _ in base.joints), *shown.shapes.shapes, *(None for _ in known)]
     cell = GHOST_DETAIL * size
-    reused["coarse"] = [packed(coarse(mesh, cell)) if mesh else None for mesh in shapes]
+    reused["coarse"] = [pack_mesh(coarse(mesh, cell)) if mesh else None for mesh in shapes]
     return reused, unread
 
 

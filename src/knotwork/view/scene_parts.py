@@ -14,7 +14,7 @@ from knotwork.view.mesh import Mesh
 from knotwork.waypoints import FloatArray
 
 
-def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
+def pack_mesh(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
     """Give a mesh as plain data: arrays in base64, little-endian.
 
     Args:
@@ -30,15 +30,15 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
     colours = np.round(255 * np.clip(mesh.colours, 0.0, 1.0)).astype(np.uint8)
     plain = bool(len(colours) and (colours == colours[0]).all())
     data: dict[str, Any] = {
-        "vertices": packed_numbers(mesh.vertices.astype("<f4")),
-        "normals": packed_numbers(np.round(127 * mesh.normals).astype(np.int8)),
-        "faces": packed_numbers(mesh.faces.astype("<u4" if wide else "<u2")),
+        "vertices": pack_numbers(mesh.vertices.astype("<f4")),
+        "normals": pack_numbers(np.round(127 * mesh.normals).astype(np.int8)),
+        "faces": pack_numbers(mesh.faces.astype("<u4" if wide else "<u2")),
         "wide": wide,
-        "colours": colours[0].tolist() if plain else packed_numbers(colours),
+        "colours": colours[0].tolist() if plain else pack_numbers(colours),
         "opacity": mesh.opacity,
     }
     if mesh.image is not None and mesh.uv is not None:
-        data["uv"] = packed_numbers(mesh.uv.astype("<f4"))
+        data["uv"] = pack_numbers(mesh.uv.astype("<f4"))
         data["image"] = images.index(mesh.image)
     return data
 
@@ -64,7 +64,7 @@ class SceneParts:
         if mesh is not None:
             given = {key: value for key, value in more.items() if value is not None}
             self.things.append(
-                {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
+                {"name": name, "mesh": pack_mesh(mesh), "lit": lit, "hidden": False} | given
             )
 
     def write(self, text: str, kind: str, at: FloatArray, detail: str, **more: Any) -> None:
@@ -82,24 +82,24 @@ class SceneParts:
         self.labels.append(label | given)
 
 
-def packed_numbers(array: np.ndarray[Any, Any]) -> str:
+def pack_numbers(array: np.ndarray[Any, Any]) -> str:
     """Give an array's bytes in base64."""
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 
-def unpacked(mesh: Mapping[str, Any]) -> Mesh:
+def unpack_mesh(mesh: Mapping[str, Any]) -> Mesh:
     """Restore a mesh from its plain data, without its image."""
-    vertices = unpacked_numbers(mesh["vertices"], "<f4").reshape(-1, 3)
-    faces = unpacked_numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").reshape(-1, 3)
-    normals = unpacked_numbers(mesh["normals"], "i1").reshape(-1, 3) / 127.0
+    vertices = unpack_numbers(mesh["vertices"], "<f4").reshape(-1, 3)
+    faces = unpack_numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").reshape(-1, 3)
+    normals = unpack_numbers(mesh["normals"], "i1").reshape(-1, 3) / 127.0
     colours = mesh["colours"]
     if isinstance(colours, str):
-        painted = unpacked_numbers(colours, "u1").reshape(-1, 3) / 255.0
+        painted = unpack_numbers(colours, "u1").reshape(-1, 3) / 255.0
     else:
         painted = np.tile(np.asarray(colours) / 255.0, (len(vertices), 1))
     return Mesh(vertices, normals, faces, painted, mesh["opacity"])
 
 
-def unpacked_numbers(text: str, kind: str) -> np.ndarray[Any, Any]:
+def unpack_numbers(text: str, kind: str) -> np.ndarray[Any, Any]:
     """Restore an array from its bytes in base64."""
     return np.frombuffer(base64.b64decode(text), kind)

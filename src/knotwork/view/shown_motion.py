@@ -176,10 +176,10 @@ class ShownMotion:
     @cached_property
     def joint_uses(self) -> dict[tuple[str, str], Finding]:
         """Use of the limits of joints, by joint and quantity."""
-        found = self.findings or tuple(derivative_limits(self.space, self.curve))
+        findings = self.findings or tuple(derivative_limits(self.space, self.curve))
         return {
             (finding.name, finding.quantity): finding
-            for finding in found
+            for finding in findings
             if finding.subject == "joint" and finding.quantity in DERIVATIVES
             if finding.limit is not None
         }

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.view.page import Page, asset, frame, json_in_html, rendered, scene_page
+from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
 from knotwork.view.scene_data import scene_of
 from knotwork.view.shown_motion import PlanLike
 from knotwork.waypoints import FloatArray
@@ -48,7 +48,9 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     for key, page, name in zip(("first", "second"), pages, names, strict=True):
         parts[key] = frame(page.html, height="100%", name=name)
     title = " and ".join(names)
-    text = rendered("beside.html", parts, title=title, shown=list(zip(names, scenes, strict=True)))
+    text = render_template(
+        "beside.html", parts, title=title, shown=list(zip(names, scenes, strict=True))
+    )
     warnings = dict.fromkeys(line for page in pages for line in page.warnings)
     return Page(title, text, tuple(warnings))
 

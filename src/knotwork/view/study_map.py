@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError, KnotworkError
-from knotwork.view.page import Page, asset, json_in_html, rendered, scene_page
+from knotwork.view.page import Page, asset, json_in_html, render_template, scene_page
 from knotwork.view.page_server import Answer, PageServer, Query
 from knotwork.view.scene_data import ROBOT_PARTS
 from knotwork.view.study_plot import DrawnStudy, VariedValue
-from knotwork.view.style import rounded
+from knotwork.view.style import rounded_text
 
 CACHED_PAGES = 16
 """Number of cached pages of rows; others are planned again."""
@@ -110,7 +110,7 @@ def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
     }
     parts = {"style": asset("map.css"), "script": asset("map.js"), "json": json_in_html(data)}
     counts = {"passed": study.passed, "rows": len(study)}
-    return rendered("map.html", parts, title=study.name, in_file=more is not None, **counts)
+    return render_template("map.html", parts, title=study.name, in_file=more is not None, **counts)
 
 
 def _axis(value: VariedValue, *, cells: bool) -> dict[str, Any]:
@@ -118,5 +118,5 @@ def _axis(value: VariedValue, *, cells: bool) -> dict[str, Any]:
     at, names = value.at.tolist(), list(value.names)
     if cells and not names:
         distinct = sorted(set(at))
-        at, names = [distinct.index(one) for one in at], [rounded(one, 4) for one in distinct]
+        at, names = [distinct.index(one) for one in at], [rounded_text(one, 4) for one in distinct]
     return {"title": value.title, "at": at, "names": names}

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.view.panel import dress, new_axes, new_figure
-from knotwork.view.style import DARK, GRID, LARGE, number, printable, settings, shortened
+from knotwork.view.style import DARK, GRID, LARGE, number, printable, settings, shorten_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +86,7 @@ class DrawnStudy:
         texts = [str(value).lower() if isinstance(value, bool) else str(value) for value in values]
         names = list(dict.fromkeys(texts))
         at = np.array([names.index(text) for text in texts], float)
-        return VariedValue(printable(column), at, shortened(names, 24))
+        return VariedValue(printable(column), at, shorten_names(names, 24))
 
     def label(self, figure: str) -> str:
         """Title of a figure, with its unit."""
@@ -157,7 +157,7 @@ def _write_around(study: DrawnStudy, figure: Figure) -> None:
     from matplotlib.patches import Patch
 
     counts = Counter(study.kinds.tolist())
-    (name,) = shortened([study.name], TITLE_LETTERS)
+    (name,) = shorten_names([study.name], TITLE_LETTERS)
     figure.suptitle(f"{name}: {counts[PASSED_ROW]} of {len(study.kinds)} rows pass", fontsize=LARGE)
     shown = {kind: colour for kind, colour in study.palette.items() if counts[kind]}
     handles = [

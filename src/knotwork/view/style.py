@@ -40,7 +40,7 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
 )
 # Style and name of each kind of mark, in panels and in the legend below them; its gid begins with
 # its kind.
-LOOKS: dict[str, dict[str, Any]] = {
+MARK_LOOKS: dict[str, dict[str, Any]] = {
     "waypoint": {"color": FAINT, "lw": 0.8, "label": "waypoint"},
     "asked": {
         "ls": "",
@@ -65,14 +65,14 @@ LOOKS: dict[str, dict[str, Any]] = {
     "wait": {"color": FAINT, "lw": 3.0},
     "event": {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5},
 }
-LOOKS |= {
-    "tolerance": LOOKS["limit"] | {"label": "tolerance"},
-    "beyond": LOOKS["broken"] | {"label": "beyond the tolerance"},
+MARK_LOOKS |= {
+    "tolerance": MARK_LOOKS["limit"] | {"label": "tolerance"},
+    "beyond": MARK_LOOKS["broken"] | {"label": "beyond the tolerance"},
 }
-LOOKS["jump"] |= {"ms": 4, "mfc": "white", "zorder": 3.5}
-LOOKS["band"]["label"] = "given speed along the path"
-LOOKS["broken"]["label"] = "limit exceeded"
-LOOKS = {kind: {"label": kind} | look for kind, look in LOOKS.items()}
+MARK_LOOKS["jump"] |= {"ms": 4, "mfc": "white", "zorder": 3.5}
+MARK_LOOKS["band"]["label"] = "given speed along the path"
+MARK_LOOKS["broken"]["label"] = "limit exceeded"
+MARK_LOOKS = {kind: {"label": kind} | look for kind, look in MARK_LOOKS.items()}
 
 # Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
@@ -128,7 +128,7 @@ def number(value: float) -> str:
     return f"{value:.7g}".replace("-", "−") if abs(value) > 0 else "0"
 
 
-def rounded(value: float, digits: int = 3) -> str:
+def rounded_text(value: float, digits: int = 3) -> str:
     """A number in a note: three digits."""
     return number(float(f"{value:.{digits}g}"))
 
@@ -138,7 +138,7 @@ def printable(text: str) -> str:
     return "".join(letter if letter.isprintable() else "·" for letter in text)
 
 
-def shortened(names: Sequence[str], most: int) -> list[str]:
+def shorten_names(names: Sequence[str], most: int) -> list[str]:
     """Cut the middle out of names longer than `most` letters, unless two would become equal."""
     plain = [printable(name) for name in names]
     tail = most // 2

@@ -15,8 +15,8 @@ from knotwork.scenario import PlacedShape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.verification import Report
-from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merged
-from knotwork.view.primitive_meshes import box, frame_along, rod, solid, sphere, turned
+from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merge_meshes
+from knotwork.view.primitive_meshes import box, frame_along, revolve_profile, rod, solid, sphere
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 
@@ -47,12 +47,12 @@ def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
     return from_triangles(np.concatenate(sides).reshape(-1, 3, 3) * cells.edge, colour)
 
 
-OBJECT = (0.76, 0.70, 0.58, 1.0)
-PLANE = (0.80, 0.80, 0.77, 1.0)
-TOOL = (0.33, 0.37, 0.42, 1.0)
-HELD = (0.88, 0.62, 0.22, 1.0)
-HULL = (0.20, 0.55, 0.85, 0.45)
-NEAREST = (0.10, 0.55, 0.30, 1.0)
+OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
+PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
+TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)
+HELD_COLOUR = (0.88, 0.62, 0.22, 1.0)
+HULL_COLOUR = (0.20, 0.55, 0.85, 0.45)
+NEAREST_COLOUR = (0.10, 0.55, 0.30, 1.0)
 
 OBJECTS, COLLISION_SHAPES, CLOSEST = "objects", "collision shapes", "closest"
 
@@ -72,21 +72,21 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
         normal, offset = np.array(shape.size[:3]), shape.size[3]
         thin = 0.004 * extent
         plate = box([2 * extent, 2 * extent, thin], colour)
-        mesh = plate.moved(frame_along(normal), (offset - thin / 2) * normal)
+        mesh = plate.move(frame_along(normal), (offset - thin / 2) * normal)
     elif shape.path is not None and shape.kind == "points":
         mesh = cloud_mesh(shape, shape.path, colour)
     elif shape.path is not None:
         parts = [drawable(part) for part in read_mesh(shape.path)]
-        painted = [part if part.coloured or part.fault else part.painted(colour) for part in parts]
-        mesh = merged(painted).scaled(shape.scale)
+        painted = [part if part.coloured or part.fault else part.paint(colour) for part in parts]
+        mesh = merge_meshes(painted).scale(shape.scale)
     elif shape.kind == "ellipsoid":
-        mesh = sphere(1.0, colour).scaled(shape.size)
+        mesh = sphere(1.0, colour).scale(shape.size)
     elif shape.kind == "cone":
         radius, half = shape.size[0], shape.size[1] / 2
-        mesh = turned([[0, -half], [radius, -half], [0, half]], colour)
+        mesh = revolve_profile([[0, -half], [radius, -half], [0, half]], colour)
     else:
         mesh = solid(shape.kind, shape.size, colour)
-    return mesh.placed(shape.placement)
+    return mesh.place(shape.placement)
 
 
 def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> None:
@@ -96,7 +96,9 @@ def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> Non
         between = None if item.appears is None else [times[item.appears], None]
         plane = item.shape.kind == "half_space"
         carrier, placement = shown.carrier_of(item.carrier)
-        mesh = shape_mesh(item.shape, PLANE if plane else OBJECT, size).placed(placement)
+        mesh = shape_mesh(item.shape, PLANE_COLOUR if plane else OBJECT_COLOUR, size).place(
+            placement
+        )
         _note_fault(parts, f"object {item.name!r}", mesh)
         parts.draw(OBJECTS, mesh, around=True, carrier=carrier, between=between, of=item.name)
         if plane:
@@ -129,21 +131,21 @@ def _draw_carried(
     joint = int(frame.parentJoint)
     mount = frames[robot.frame_index(robot.tool_frame)].placement
     for shape in scene.tool:
-        mesh = shape_mesh(shape, TOOL, size).placed(mount)
+        mesh = shape_mesh(shape, TOOL_COLOUR, size).place(mount)
         parts.draw("tool shape", mesh, carrier=joint, of="tool")
         _note_fault(parts, "tool", mesh)
     for held in scene.held:
-        mesh = shape_mesh(held.shape, HELD, size)
+        mesh = shape_mesh(held.shape, HELD_COLOUR, size)
         _note_fault(parts, f"object {held.name!r}", mesh)
         take, leave = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
         appears = None if held.appears is None else times[held.appears]
-        in_tool = mesh.placed(frame.placement)
+        in_tool = mesh.place(frame.placement)
         parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
         for time, support, between in zip(
             (take, leave), held.carriers, ([appears, take], [leave, None]), strict=True
         ):
             carrier, placement = shown.carrier_of(support, time)
-            lying = mesh.placed(placement * robot.forward(curve(time)))
+            lying = mesh.place(placement * robot.forward(curve(time)))
             parts.draw("held", lying, carrier=carrier, between=between, of=held.name)
 
 
@@ -154,20 +156,20 @@ def _draw_hulls(parts: SceneParts, robot: Robot) -> None:
     by_joint: dict[int, list[Mesh]] = {}
     for body in robot_collision_model(robot).bodies:
         meshes = [
-            solid_mesh(part, HULL, 0.0)
+            solid_mesh(part, HULL_COLOUR, 0.0)
             if part.hull is None
-            else from_triangles(part.hull, HULL).moved(part.rotation, part.translation)
+            else from_triangles(part.hull, HULL_COLOUR).move(part.rotation, part.translation)
             for part in body.solids
         ]
         by_joint.setdefault(body.joint, []).extend(meshes)
     for joint, meshes in by_joint.items():
-        parts.draw(COLLISION_SHAPES, merged(meshes), carrier=joint or None, hidden=True)
+        parts.draw(COLLISION_SHAPES, merge_meshes(meshes), carrier=joint or None, hidden=True)
 
 
 def solid_mesh(part: Any, colour: Sequence[float], extent: float) -> Mesh:
     """The shape of a body's part, in the body's axes; `colour` and `extent` as for `shape_mesh`."""
     at_origin = replace(part.shape, placement=pin.SE3.Identity())
-    return shape_mesh(at_origin, colour, extent).moved(part.rotation, part.translation)
+    return shape_mesh(at_origin, colour, extent).move(part.rotation, part.translation)
 
 
 def _draw_nearest_points(
@@ -187,5 +189,6 @@ def _draw_nearest_points(
     text = f"{nearest.name}: {distance} at {nearest.time or 0.0:.2f} s"
     parts.write(text, "closest", (first + second) / 2, nearest.message)
     if np.linalg.norm(first - second) > 1e-6:
-        dots = [sphere(0.006 * size, NEAREST).moved(np.eye(3), end) for end in (first, second)]
-        parts.draw(CLOSEST, merged([rod(first, second, 0.003 * size, NEAREST), *dots]), lit=False)
+        dots = [sphere(0.006 * size, NEAREST_COLOUR).shift(end) for end in (first, second)]
+        line = rod(first, second, 0.003 * size, NEAREST_COLOUR)
+        parts.draw(CLOSEST, merge_meshes([line, *dots]), lit=False)

@@ -12,7 +12,7 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.view.mesh import Mesh, merged
+from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import arrow, frame_along, tube
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -52,16 +52,16 @@ def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
     return np.asarray(lengths[lengths > 1e-6])
 
 
-STRAIGHT = (0.9, 0.35, 0.0, 1.0)
-ROUND = (0.55, 0.16, 0.72, 1.0)
+STRAIGHT_COLOUR = (0.9, 0.35, 0.0, 1.0)
+ROUND_COLOUR = (0.55, 0.16, 0.72, 1.0)
 # Longest motion that an arrow may represent [s].
-_NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
+_NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
 # Largest turn of a round arrow [rad], and the smallest one with a head.
 MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
 # Distance of arrows from the path, relative to the scene: on it they would hide its colours.
-ASIDE = 0.014
+ASIDE_DISTANCE = 0.014
 # Velocities below this are stops [m/s, rad/s].
-STILL = 1e-9
+LEAST_SPEED = 1e-9
 
 
 def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
@@ -72,19 +72,21 @@ def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     Returns:
         The arrows, and the time in which the tool moves by their length [s].
     """
-    moving = [target for target in asked if np.linalg.norm(target.linear) > STILL]
+    moving = [target for target in asked if np.linalg.norm(target.linear) > LEAST_SPEED]
     if not moving:
         return None
     longest = size / 6
     apart = spacings(asked)
     if len(apart):
         longest = min(longest, max(float(np.median(apart)), 0.04 * size))
-    seconds = _seconds(max(float(np.linalg.norm(one.linear)) for one in moving), longest)
+    seconds = _arrow_seconds(
+        max(float(np.linalg.norm(target.linear)) for target in moving), longest
+    )
     arrows = []
     for target in moving:
-        foot = target.pose.translation + ASIDE * size * _aside(target)
-        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, STRAIGHT))
-    return merged(arrows), seconds
+        foot = target.pose.translation + ASIDE_DISTANCE * size * _aside(target)
+        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, STRAIGHT_COLOUR))
+    return merge_meshes(arrows), seconds
 
 
 def _aside(target: CartesianWaypoint) -> FloatArray:
@@ -104,16 +106,23 @@ def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mes
     Returns:
         The arrows, and the time in which the tool turns by their angle [s].
     """
-    turning = [target for target in asked if np.linalg.norm(target.angular) > STILL]
+    turning = [target for target in asked if np.linalg.norm(target.angular) > LEAST_SPEED]
     if not turning:
         return None
-    seconds = _seconds(max(float(np.linalg.norm(one.angular)) for one in turning), MOST_TURN)
-    arrows = [_round_arrow(one.pose.translation, seconds * one.angular, radius) for one in turning]
-    return merged(arrows), seconds
+    seconds = _arrow_seconds(
+        max(float(np.linalg.norm(target.angular)) for target in turning), MOST_TURN
+    )
+    arrows = [
+        _round_arrow(target.pose.translation, seconds * target.angular, radius)
+        for target in turning
+    ]
+    return merge_meshes(arrows), seconds
 
 
-def _seconds(fastest: float, most: float) -> float:
-    return next((seconds for seconds in _NICE if seconds * fastest <= most), _NICE[-1])
+def _arrow_seconds(fastest: float, most: float) -> float:
+    return next(
+        (seconds for seconds in _NICE_SECONDS if seconds * fastest <= most), _NICE_SECONDS[-1]
+    )
 
 
 def _round_arrow(centre: FloatArray, turn: FloatArray, radius: float) -> Mesh:
@@ -123,11 +132,11 @@ def _round_arrow(centre: FloatArray, turn: FloatArray, radius: float) -> Mesh:
     head = min(0.5 * max(angle, LEAST_TURN), 0.5)
     ends = np.linspace(0.0, max(angle - head, 0.02), max(int(24 * angle), 3))
     rim = np.stack([np.cos(ends), np.sin(ends), np.zeros_like(ends)], axis=1)
-    shaft = tube(radius * rim, np.tile(ROUND[:3], (len(rim), 1)), 0.055 * radius)
+    shaft = tube(radius * rim, np.tile(ROUND_COLOUR[:3], (len(rim), 1)), 0.055 * radius)
     last = ends[-1]
     base = radius * np.array([np.cos(last), np.sin(last), 0.0])
-    along = np.array([-np.sin(last + 0.5 * head), np.cos(last + 0.5 * head), 0.0])
-    tip = base + radius * head * along
+    tangent = np.array([-np.sin(last + 0.5 * head), np.cos(last + 0.5 * head), 0.0])
+    tip = base + radius * head * tangent
     # an arrow of such a width is nearly all head
-    cone = arrow(base - 0.02 * (tip - base), tip, 0.17 * radius / 2.6, ROUND)
-    return merged([shaft, cone]).moved(axes, centre)
+    cone = arrow(base - 0.02 * (tip - base), tip, 0.17 * radius / 2.6, ROUND_COLOUR)
+    return merge_meshes([shaft, cone]).move(axes, centre)

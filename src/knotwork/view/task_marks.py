@@ -14,7 +14,7 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import short_text
-from knotwork.view.mesh import Mesh, merged
+from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
@@ -48,11 +48,11 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
             mesh, seconds[key] = drawn
             parts.draw(name, mesh)
     if len(curve.x) <= MOST_KNOTS:
-        along = _on_paths(curve.x, shown.scenario)
+        along, ball = _on_paths(curve.x, shown.scenario), sphere(0.0048 * size, KNOT, 12)
         for name, times in (("knots", curve.x[~along]), ("knots on paths", curve.x[along])):
             points = [(robot.base_placement * robot.forward(q)).translation for q in curve(times)]
-            dots = [sphere(0.0048 * size, KNOT, 12).moved(np.eye(3), point) for point in points]
-            parts.draw(name, merged(dots) if dots else None, hidden=name == "knots on paths")
+            dots = [ball.shift(point) for point in points]
+            parts.draw(name, merge_meshes(dots) if dots else None, hidden=name == "knots on paths")
     if shown.report is not None:
         _draw_failures(parts, shown, shown.report, size)
     return seconds
@@ -60,12 +60,13 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
 
 def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw the waypoints; those that stand while joints move the base frame ride along."""
-    robot, given = shown.robot, {one.name: one for one in shown.scenario.waypoints}
+    robot = shown.robot
+    waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
     missed, units = {finding.name for finding in shown.failures}, shown.scenario.units
     moving = [target for target in shown.targets if not target.standing]
     standing = [
-        replace(target, pose=frame.placement * given[target.name].pose)  # type: ignore[union-attr]
+        replace(target, pose=frame.placement * waypoints[target.name].pose)  # type: ignore[union-attr]
         for target in shown.targets
         if target.standing
     ]
@@ -102,7 +103,7 @@ def _on_paths(times: FloatArray, scenario: Scenario) -> NDArray[np.bool_]:
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     axes = triad(length, thickness * length)
-    return merged([axes.placed(pose) for pose in poses])
+    return merge_meshes([axes.place(pose) for pose in poses])
 
 
 def _waypoint_detail(target: CartesianWaypoint, units: Units) -> str:
@@ -135,7 +136,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
         reached = at = (base * robot.forward(curve(inside))).translation
         if findings[0].points:  # of two bodies, not of the tool
             reached = at = base.act(np.mean(findings[0].points, axis=0))
-        wrong.append(sphere(0.011 * size, RED).moved(np.eye(3), reached))
+        wrong.append(sphere(0.011 * size, RED).shift(reached))
         if subject == "waypoint" and name in poses:
             point = poses[name].translation
             at = (point + reached) / 2
@@ -145,7 +146,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
         if len(findings) > 1:
             text += f", and {len(findings) - 1} more"
         parts.write(text, "miss", at, "\n".join(map(str, findings)), time=time)
-    parts.draw("failures", merged(wrong) if wrong else None, lit=False)
+    parts.draw("failures", merge_meshes(wrong) if wrong else None, lit=False)
 
 
 def _failure_text(finding: Finding, units: Units) -> str:

@@ -12,7 +12,7 @@ from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import freedom_uses
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import frame_values, limit_shares
-from knotwork.view.scene_parts import packed_numbers
+from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
@@ -40,7 +40,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     ]
     use = np.max([np.zeros(STRIP_SAMPLES), *(share for _, share in shares)], axis=0)
     return {
-        "use": packed_numbers(use.astype("<f4")),
+        "use": pack_numbers(use.astype("<f4")),
         "asked": asked,
         "broken": broken_spans(shown.failures, shares, time),
         "clearance": _clearance(shown),

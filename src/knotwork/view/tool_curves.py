@@ -92,8 +92,8 @@ def least_singular_values(motion: ShownMotion) -> Curve:
 def clearances(motion: ShownMotion) -> Curve:
     """Minimum clearance from the surroundings [m]."""
     span = float(motion.curve.x[0]), float(motion.curve.x[-1])
-    nearest = [one.time for one in motion.tool_findings if one.quantity == "clearance"]
-    times = [time for time in nearest if time is not None]
+    nearest = [pair for pair in motion.tool_findings if pair.quantity == "clearance"]
+    times = [pair.time for pair in nearest if pair.time is not None]
     clearance = clearance_curve(motion.trajectory, motion.scenario, motion.space, span, times)
     if clearance is None:
         return np.empty(0), np.empty((0, 1))

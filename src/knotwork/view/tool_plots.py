@@ -12,10 +12,10 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.headings import picture_title, write_around
-from knotwork.view.panel import Level, Panel, new_axes, new_figure, page_size, set_ranges
+from knotwork.view.panel import LimitLine, Panel, new_axes, new_figure, page_size, set_ranges
 from knotwork.view.plotted_motions import check_distinct, motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
-from knotwork.view.style import LOOKS, rounded, settings
+from knotwork.view.style import MARK_LOOKS, rounded_text, settings
 from knotwork.view.tool_curves import (
     Curve,
     ToolRow,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Fraction of the tolerance that counts as zero.
-NOTHING = 1e-3
+ZERO_SHARE = 1e-3
 
 
 def plot_tool(
@@ -112,7 +112,7 @@ def _panel(
             if path.motion.carrier is not None:
                 continue  # its speed is relative to a moving frame
             low, high = (factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
-            axes.fill_between([start, end], low, high, gid="band", **LOOKS["band"])
+            axes.fill_between([start, end], low, high, gid="band", **MARK_LOOKS["band"])
     if row.limit is not None:
         _mark_limit(panel, row, factor * row.limit, motions, values)
     return panel
@@ -148,14 +148,16 @@ def _mark_limit(
     kind = "tolerance" if row.tolerance else "limit"
     always = row.tolerance or row.least
     panel.levels = [
-        Level(kind, level, spans, always=always)
+        LimitLine(kind, level, spans, always=always)
         for level in ((-limit, limit) if signed else (limit,))
     ]
-    reached_text = f"{rounded(side * worst)} {panel.unit}".rstrip() + f" at {rounded(when)} s"
+    reached_text = (
+        f"{rounded_text(side * worst)} {panel.unit}".rstrip() + f" at {rounded_text(when)} s"
+    )
     if not np.isfinite(worst):
-        reached_text = f"infinite at the jump at {rounded(when)} s"
-    elif row.tolerance and worst < NOTHING * limit:
-        reached_text = f"under {rounded(NOTHING * limit)} {panel.unit}"
+        reached_text = f"infinite at the jump at {rounded_text(when)} s"
+    elif row.tolerance and worst < ZERO_SHARE * limit:
+        reached_text = f"under {rounded_text(ZERO_SHARE * limit)} {panel.unit}"
     name = f"{label}: " if len(motions) > 1 else ""
-    allowed = f"{kind} {'±' if signed else ''}{rounded(limit)} {panel.unit}".rstrip()
+    allowed = f"{kind} {'±' if signed else ''}{rounded_text(limit)} {panel.unit}".rstrip()
     panel.note, panel.failed = f"{name}{reached_text}, {allowed}", worst > most

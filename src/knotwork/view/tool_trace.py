@@ -16,7 +16,7 @@ from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares
 from knotwork.waypoints import FloatArray
 
-SAMPLES = 1200
+TRACE_SAMPLES = 1200
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,10 @@ def tool_trace(
     start, end = float(curve.x[0]), float(curve.x[-1])
     worst = [failure.time for failure in limits if failure.time is not None]
     inner = [at for at in (*also, *np.ravel(spans), *worst) if start <= at <= end]
-    breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
-    time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
+    breaks = (
+        curve.x if len(curve.x) <= TRACE_SAMPLES else curve.x[:: len(curve.x) // TRACE_SAMPLES + 1]
+    )
+    time = np.unique(np.concatenate([np.linspace(start, end, TRACE_SAMPLES), breaks, inner]))
     base = robot.base_placement
     position = np.array([(base * robot.forward(row)).translation for row in curve(time)])
     speed = tool_speeds(robot, curve, time, paths)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +15,7 @@ from pydantic import Field
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.files import documents
 from knotwork.files.documents import Document, Finite, StrictModel, Text
-from knotwork.files.storage.writing import KNOT_FIELDS
+from knotwork.files.storage.writing import KNOT_FIELDS, TRAJECTORY_FORMAT
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.waypoints import FloatArray
@@ -45,7 +46,7 @@ class _KnotTable(StrictModel):
 class _TrajectoryFile(StrictModel):
     """A joint trajectory: piece k is Σᵢ coefficients[i][k] (t − breaks[k])^(degree−i)."""
 
-    format: Literal["knotwork.spline.trajectory"]
+    format: Annotated[str, Field(pattern=f"^{re.escape(TRAJECTORY_FORMAT)}$")]
     version: Literal[1]
     planner: str = ""
     joint_names: Annotated[list[Text], Field(min_length=1)]

@@ -15,7 +15,9 @@ import numpy as np
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-TRAJECTORY_FORMAT = "knotwork.spline.trajectory"
+PRODUCT = "knotwork"
+TRAJECTORY_FORMAT = f"{PRODUCT}.trajectory"
+"""Name of the format in each stored file, independent of the packages' names."""
 KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
 _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
@@ -27,8 +29,8 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     of cubics also states its `knots`, which define all of it.
 
     >>> data = trajectory_to_dict(kw.plan("paper_case").trajectory)
-    >>> data["format"], data["planner"], data["units"]["time"]
-    ('knotwork.spline.trajectory', 'modified-hermite', 's')
+    >>> data["version"], data["planner"], data["units"]["time"]
+    (1, 'modified-hermite', 's')
     """
     data: dict[str, Any] = {
         "format": TRAJECTORY_FORMAT,

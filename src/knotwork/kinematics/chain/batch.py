@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.joint_ranges import Limits, clip, held_joints, no_limits
 from knotwork.kinematics.chain.levenberg_marquardt import (
@@ -21,9 +20,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
 )
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
-from knotwork.waypoints import FloatArray
-
-IntArray: TypeAlias = NDArray[np.intp]
+from knotwork.waypoints import FloatArray, IndexArray
 
 # Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations;
 # waiting for the others takes as long as two new starts.
@@ -101,7 +98,7 @@ def solve_batch(
     limits: Limits | None = None,
     max_iterations: int = 60,
     hasty: bool = False,
-    group: IntArray | None = None,
+    group: IndexArray | None = None,
 ) -> BatchSolution:
     """Search from each start for the joint positions that bring the TCP to its pose.
 

@@ -70,11 +70,6 @@ class LocalSolution(NamedTuple):
     iterations: int
     converged: bool
 
-    @property
-    def miss(self) -> float:
-        """Norm of distance and angle, one metre counting as one radian."""
-        return self.position_error + self.orientation_error
-
 
 class PoseSearch:
     """Local searches for one pose of the TCP of one robot.

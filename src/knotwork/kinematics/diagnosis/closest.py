@@ -96,7 +96,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         limits: Joint limits.
     """
     solution = search.solve(q, limits)
-    if not solution.converged and solution.miss < SMALL_ERROR:
+    if not solution.converged and squared_error(solution) < SMALL_ERROR**2:
         solution = search.solve(solution.q, limits, PATIENT_EFFORT)
     if solution.converged:
         return solution

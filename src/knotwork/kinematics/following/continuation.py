@@ -41,7 +41,7 @@ STEPS_AT_ONCE = 16
 # The tool is at full speed within this relative tolerance.
 FULL_SPEED_TOLERANCE = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
-DIFFERENCE_STEP = 2e-3
+ACCELERATION_DIFFERENCE = 2e-3
 
 
 class Continuation(NamedTuple):
@@ -252,7 +252,7 @@ def accelerations(
     share, gain = speed / path.full_speed, faster / path.full_speed
     along = field.arc_lengths(path, times)
     v = field.velocities(q, twist, share, along)
-    h = DIFFERENCE_STEP / np.maximum(np.abs(v).max(axis=1), 1e-300)
+    h = ACCELERATION_DIFFERENCE / np.maximum(np.abs(v).max(axis=1), 1e-300)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
     around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
     same = np.tile(twist, (4, 1)), np.tile(share, 4), np.tile(along, 4)

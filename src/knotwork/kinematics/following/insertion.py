@@ -25,7 +25,7 @@ from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray
 
 # Fractions of each interval at which the curve is compared with the path, where errors are largest.
-INTERVAL_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+FOLLOWING_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 # Waypoints are inserted until sampled errors are below this fraction of the tolerances, and then
 # until the proof succeeds; the proof gives no remaining margin.
 SAMPLED_SHARE = 0.9
@@ -39,7 +39,7 @@ SELF_MOTION_TOLERANCE = 5e-3
 SHORTEST_INTERVAL = 1e-5
 # Breaks of a path closer than this are merged [s]: between waypoints that close, rounding of joint
 # positions would appear as acceleration and jerk.
-SAME_BREAK = 2e-4
+CLOSE_BREAKS = 2e-4
 
 
 class FollowedPath(NamedTuple):
@@ -145,7 +145,7 @@ class _Insertion:
         """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
-        times = (start + length * np.array(INTERVAL_SAMPLES)).ravel()
+        times = (start + length * np.array(FOLLOWING_SAMPLES)).ravel()
         allowed = self.tolerance
         off = path_errors(
             self.joints.robot, self.joints.path, spline(times), spline(times, 1), times
@@ -201,7 +201,7 @@ def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
     ends = list(fixed)
     for time in path.breaks[1:-1]:
         i = bisect_left(ends, time)
-        if min(time - ends[i - 1], ends[i] - time) >= SAME_BREAK:
+        if min(time - ends[i - 1], ends[i] - time) >= CLOSE_BREAKS:
             ends.insert(i, time)
     return np.array(ends)
 

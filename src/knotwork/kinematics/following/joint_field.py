@@ -16,8 +16,8 @@ from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
 # Tolerance of the projection onto the path [m, rad].
-PATH_TOLERANCE = 1e-11
-NEWTON_STEPS = 6
+PROJECTION_TOLERANCE = 1e-11
+PROJECTION_ROUNDS = 6
 
 
 # Self-motion approaches its guide by this power of e over the whole path.
@@ -148,12 +148,12 @@ class JointField:
         place = np.broadcast_to(position, (len(q), 3)).T
         target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
         error = np.full(len(q), np.inf)
-        for _ in range(NEWTON_STEPS):
+        for _ in range(PROJECTION_ROUNDS):
             tip, turned, J = self.axes.place(q)
             twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
             # stop on the path, and where rounding prevents progress
-            if (error <= PATH_TOLERANCE).all() or not (error < 0.5 * before).any():
+            if (error <= PROJECTION_TOLERANCE).all() or not (error < 0.5 * before).any():
                 break
             J = J.transpose(2, 0, 1)
             q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))[0]

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
-from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE
 from knotwork.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
@@ -32,8 +31,6 @@ from knotwork.waypoints import FloatArray
 # Largest motion of a joint in a step with self-motion [rad or m], which the projection onto the
 # path does not correct: it is then exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
-# If limits are violated, each step is divided into this many parts.
-STEP_PARTS = 8
 # Tolerance on limits of a curve that is close to the path [rad or m, relative].
 CURVE_TOLERANCE = 1e-6
 
@@ -79,16 +76,13 @@ class JointsOnPath:
             place, rotation, _, _ = path.state([path.start_time])
             q = self.field.project(start[None], place, rotation)[0]
             continuation = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
-        self._seen = continuation.limiting_constraint(robot, 0, np.zeros(robot.dof))
-        if self._seen is not None and np.isfinite(continuation.lost[0]):
-            raise self._error(self._seen)
+        constraint = continuation.limiting_constraint(robot, 0, np.zeros(robot.dof))
+        if constraint is not None and np.isfinite(continuation.lost[0]):
+            raise self._error(constraint)
         # where a piece ends and the next begins there are two steps at one time
         steps = np.flatnonzero(np.diff(continuation.time) > 0.0)
-        self.time, self.position = (
-            np.append(continuation.time[steps], continuation.time[-1]),
-            continuation.position[:, 0],
-        )
-        self.position = self.position[np.append(steps, len(continuation.time) - 1)]
+        rows = np.append(steps, len(continuation.time) - 1)
+        self.time, self.position = continuation.time[rows], continuation.position[rows, 0]
         self.curve = PiecewisePolynomial(self._quintics(continuation, steps), self.time)
 
     def _fine(self, continuation: Continuation) -> bool:
@@ -113,43 +107,19 @@ class JointsOnPath:
             )
         return two_point_coefficients(time, (q, v, a))[:, ::2]
 
-    def check(self) -> None:
-        """Check the limits between the steps of the integral, if they are violated at the steps.
-
-        Raises:
-            FollowingError: A limit is violated.
-        """
-        broken = None if self._seen is None else self._closely()
-        if broken is not None:
-            raise self._error(broken)
-
     def check_curve(self, curve: PiecewisePolynomial) -> None:
         """Check that a cubic curve along the whole path keeps the limits, between steps too.
 
         Raises:
             FollowingError: A limit is violated.
         """
-        far = curve.extrema()
-        time = distinct(curve.x, far.minimum_time, far.maximum_time)
-        broken = self._limiting_constraint(time, curve(time), curve(time, 1), CURVE_TOLERANCE)
-        if broken is not None:
-            raise self._error(self._closely() or broken)
-
-    def _closely(self) -> LimitingConstraint | None:
-        """The limiting constraint, at more times than the steps."""
-        starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
-        inner = (starts + lengths * np.arange(STEP_PARTS) / STEP_PARTS).ravel()
-        time = np.append(inner, self.time[-1])
-        q = self.positions(time)
-        return self._limiting_constraint(time, q, self.rates(time, q)[0])
-
-    def _limiting_constraint(
-        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = LIMIT_TOLERANCE
-    ) -> LimitingConstraint | None:
-        smallest = np.asarray(np.linalg.svd(self.field.axes.jacobians(q), compute_uv=False)[:, -1])
-        still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
-        steps = Steps(time, q, v, still, smallest, full)
-        return limiting_constraint(self.robot, steps, np.inf, np.nan, slack)
+        extrema, still = curve.extrema(), np.zeros(self.robot.dof)
+        time = distinct(curve.x, extrema.minimum_time, extrema.maximum_time)
+        q, full = curve(time), at_full_speed(self.path, time)
+        steps = Steps(time, q, curve(time, 1), still, self.field.smallest(q), full)
+        constraint = limiting_constraint(self.robot, steps, np.inf, np.nan, CURVE_TOLERANCE)
+        if constraint is not None:
+            raise self._error(constraint)
 
     def _error(self, constraint: LimitingConstraint) -> FollowingError:
         """The error that names the limiting constraint."""

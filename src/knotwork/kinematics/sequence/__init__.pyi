@@ -1,6 +1,6 @@
 from .candidates import Candidates as Candidates
 from .candidates import find_candidates as find_candidates
-from .cost import Level as Level
+from .cost import CostLevel as CostLevel
 from .cost import least_index as least_index
 from .cost import make_cost as make_cost
 from .nearness import weights as weights

@@ -31,7 +31,7 @@ TWIST_RESIDUAL = 1e-7
 # Number of samples of a self-motion.
 SELF_MOTION_SAMPLES = 24
 # Pose error of solutions [m, rad].
-POSE_TOLERANCE = 1e-9
+CANDIDATE_ERROR = 1e-9
 
 
 class Candidates(NamedTuple):
@@ -97,7 +97,7 @@ def find_candidates(
         return []
     targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
-    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > POSE_TOLERANCE)
+    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
     for i in hopeless[:1]:  # the reason, before the others are solved
         _solution(robot, waypoints[i], references[i], units, nearest=False)
     solve = _track_self_motion if redundant else find_branches
@@ -106,7 +106,7 @@ def find_candidates(
     for i, (waypoint, solutions, reference) in enumerate(
         zip(waypoints, solve(robot, targets), references, strict=True)
     ):
-        search = PoseSearch(robot, waypoint.pose, POSE_TOLERANCE, POSE_TOLERANCE)
+        search = PoseSearch(robot, waypoint.pose, CANDIDATE_ERROR, CANDIDATE_ERROR)
         sampled = redundant or len(solutions) > MAX_BRANCHES
         if not sampled and not (i and np.array_equal(reference, references[i - 1])):
             # The solution nearest the previous configuration must not be missing.

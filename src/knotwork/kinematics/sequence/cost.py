@@ -19,7 +19,7 @@ RELATIVE_COST_TIE = 1e-14
 BOUND_WIDENING = 1e-6
 
 
-class Level(IntEnum):
+class CostLevel(IntEnum):
     """Levels of a cost.
 
     Attributes:
@@ -46,9 +46,9 @@ class Level(IntEnum):
 
 def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
     """Costs of choices of a shape, zero but for levels by name, shape (7, *shape)."""
-    cost = np.zeros((len(Level), *shape))
+    cost = np.zeros((len(CostLevel), *shape))
     for name, values in levels.items():
-        cost[Level[name.upper()]] = values
+        cost[CostLevel[name.upper()]] = values
     return cost
 
 

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import whole_turns
-from knotwork.kinematics.sequence.cost import Level, is_within, least_index, make_cost
+from knotwork.kinematics.sequence.cost import CostLevel, is_within, least_index, make_cost
 from knotwork.kinematics.sequence.step_costs import JointRules, Layer, StepRules, step_costs
 from knotwork.waypoints import FloatArray, IndexArray
 
-UNBOUNDED_COST = np.full(len(Level), np.inf)
+UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class ConfigurationSequence:
     Attributes:
         index: Index of the candidate chosen at each waypoint.
         q: Joint positions; joints without limits at the turn they reach, shape (n, d).
-        cost: Cost of the whole sequence, shape (7,): see `Level`.
+        cost: Cost of the whole sequence, shape (7,): see `CostLevel`.
         blocked: The first waypoint that no allowed candidate reaches, or `None`.
     """
 
@@ -120,7 +120,7 @@ def _cheapest_sequences(
             # At a singularity a branch has no flag, and keeps the flag of the sequence to it.
             flags = np.where(layer.flags == 0.0, before.flags[previous], layer.flags)
             layer = layer._replace(flags=flags)
-        feasible = np.isfinite(cost[Level.IMPOSSIBLE])
+        feasible = np.isfinite(cost[CostLevel.IMPOSSIBLE])
         rows = np.flatnonzero(feasible & is_within(cost + remaining[i][:, None], bound))
         if greedy and rows.size:
             rows = rows[[least_index(cost[:, rows])]]
@@ -144,8 +144,8 @@ def _least_remaining(
         moves = turned[i][:, :, None] - turned[i + 1][:, None, :]
         moves -= whole_turns(moves)
         step = layers[i + 1].cost.min(axis=1)
-        step[: Level.DISTANCE] = 0.0
-        step[Level.TRAVEL] += joints.travel(moves, steps[i].rest_to_rest).min()
+        step[: CostLevel.DISTANCE] = 0.0
+        step[CostLevel.TRAVEL] += joints.travel(moves, steps[i].rest_to_rest).min()
         remaining.append(remaining[-1] + step)
     return remaining[::-1]
 

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import BoolArray, whole_turns
-from knotwork.kinematics.sequence.cost import COST_TIE, Level, make_cost
+from knotwork.kinematics.sequence.cost import COST_TIE, CostLevel, make_cost
 from knotwork.waypoints import FloatArray, IndexArray
 
 # A speed is too high above this factor on the limit: at the limit rounding must not decide.
@@ -27,7 +27,7 @@ class Layer(NamedTuple):
         q: Joint positions [rad or m], shape (m, d). Unbounded joints may differ by any number of
             turns, unless the layer is `fixed`.
         velocity: Joint velocities at each candidate [rad/s or m/s], shape (m, d).
-        cost: Cost of each candidate, shape (7, m): see `Level`.
+        cost: Cost of each candidate, shape (7, m): see `CostLevel`.
         weight: Factor on the travel from and to each candidate, shape (m,).
         flags: Configuration flags, shape (m, k); 0 for either.
         fixed: The positions are given, including turns.
@@ -171,17 +171,19 @@ def step_costs(
         cost = make_cost(*shape, travel=weight * joints.travel(moves, rules.rest_to_rest))
         if rules.is_timed:
             use = _limit_use(joints, moves / rules.duration)
-            cost[Level.INFEASIBLE] = np.where(use > OVERSPEED_FACTOR, use, 0.0)
-            cost[Level.VIOLATION] = _midpoint_violations(joints, rules.duration, moves, start, end)
-            cost[Level.VIOLATION] += _limit_violations(joints, rules.duration, start, end)
+            cost[CostLevel.INFEASIBLE] = np.where(use > OVERSPEED_FACTOR, use, 0.0)
+            cost[CostLevel.VIOLATION] = _midpoint_violations(
+                joints, rules.duration, moves, start, end
+            )
+            cost[CostLevel.VIOLATION] += _limit_violations(joints, rules.duration, start, end)
         if rules.branch_change != "allowed":
             changed = (start.flags[:, None, :] * end.flags[None, :, :] < 0).any(axis=2)
             if rules.branch_change == "avoided":
-                cost[Level.CHANGES] = changed
+                cost[CostLevel.CHANGES] = changed
             else:
-                cost[Level.IMPOSSIBLE] = np.where(changed, np.inf, 0.0)
+                cost[CostLevel.IMPOSSIBLE] = np.where(changed, np.inf, 0.0)
     for step in rules.colliding:
-        cost[Level.COLLISIONS] += step.matches(start.q, end.q, joints.unbounded)
+        cost[CostLevel.COLLISIONS] += step.matches(start.q, end.q, joints.unbounded)
     return cost, moves
 
 

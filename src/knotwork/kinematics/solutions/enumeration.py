@@ -32,7 +32,7 @@ from knotwork.waypoints import FloatArray
 # batch of this size takes hardly longer than one of half the size.
 FIRST_STARTS = 64
 MORE_STARTS = 32
-MAX_ROUNDS = 6
+SEARCH_ROUNDS = 6
 # Steps of the first round, in which half of the searches converge, and of later rounds.
 FIRST_ITERATIONS = 12
 SEARCH_ITERATIONS = 72
@@ -113,7 +113,7 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     begin = [spread_starts(robot, box, used)] * n
     poses, stuck = [_PoseSolutions(d) for _ in range(n)], [np.empty((0, d))] * n
     active = list(range(n))
-    for round_ in range(MAX_ROUNDS):
+    for round_ in range(SEARCH_ROUNDS):
         owner = np.repeat(active, [len(start) for start in begin])
         ended = solve_batch(
             robot,

@@ -52,7 +52,7 @@ SMALL_RESIDUAL = 1e-6
 RESIDUAL_ROUNDING = 1e-15
 
 
-class _Point(NamedTuple):
+class _CurvePoint(NamedTuple):
     """A point of a curve.
 
     Attributes:
@@ -67,7 +67,7 @@ class _Point(NamedTuple):
     lost: FloatArray
     residual: float
 
-    def follows(self, before: _Point) -> bool:
+    def follows(self, before: _CurvePoint) -> bool:
         """Whether the directions are close to those of the previous point."""
         return bool(min(self.along @ before.along, self.lost @ before.lost) > SAME_DIRECTION)
 
@@ -98,7 +98,7 @@ def near_singular_solutions(
     return zeros + touching
 
 
-def _touches(a: _Point, b: _Point, c: _Point) -> bool:
+def _touches(a: _CurvePoint, b: _CurvePoint, c: _CurvePoint) -> bool:
     """Whether the residual has a minimum at the second of three points, all of one sign.
 
     An equally small residual that is not a minimum lies next to a zero and is not a solution.
@@ -118,7 +118,7 @@ def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list
 
 def _curves(
     search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MAX_CURVE_STEPS
-) -> Iterator[list[_Point]]:
+) -> Iterator[list[_CurvePoint]]:
     """Points along each curve through the starts."""
     followed: list[FloatArray] = []
     revolute = joint_axes(search.robot).revolute
@@ -138,7 +138,9 @@ def _curves(
         yield curve
 
 
-def _project_onto_curve(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
+def _project_onto_curve(
+    search: PoseSearch, q: FloatArray, before: _CurvePoint | None
+) -> _CurvePoint | None:
     """Move to the nearest point of the curve; `None` if there is none."""
     for _ in range(CURVE_CORRECTIONS):
         e = search.error(q)
@@ -157,14 +159,17 @@ def _project_onto_curve(search: PoseSearch, q: FloatArray, before: _Point | None
         along = along if along @ before.along >= 0.0 else -along
         lost = lost if lost @ before.lost >= 0.0 else -lost
     residual = float(lost @ search.error(q))
-    return _Point(q, along, lost, residual) if abs(residual) < MAX_RESIDUAL else None
+    return _CurvePoint(q, along, lost, residual) if abs(residual) < MAX_RESIDUAL else None
 
 
 def _one_way(
-    search: PoseSearch, first: _Point, sign: float, most_steps: int
-) -> tuple[list[_Point], bool]:
+    search: PoseSearch, first: _CurvePoint, sign: float, most_steps: int
+) -> tuple[list[_CurvePoint], bool]:
     """Points along a curve in one direction to its end, and whether the curve is closed."""
-    point, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
+    point, turned = (
+        _CurvePoint(first.q, sign * first.along, first.lost, 0.0),
+        np.zeros_like(first.q),
+    )
     curve, closed, step, length = [first], False, CURVE_STEP, 0.0
     revolute = joint_axes(search.robot).revolute
     for _ in range(most_steps):
@@ -187,7 +192,7 @@ def _one_way(
     return curve, closed
 
 
-def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
+def _with_double_zeros(search: PoseSearch, curve: list[_CurvePoint]) -> list[_CurvePoint]:
     """The curve with additional points at double zeros of the residual.
 
     There two solutions are close to each other: the arm is nearly singular in a second way.
@@ -204,8 +209,8 @@ def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
 
 
 def _double_zero(
-    search: PoseSearch, a: _Point, b: _Point, c: _Point
-) -> tuple[float, _Point] | None:
+    search: PoseSearch, a: _CurvePoint, b: _CurvePoint, c: _CurvePoint
+) -> tuple[float, _CurvePoint] | None:
     """Find a double zero of the residual, between -1 at the first point and 1 at the third."""
     if not _touches(a, b, c):
         return None
@@ -233,7 +238,7 @@ def _double_zero(
     )
 
 
-def _zero(search: PoseSearch, a: _Point, b: _Point) -> Iterator[FloatArray]:
+def _zero(search: PoseSearch, a: _CurvePoint, b: _CurvePoint) -> Iterator[FloatArray]:
     """The solution between two points of a curve (regula falsi, the Illinois variant)."""
     point, low, high, at_low, at_high = a, 0.0, 1.0, a.residual, b.residual
     for _ in range(ROOT_STEPS):

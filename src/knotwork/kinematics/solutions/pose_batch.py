@@ -74,11 +74,7 @@ def solve_pose_ik_batch(
 
 
 def _solve_with_restarts(
-    robot: Robot,
-    poses: list[Any],
-    start: FloatArray,
-    tolerance: float,
-    max_restarts: int,
+    robot: Robot, poses: list[Any], start: FloatArray, tolerance: float, max_restarts: int
 ) -> BatchSolution:
     """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
     (n, d), limits, targets = start.shape, limits_of(robot), Targets.from_poses(poses)
@@ -105,10 +101,8 @@ def _solve_with_restarts(
         better = ended.converged[best] | (off[best] < position[todo] + orientation[todo])
         rows, best = todo[better], best[better]
         q[rows] = ended.q[best]
-        position[rows], orientation[rows] = (
-            ended.position_error[best],
-            ended.orientation_error[best],
-        )
+        position[rows] = ended.position_error[best]
+        orientation[rows] = ended.orientation_error[best]
         todo = todo[~ended.converged.reshape(-1, count).any(axis=1)]
         if not todo.size or restarts >= max_restarts:
             break

@@ -89,7 +89,7 @@ class FreeTask:
         from knotwork.planning.timing import Dynamics
 
         times, arms = self.scenario.provisional_times, self.space.carrying
-        carried = [arms.at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
+        carried = [arms.robot_at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
         made = {id(robot): Dynamics(robot) for robot in carried}
         return tuple(made[id(robot)] for robot in carried)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.sequence.candidates import Candidates
-from knotwork.kinematics.sequence.cost import Level
+from knotwork.kinematics.sequence.cost import CostLevel
 from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.planning.task_to_joint.solution import Choice, Infeasibility
 from knotwork.planning.task_to_joint.solution_search import ChosenSequence, SolutionSearch
@@ -50,7 +50,7 @@ def _reason(
         "keep": ", branch changed for the speeds" if changed else ", branch kept",
         "fixed": ", branch fixed",
     }.get(str(search.scenario.branch), ", branch as asked")
-    if chosen.cost[Level.INFEASIBLE] > 0.0:
+    if chosen.cost[CostLevel.INFEASIBLE] > 0.0:
         return f"smallest excess over the velocity limits{asked}"
     aim = "nearest to near" if search.near is not None else "least travel"
     if search.scenario.prefers_clearance:

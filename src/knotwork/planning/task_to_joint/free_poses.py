@@ -93,36 +93,34 @@ class FreedomChains:
     """
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
-        poses = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
-        open_poses = [one for one in poses if one.freedom is not None]
-        if open_poses and scenario.branch != "free":
+        poses = [pose for pose in scenario.waypoints if isinstance(pose, CartesianWaypoint)]
+        first = next((pose for pose in poses if pose.freedom is not None), None)
+        if first is not None and scenario.branch != "free":
             raise BranchError(
-                open_poses[0].name,
+                first.name,
                 "is free, so that self-motion leads from one solution of its pose to others, and a "
                 "branch has no meaning; near: a configuration keeps the solutions near that",
                 branches=(),
-                where=open_poses[0].where,
+                where=first.where,
             )
-        self.arm, d = robot, robot.dof
+        self.arm = robot
+        freedoms = dict.fromkeys(pose.freedom for pose in poses if pose.freedom is not None)
         joints_of: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
-        joints_of |= {
-            one: _virtual_joints(one) for one in dict.fromkeys(w.freedom for w in open_poses) if one
-        }
+        joints_of |= {freedom: _virtual_joints(freedom) for freedom in freedoms}
         shared = _merge_joints([joint for joints in joints_of.values() for joint in joints])
-        at, size = [*shared], robot.dof + len(shared)
+        column_of = {kind: robot.dof + k for k, kind in enumerate(shared)}
         self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
         self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
-        seen = {(False, freedom) for freedom in joints_of} | {
-            (one.standing, one.freedom) for one in poses
-        }
-        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*joints_of].index(key[1]))):
-            arm, moving = robot.in_frame(standing=stands)
+        in_base = [(False, freedom) for freedom in joints_of]
+        of_poses = [(True, pose.freedom) for pose in poses if pose.standing]
+        for standing, freedom in dict.fromkeys([*in_base, *of_poses]):
+            arm, moving = robot.in_frame(standing=standing)
             joints = joints_of[freedom]
-            columns = [*moving, *(d + at.index(_kind(one)) for one in joints)]
-            chain = arm if not joints else arm.with_virtual_joints(*joints)
-            if len(columns) == size and all(map(operator.is_, joints, shared.values())):
+            columns = [*moving, *(column_of[_kind(joint)] for joint in joints)]
+            chain = arm.with_virtual_joints(*joints) if joints else arm
+            if len(columns) == self.whole.dof and all(map(operator.is_, joints, shared.values())):
                 chain = self.whole
-            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size)
+            self._of[standing, freedom] = FreedomChain(chain, np.array(columns), self.whole.dof)
 
     def __iter__(self) -> Iterator[FreedomChain]:
         return iter(self._of.values())

@@ -44,7 +44,7 @@ class ChosenSequence(NamedTuple):
     """The chosen sequence.
 
     Attributes:
-        cost: Cost of the sequence, shape (7,): see `Level`.
+        cost: Cost of the sequence, shape (7,): see `CostLevel`.
         positions: Joint positions [rad or m], shape (n, d).
         velocities: Joint velocities [rad/s or m/s], shape (n, d).
     """

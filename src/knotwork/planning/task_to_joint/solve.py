@@ -63,7 +63,7 @@ def solve_task(
         waypoints = zip(scenario.waypoints, space.targets, strict=True)
         first = next(waypoint for waypoint, target in waypoints if target is None)
         raise UnknownNameError("robot", "", (), where=first.where)
-    from knotwork.kinematics.sequence.cost import Level
+    from knotwork.kinematics.sequence.cost import CostLevel
     from knotwork.planning.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.planning.task_to_joint.free_poses import (
         FreedomChains,
@@ -83,7 +83,7 @@ def solve_task(
         raise
     infeasibilities = find_infeasibilities(search, chosen)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
-    hopeless = bool(infeasibilities) or chosen.cost[Level.COLLISIONS] > 0.0
+    hopeless = bool(infeasibilities) or chosen.cost[CostLevel.COLLISIONS] > 0.0
     tracks = {track.path.first: track for track in search.tracks}
     solution = TaskSolution(
         completed_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),

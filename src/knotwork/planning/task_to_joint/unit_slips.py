@@ -23,7 +23,7 @@ def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
         scenario: The task.
         robot: The arm.
     """
-    waypoint = next(one for one in scenario.waypoints if one.name == error.waypoint)
+    waypoint = next(w for w in scenario.waypoints if w.name == error.waypoint)
     if not isinstance(waypoint, CartesianWaypoint):
         return
     distance, reach = float(np.linalg.norm(waypoint.position)), _reach(robot)
