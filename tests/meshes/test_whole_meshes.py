@@ -47,11 +47,6 @@ TEXT_PYRAMID = (
     + "".join(f"{x} {y} {z}\n" for x, y, z in BASE)
     + "".join(f"{len(one)} {' '.join(map(str, one))}\n" for one in SIDES)
 )
-OFF = (
-    "OFF # a pyramid\n5 5 0\n\n"
-    + "".join(f"{x} {y} {z}\n" for x, y, z in BASE)
-    + "".join(f"{len(one)} {' '.join(map(str, one))}  0.5 0.5 0.5\n" for one in SIDES)
-)
 
 
 def relative_obj() -> str:
@@ -117,7 +112,6 @@ WHOLE = {
     "polygons of several lengths": ("a.ply", TEXT_PYRAMID, PYRAMID),
     "bytes": ("a.ply", binary_ply(), VOLUME),
     "the other order of bytes": ("a.ply", binary_ply(">"), VOLUME),
-    "OFF": ("a.off", OFF, PYRAMID),
     "counted back": ("a.obj", relative_obj(), 2 * VOLUME),
     "continued lines": ("a.obj", obj().replace("v 2.0 ", "v 2.0 \\\n"), VOLUME),
     "glTF": ("a.glb", glb(), VOLUME),
@@ -199,12 +193,6 @@ IN_PART = {
         "its unit of length is '0,001', not a number of metres",
     ),
     "triangle strips": ("a.ply", binary_ply(kind="tristrips"), "4 of 'tristrips'"),
-    "OFF cut": (
-        "a.off",
-        OFF[: OFF.rindex("3 3")],
-        "5 vertices and 5 faces, a line each, and has 9",
-    ),
-    "OFF with four dimensions": ("a.off", f"4{OFF}", "begins with none of OFF"),
     "a free-form surface": ("a.obj", obj() + "surf 0 1 0 1 1 2 3 4\n", "line 9 is 'surf 0 1"),
     "a face of OBJ cut": ("a.obj", obj()[:-3], "face 4 of 4 has 2 corners"),
     "corners before the first": ("a.obj", relative_obj().replace("-4", "-9"), "line 6 is 'f -9"),

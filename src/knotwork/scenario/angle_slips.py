@@ -16,10 +16,6 @@ FAST_TURN = 2.0 * WHOLE_TURN
 """Rates above this [rad/s], two turns a second, are probably degrees: few joints are as fast."""
 FRACTION_TOLERANCE = 0.002
 """Tolerance of a simple fraction of a turn in radians [rad]: 3.14, 1.57."""
-LEAST_JOINT_VALUES = 4
-"""Minimum number of nonzero joint values to judge their unit."""
-LEAST_TURN = 1.5
-"""Up to this largest joint value [rad], small angles in degrees are plausible."""
 
 
 _TURNS = ("angle", "angle or length")
@@ -64,23 +60,13 @@ def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
 
 
 def _plausibly_radians(angles: list[_Angle]) -> bool:
-    """None exceeds a turn; one is a twelfth or eighth of it, or most joint values are odd."""
+    """Whether none exceeds a turn, and one is a multiple of its eighth or twelfth."""
     values = np.array([abs(angle.value) for angle in angles if angle.value])
     if not values.size or values.max() > WHOLE_TURN:
         return False
-    for part in (np.pi / 4, np.pi / 6):
-        times = np.round(values / part)
-        if ((times > 0) & (np.abs(values - times * part) <= FRACTION_TOLERANCE)).any():
-            return True
-    joints = np.array(
-        [abs(angle.value) for angle in angles if angle.kind == "joint angle" and angle.value]
-    )
-    odd = (2.0 * joints) % 1.0 != 0.0
-    return bool(
-        joints.size >= LEAST_JOINT_VALUES
-        and joints.max() >= LEAST_TURN
-        and 2 * odd.sum() >= odd.size
-    )
+    times = np.round(values / [[np.pi / 4], [np.pi / 6]])
+    parts = times * [[np.pi / 4], [np.pi / 6]]
+    return bool(((times > 0) & (np.abs(values - parts) <= FRACTION_TOLERANCE)).any())
 
 
 def _angles(scenario: Scenario, units: Mapping[str, str]) -> Iterator[_Angle]:

@@ -82,7 +82,6 @@ class _Reader:
         self.most = own_values + MOST_REPEATED
         self.lines: dict[Location, int] = {}
         self.problems: list[Problem] = []
-        self.open: set[int] = set()
         self.values = 0
 
     def _problem(self, node: yaml.Node, location: Location, message: str, hint: str = "") -> None:
@@ -99,24 +98,15 @@ class _Reader:
             raise DocumentError(self.file, [Problem(line, "", message, accepted)])
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, location)
-        if id(node) in self.open:
-            self._problem(node, location, "refers to itself")
-            return None
         if len(location) > MOST_YAML_DEPTH:
             raise DocumentError(self.file, [_too_deep(node.start_mark.line + 1)])
         if node.tag not in (_TAG + "map", _TAG + "seq"):
             self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
             return None
-        self.open.add(id(node))
-        try:
-            if isinstance(node, yaml.MappingNode):
-                return self._mapping(node, location, above)
-            return [
-                self.read(child, inner, self._note(child, inner, above))
-                for child, inner in ((child, (*location, i)) for i, child in enumerate(node.value))
-            ]
-        finally:
-            self.open.discard(id(node))
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, location, above)
+        items = ((child, (*location, i)) for i, child in enumerate(node.value))
+        return [self.read(child, inner, self._note(child, inner, above)) for child, inner in items]
 
     def _note(self, node: yaml.Node, location: Location, above: int) -> int:
         line: int = node.start_mark.line + 1

@@ -171,7 +171,7 @@ def _fastest(
         failure, lower = error, _adjacent_stretches(error.errors, paths)
     best: _Motions | None = None
     for part in SPEED_FRACTIONS if lower else ():
-        if budget.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
+        if budget.late(has_motion=True) and (best or part != SPEED_FRACTIONS[-1]):
             continue  # the lowest speeds are feasible if any are
         caps = {i: part * paths.speeds[i] for i in lower}
         slower = with_greatest_speeds(scenario, free, solution, caps)

@@ -80,7 +80,7 @@ def clear_motion(
                 way_problem,
                 tries=options.tries,
                 room=options.room,
-                late=lambda: budget.late(found=True),
+                late=lambda: budget.late(has_motion=True),
                 report=report,
             )
     except NoClearMotionError as no_way:
@@ -165,12 +165,12 @@ def _solutions(
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    given = scenario.task.waypoints[scenario.index[i]]
-    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
+    spec = scenario.task.waypoints[scenario.index[i]]
+    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
     tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.free.ways if end else i > 0
     fixed = (
-        given.near is not None
+        spec.near is not None
         or scenario.task.near is not None
         or scenario.branch != "free"
         or problem.velocity[end].any()
@@ -190,9 +190,9 @@ def _stretch_to_time(
     way: ClearMotion, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
-    given = float(problem.total or problem.duration.sum())
+    given_time = float(problem.total or problem.duration.sum())
     least = float(problem.at_least.sum())
-    duration = max(way.duration, least) if np.isnan(given) else given
+    duration = max(way.duration, least) if np.isnan(given_time) else given_time
     if duration == way.duration:
         return way.curve
     curve = stretch(way, duration) if duration > way.duration else None

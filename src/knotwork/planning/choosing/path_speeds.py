@@ -186,8 +186,8 @@ class PathSpeeds:
         self._ratio = np.where(compared, ratio, self._ratio)
         self.used = used
         row, column = divmod(int(used.argmax()), used.shape[1])
-        kept = used[row, column] <= PLANNED_SHARE
-        return None if kept else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
+        within = used[row, column] <= PLANNED_SHARE
+        return None if within else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
 
     def limiting_constraint(self, k: int) -> Limit | Bound | None:
         """Limiting constraint of a stretch's chosen speed after `verify`; `None` without one."""

@@ -34,9 +34,9 @@ class Segment:
     rows: IndexArray
     way: FreeWay | None = None
 
-    def meets(self, other: Segment) -> bool:
+    def meets(self, following: Segment) -> bool:
         """Whether it is a collision-free motion that ends where another one begins."""
-        return self.way is not None and self.waypoints[-1] == other.waypoints[0]
+        return self.way is not None and self.waypoints[-1] == following.waypoints[0]
 
 
 def find_segments(task: FreeTask) -> list[Segment]:
@@ -152,8 +152,8 @@ def jerk_limits(space: JointSpace) -> FloatArray:
 
 def assumed_jerk(space: JointSpace) -> dict[str, float]:
     """Jerk bounds of the joints without a limit [rad/s³ or m/s³]."""
-    given = np.isfinite(space.limits["jerk"])
-    bounds = zip(space.joint_names, given, jerk_limits(space), strict=True)
+    has_limit = np.isfinite(space.limits["jerk"])
+    bounds = zip(space.joint_names, has_limit, jerk_limits(space), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
@@ -166,9 +166,9 @@ def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
     space, waypoints, rows = task.space, task.waypoints, segment.rows
     known = np.full((len(rows), len(space.joint_names)), np.nan)
     for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
-        row, given = rows[end], waypoints.acceleration
-        if given is not None and not np.isnan(given[row]).any():
-            known[end] = given[row]
+        row, accelerations = rows[end], waypoints.acceleration
+        if accelerations is not None and not np.isnan(accelerations[row]).any():
+            known[end] = accelerations[row]
         elif row == last and space.end_acceleration is not None:
             known[end] = space.end_acceleration[end]
         elif segment.waypoints[end] in task.still_points or (

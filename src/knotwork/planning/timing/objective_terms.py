@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import effort_integral
+from knotwork.planning.timing.robot_limits import effort_integral
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 

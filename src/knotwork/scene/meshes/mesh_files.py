@@ -14,13 +14,13 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.obj_file import read_obj
-from knotwork.scene.meshes.ply_file import read_off, read_ply
+from knotwork.scene.meshes.ply_file import read_ply
 from knotwork.scene.meshes.size_limits import FARTHEST_POINT, check_triangles, read_bounded
 from knotwork.scene.meshes.stl_file import read_stl
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.waypoints import FloatArray
 
-MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
+MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".glb", ".gltf")
 
 
 def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
@@ -119,7 +119,7 @@ def _read_parts(data: bytes, path: Path, inside: Path) -> tuple[MeshPart, ...]:
         from knotwork.scene.meshes.gltf_file import read_gltf
 
         return read_gltf(data, kind)
-    read = {"stl": read_stl, "obj": read_obj, "ply": read_ply, "off": read_off}[kind]
+    read = {"stl": read_stl, "obj": read_obj, "ply": read_ply}[kind]
     part = MeshPart(*read(data))
     check_triangles(len(part.triangles))
     return (part,)

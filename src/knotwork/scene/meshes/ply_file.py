@@ -1,4 +1,4 @@
-"""Reading PLY and OFF by trimesh, with a check against the counts in their headers."""
+"""Reading PLY by trimesh, with a check against the counts in its header."""
 
 from __future__ import annotations
 
@@ -52,23 +52,6 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
             f"binary with faces of different numbers of corners ({error})"
         ) from error
     return _check_counts(read, counts)
-
-
-def read_off(data: bytes) -> tuple[FloatArray, IndexArray]:
-    """Read an OFF file; what it returns and raises is as for `read_ply`."""
-    from trimesh.exchange.off import load_off
-
-    if not re.match(rb"\s*[CN]*OFF", data):
-        raise InputError("it begins with none of OFF, COFF, NOFF, CNOFF")
-    lines = [line.partition(b"#")[0].split() for line in data.splitlines()]
-    numbers = [word for words in lines for word in words if word.isdigit()][:2]
-    rows = sum(1 for words in lines if words) - (2 if lines[0][1:2] != numbers[:1] else 1)
-    vertices, faces = map(int, numbers)
-    require_whole(
-        rows == vertices + faces,
-        f"it counts {vertices} vertices and {faces} faces, a line each, and has {rows} lines",
-    )
-    return _check_counts(load_off(io.BytesIO(data)), {"vertex": vertices, "face": faces})
 
 
 def _check_counts(
