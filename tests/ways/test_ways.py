@@ -421,7 +421,7 @@ def test_gaps_change_with_the_joints_as_finite_differences_say() -> None:
         q = rng.uniform(*limits)
         gaps = space.gaps(q)
         order = np.argsort(gaps, kind="stable")[:3]
-        near = space.near(q, np.inf, 3)
+        near = space.near_pairs(q, np.inf, 3)
         moves = np.eye(robot.dof) * step
         ahead, behind = (np.array([space.gaps(q + s * m)[order] for m in moves]) for s in (1, -1))
         for k, one in enumerate(near):

@@ -127,7 +127,7 @@ class FreeTask:
             raise TypeError("without a robot there are no bodies")
         return Obstacles(self.scenario, self.space, self.space.robot).model
 
-    def located(self, error: ErrorT, i: int, *key: str) -> ErrorT:
+    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """The error with its place in the file: a key of waypoint i of the scenario."""
         k = self.scenario.index[i]
         place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
