@@ -93,21 +93,14 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(Exception|AssertionError|ValueError|ArrayLike|Figure|PPoly|optional)"),
     # Parts that callers never name: a file as it was read, what a robot is made of, a union of
     # types that its description spells out.
-    (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
-    (r"py:.*", r"(knotwork\.robot\.description\.)?(Description|VirtualJoint)"),
-    (r"py:.*", r"(knotwork\.view\.shown_motion\.)?(Drawable|PlanLike)"),
-    (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?(MovingFrame|ToolMotion)"),
-    (r"py:.*", r"(knotwork\.polynomial\.endless\.)?EndlessCurve"),
-    (r"py:.*", r"(knotwork\.waypoints\.)?TorchRanges"),
-    (r"py:.*", r"(knotwork\.task_to_joint\.solution\.)?PathStart"),
-    (r"py:.*", r"(knotwork\.task\.task\.)?PlainTask"),
-    (r"py:.*", r"(knotwork\.scenario\.payloads\.)?Carrying"),
-    (r"py:.*", r"EndAcceleration|Status"),
-    (r"py:.*", r"(knotwork\.robot\.joint_tree\.)?JointTree"),
-    (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
+    (
+        r"py:.*",
+        r"(knotwork\.[\w.]+\.)?(Document|Places|Description|VirtualJoint|Drawable|PlanLike|"
+        r"MovingFrame|ToolMotion|EndlessCurve|TorchRanges|PathStart|PlainTask|Carrying|"
+        r"EndAcceleration|Status|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
+    ),
     # Arrays of NumPy under shorter names.
-    (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),
-    (r"py:.*", r"(knotwork\.timing\.problem\.)?BoolArray"),
+    (r"py:.*", r"(knotwork\.[\w.]+\.)?(FloatArray|BoolArray)"),
 ]
 
 html_theme = "furo"

@@ -109,6 +109,17 @@ def test_collision_shapes_and_lines_replace_missing_shapes(arm) -> None:
     assert max(vertices(mesh)[:, 2].max() for mesh in meshes) >= 1.0
 
 
+def test_a_mesh_without_colours_is_a_warning(arm) -> None:
+    shape = '<mesh filename="good.stl"/>'
+    (warning,) = shape_warnings(arm(urdf(shape, '<material name="m"/>').replace(BOX, shape)))
+    assert warning == "no colour is given for parts of a, b; they are drawn grey"
+    red = '<material name="r"><color rgba="1 0 0 1"/></material>'
+    robot = arm(urdf(shape, red))
+    assert not shape_warnings(robot)
+    (base,) = scene(at_rest(robot))["shapes"][0]
+    assert base["colours"] == [255, 0, 0]
+
+
 def test_shapes_that_are_nowhere_are_warnings(arm) -> None:
     visuals = [f"<geometry>{BOX}</geometry>{place}" for place in PLACES]
     warnings = shape_warnings(arm(tower(visuals)))

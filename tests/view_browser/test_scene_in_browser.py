@@ -226,7 +226,13 @@ def test_a_long_list_of_failures_scrolls_and_is_counted(show: Any) -> None:
     assert any(text.startswith(said) for text in labels)
 
 
-@pytest.mark.parametrize("shape", [{"box": [2, 2, 0.1]}, {"half_space": {"normal": [0, 0, 1]}}])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"half_space": {"normal": [0, 0, 1]}},
+        pytest.param({"box": [2, 2, 0.1]}, marks=pytest.mark.exhaustive),
+    ],
+)
 def test_what_stands_around_is_dark_by_night(tabs: Any, tmp_path: Path, shape: Any) -> None:
     kind = next(iter(shape))
     floor = {**shape, "position": [0, 0, -0.5]}

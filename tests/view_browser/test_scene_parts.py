@@ -86,23 +86,6 @@ def test_meshes_are_those_that_pinocchio_reads(name: str) -> None:
         assert base.max(axis=0) == pytest.approx(placed.max(axis=0), abs=1e-6)
 
 
-URDF = """<robot name="one">
-  <link name="base"><visual><geometry><mesh filename="package://lost/base.stl"/></geometry></visual>
-    {collision}</link>
-  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
-    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
-    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
-  <link name="arm"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
-</robot>"""
-
-
-def stl(path: Path) -> None:
-    """Write a mesh of one triangle."""
-    record = np.zeros(1, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
-    record["c"] = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
-    path.write_bytes(bytes(80) + (1).to_bytes(4, "little") + record.tobytes())
-
-
 def test_a_motion_too_long_for_a_page_is_refused() -> None:
     still = np.zeros((2, 2))
     robot = kw.load_robot("planar2")
@@ -264,21 +247,6 @@ def test_colours_are_those_of_the_meshes_materials(name: str) -> None:
     drawn = {tuple(mesh["colours"]) for parts in scene(page)["shapes"] for mesh in parts}
     assert drawn <= given
     assert len(drawn) > 2
-
-
-def test_a_mesh_without_colours_is_said(tmp_path: Path) -> None:
-    stl(tmp_path / "base.stl")
-    path = tmp_path / "one.urdf"
-    text = URDF.format(collision="").replace("package://lost/base.stl", "base.stl")
-    path.write_text(text, encoding="utf-8")
-    (warning,) = shape_warnings(at_rest(kw.load_robot(path).with_tool("arm")))
-    assert warning == "no colour is given for parts of base; they are drawn grey"
-    red = text.replace("</geometry>", '</geometry><material name="r"><color rgba="1 0 0 1"/>', 1)
-    path.write_text(red.replace('1"/></visual>', '1"/></material></visual>', 1), encoding="utf-8")
-    page = at_rest(kw.load_robot(path).with_tool("arm"))
-    assert not shape_warnings(page)
-    (base,) = scene(page)["shapes"][0]
-    assert base["colours"] == [255, 0, 0]
 
 
 def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None:

@@ -108,11 +108,11 @@ def _draw(state: Callable[[], State], ended: threading.Event, console: Console) 
         progress.add_task("", total=None)
         task, going = progress.tasks[0], True
         while going:
+            going = not ended.wait(BAR_PERIOD)
             share, text = state()
             task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
             task.description = one_line(text)
             progress.refresh()
-            going = not ended.wait(BAR_PERIOD)
 
 
 def _log(state: Callable[[], State], ended: threading.Event, interval: float) -> None:

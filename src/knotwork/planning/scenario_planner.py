@@ -50,7 +50,7 @@ class ScenarioPlanner:
     @property
     def is_late(self) -> bool:
         """Whether the time budget has ended."""
-        return self.time is not None and self.time.left() <= 0.0
+        return self.time is not None and self.time.remaining() <= 0.0
 
     @cached_property
     def _interpolation(self) -> Interpolation:
@@ -73,7 +73,7 @@ class ScenarioPlanner:
         scenario, time = self.scenario, self.time
         if scenario.free is None or time is None:
             raise AssertionError("no time of the scenario is free")
-        budget = None if time.seconds is None else max(time.left(), 1e-3)
+        budget = None if time.seconds is None else max(time.remaining(), 1e-3)
         return choose_times(
             scenario, scenario.free, budget=budget, progress=self.progress, solution=solution
         )

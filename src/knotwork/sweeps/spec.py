@@ -76,7 +76,7 @@ class StudySpec:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
-        """Columns of the rows: number, varied fields, verdict, figures and planning time."""
+        """Names of the columns, which are `row`, the varied fields, verdict and figures."""
         results = (*TEXTS, *FIGURES, "plan_time")
         varied = (f"given.{path}" if path in ("row", *results) else path for path in self.paths)
         return "row", *varied, *results

@@ -53,7 +53,7 @@ class Study:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Columns: `row`, the varied fields, the verdict, the figures, and the planning time."""
+        """Names of the columns, which are `row`, the varied fields, verdict and figures."""
         return self.spec.columns
 
     @property

@@ -9,34 +9,34 @@ from typing import Any
 import numpy as np
 
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import Segment
+from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion
 from knotwork.scenario import JointTarget, Scenario, resolved
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-STOP_SPEED = 1e-9
+CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]]) -> Scenario:
+def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMotion]]) -> Scenario:
     """The scenario with numbers in place of its unknowns.
 
     Args:
         task: The task.
-        found: The segments and their motions.
+        motions: The segments and their motions.
     """
     scenario, free, units = task.scenario, task.free, _Factors(task)
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
-    for segment, motion in found:
+    for segment, motion in motions:
         if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(task, positions))
     for i in free.ways:
         waypoints[scenario.index[i]]["way"] = None
-    for segment, motion in found:
+    for segment, motion in motions:
         for place, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
             if place and free.duration[i - 1]:
@@ -45,14 +45,14 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
             q = positions[segment.rows[place]]
             changes |= _chosen_speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"
-    given = scenario.task.with_waypoints(waypoints).replace(
+    numbers = scenario.task.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
-    timed = resolved(given, scenario.places)
-    if not found:
+    timed = resolved(numbers, scenario.places)
+    if not motions:
         return timed
-    motions = [_chosen_motion(timed, free.speed, *one, units) for one in found]
-    return replace(timed, task=given.replace(chosen=motions))
+    runs = [_chosen_motion(timed, free.speed, *pair, units) for pair in motions]
+    return replace(timed, task=numbers.replace(chosen=runs))
 
 
 class _Factors:
@@ -97,30 +97,34 @@ def _chosen_speed(
     task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Factors
 ) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it is chosen."""
-    kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
+    kind, robot, waypoint = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
         return {}
-    if robot is None or isinstance(there, JointTarget):
+    if robot is None or isinstance(waypoint, JointTarget):
         return {"velocity": units.by_joint(v)}
-    robot, own = robot.in_frame(standing=there.standing)
-    twist = robot.twist(q[own], v[own])
+    robot, joints = robot.in_frame(standing=waypoint.standing)
+    twist = robot.twist(q[joints], v[joints])
     if kind == "free":
-        twist -= there.twist  # velocity of its frame: the file gives relative velocities
+        twist -= waypoint.twist  # velocity of its frame: the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not there.standing:  # the base of the file moves relative to it
-            given = scenario.task.waypoints[scenario.index[i]]
-            axes = getattr(given, "frame", None) or scenario.task.frame or "base"
+        if scenario.on and not waypoint.standing:  # the base of the file moves relative to it
+            spec = scenario.task.waypoints[scenario.index[i]]
+            axes = getattr(spec, "frame", None) or scenario.task.frame or "base"
             turn = scenario.frames[axes].rotation.T
         linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
-    return {"speed": None, "stop": True} if speed < STOP_SPEED else {"speed": speed / units.length}
+    return (
+        {"speed": None, "stop": True}
+        if speed < CHOSEN_STOP_SPEED
+        else {"speed": speed / units.length}
+    )
 
 
 def _chosen_motion(
     timed: Scenario,
     kinds: tuple[str, ...],
-    segment: Segment,
+    segment: FreeSegment,
     motion: TimedMotion,
     units: _Factors,
 ) -> ChosenMotion:

@@ -17,12 +17,12 @@ from knotwork.verification.collisions import motion_model
 
 WAYS_GROUP = "Ways"
 
-CLEARANCE_PRECISION = 1e-5
+SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
 
 def clear_motion_findings(
-    ways: Iterable[tuple[list[int], ChosenMotion]],
+    detours: Iterable[tuple[list[int], ChosenMotion]],
     scenario: Scenario,
     space: JointSpace,
     trajectory: JointTrajectory,
@@ -30,7 +30,7 @@ def clear_motion_findings(
     """A finding for each collision-free motion.
 
     Args:
-        ways: Its waypoints, by index, and its motion in the task.
+        detours: Its waypoints, by index, and its motion in the task.
         scenario: The task, with all times known.
         space: The joints and their robot.
         trajectory: The planned motion.
@@ -42,9 +42,9 @@ def clear_motion_findings(
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.around))
     length, _ = si_factors(scenario.task.units)
     resolution = scenario.scene.rules.resolution
-    for found, run in ways:
+    for indices, run in detours:
         count = run.way
-        start, end = (scenario.waypoints[found[k]] for k in (0, -1))
+        start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         tries = "1 try" if count == 1 else f"{count} tries"
         message = f"{start.name} to {end.name}: clear motion found in {tries}"
         room = ""
@@ -52,9 +52,9 @@ def clear_motion_findings(
             room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
         message += room
         interval = (start.time, end.time)
-        way = cut_curve(motion.curve, *interval), resolution, CLEARANCE_PRECISION
+        cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
-        least = least_clearance(around, *way) or least_clearance(model, *way)
+        least = least_clearance(around, *cut) or least_clearance(model, *cut)
         value = time = None
         brief = message
         if least is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.planning.choosing.path_speeds import Bound
+from knotwork.planning.choosing.path_speeds import SpeedBound
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
@@ -30,8 +30,8 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     """
     yield _of_motion("duration", _duration(chosen), chosen.duration)
     shortest = f"{chosen.lower_bound:.6g} s{_meeting_note(chosen)}"
-    what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
-    message = f"no motion {what} within the limits is shorter than {shortest}"
+    scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
+    message = f"no motion {scope} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     message = _duration(chosen)
@@ -105,7 +105,7 @@ def _unlimited_note(space: JointSpace) -> str:
     missing = np.isinf(space.limits["acceleration"])
     if space.robot is None or not missing.any():
         return ""
-    names = ", ".join(name for name, one in zip(space.joint_names, missing, strict=True) if one)
+    names = ", ".join(np.array(space.joint_names)[missing])
     of = space.robot.name if missing.all() else f"{names} of {space.robot.name}"
     return (
         f"times are chosen, but no acceleration limit is known for {of}: only torque bounds it; "
@@ -140,7 +140,7 @@ def _limits_by_interval(
         text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == Bound.RAMPS:
+        if limit.quantity == SpeedBound.RAMPS:
             acceleration = chosen.scenario.paths[0].asked.acceleration
             text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
         limits[limit.start, limit.end].append((text, limit.share))
@@ -149,6 +149,6 @@ def _limits_by_interval(
 
 def _longest(limits: _Shares) -> str:
     """The constraint that limits for most of the time, and the number of others."""
-    limit, share = max(limits, key=lambda one: one[1] or 0.0)
-    others = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
-    return f"{limit} {_share_text(share).removeprefix('for ')}{others}"
+    limit, share = max(limits, key=lambda pair: pair[1] or 0.0)
+    remaining = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
+    return f"{limit} {_share_text(share).removeprefix('for ')}{remaining}"

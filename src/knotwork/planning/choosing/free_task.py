@@ -40,12 +40,12 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
     return resolved(scenario.task.replace(knots="optimal"), scenario.places)
 
 
-def with_ways(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
-    given = list(scenario.task.waypoints)
+    waypoints = list(scenario.task.waypoints)
     for place in (scenario.index[i] for i in ends):
-        given[place] = given[place].replace(way="clear")
-    return resolved(scenario.task.replace(waypoints=tuple(given)), scenario.places)
+        waypoints[place] = waypoints[place].replace(way="clear")
+    return resolved(scenario.task.replace(waypoints=tuple(waypoints)), scenario.places)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +90,8 @@ class FreeTask:
 
         times, arms = self.scenario.provisional_times, self.space.carrying
         carried = [arms.robot_at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
-        made = {id(robot): Dynamics(robot) for robot in carried}
-        return tuple(made[id(robot)] for robot in carried)
+        models = {id(robot): Dynamics(robot) for robot in carried}
+        return tuple(models[id(robot)] for robot in carried)
 
     def dynamics(self, i: int) -> Dynamics | None:
         """Dynamics of its robot, if there is one, with the load from waypoint i on."""
@@ -106,8 +106,8 @@ class FreeTask:
         free = self.free
         open_time = free.duration & (free.at_least == 0.0)
         loads = enumerate(pairwise(self._dynamics), start=1)
-        found = {i: "the load changes" for i, (before, after) in loads if before is not after}
-        return found | {
+        points = {i: "the load changes" for i, (before, after) in loads if before is not after}
+        return points | {
             i: "a collision-free motion begins or ends"
             for end in free.ways
             for i in (end - 1, end)
@@ -127,7 +127,7 @@ class FreeTask:
             raise TypeError("without a robot there are no bodies")
         return Obstacles(self.scenario, self.space, self.space.robot).model
 
-    def located(self, error: ErrorT, i: int, *key: str) -> ErrorT:
+    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """The error with its place in the file: a key of waypoint i of the scenario."""
         k = self.scenario.index[i]
         place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)

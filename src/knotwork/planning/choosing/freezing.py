@@ -22,11 +22,11 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
     Raises:
         InputError: The file can't be read any more, or the values can't be written into its text.
     """
-    made = _data(scenario, folder)
+    content = _data(scenario, folder)
     if scenario.source is None:
-        return block(made)
+        return block(content)
     file = read(scenario.source)
-    return edited_text(read_text(scenario.source), differences(file.data, made))
+    return edited_text(read_text(scenario.source), differences(file.data, content))
 
 
 def saved_text(scenario: Scenario, folder: Path) -> str:
@@ -41,7 +41,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
     data, source = scenario.task.to_dict(), scenario.source
-    here = Path.cwd() if source is None else source.parent
-    moved = moved_paths(data, here.resolve(), folder.resolve())
-    made: dict[str, object] = edited(Document(data), moved).data
-    return made
+    source_folder = Path.cwd() if source is None else source.parent
+    moved = moved_paths(data, source_folder.resolve(), folder.resolve())
+    content: dict[str, object] = edited(Document(data), moved).data
+    return content

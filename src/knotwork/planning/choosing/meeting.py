@@ -21,7 +21,7 @@ from knotwork.task import PlainTask
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
-MAX_ROUNDS = 20
+MEETING_ROUNDS = 20
 """Largest number of iterations."""
 
 FULL_STEPS = 5
@@ -55,7 +55,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         InputError: A given time is too early, or the iteration does not converge.
     """
     scenario, chosen = _first_choice(scenario, choose)
-    for count in range(MAX_ROUNDS):
+    for count in range(MEETING_ROUNDS):
         expected, times = scenario.provisional_times, _times(scenario, chosen)
         met = list(_free(scenario).meets)
         if np.abs(times - expected)[met].max() <= AGREEMENT:
@@ -70,8 +70,8 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         chosen = choose(scenario)
     i = max(met, key=lambda i: abs(times[i] - expected[i]))
     error = TimingError(
-        f"{scenario.waypoints[i].name!r} moves, and after {MAX_ROUNDS} iterations the arrival at "
-        f"{times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
+        f"{scenario.waypoints[i].name!r} moves, and after {MEETING_ROUNDS} iterations the arrival "
+        f"at {times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
         "here and before",
         limit="rounds",
     )
@@ -201,11 +201,15 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
         if free.duration[i - 1] and task.waypoints[k].time is None:
             span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREEMENT
             changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)
-    whole: dict[str, Any] = {}
+    ends: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
-        whole = {"times": None, "objective": None}
+        ends = {"times": None, "objective": None}
         if free.optimal_knots:  # short moves end with accelerations that least jerk would keep up
             terms = {name: value for name, value in free.objective.items() if name != "time"}
-            whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
+            ends = {
+                "times": None,
+                "knots": "optimal",
+                "objective": terms or {"acceleration": 1.0},
+            }
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
-    return _with_expected_times(scenario, task.replace(**whole), {})
+    return _with_expected_times(scenario, task.replace(**ends), {})

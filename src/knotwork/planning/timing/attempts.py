@@ -52,17 +52,19 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
         The motion; if no start converges within the budget, one that rests in each interval;
         `None` if there is none.
     """
-    given = float(np.nansum(problem.duration))
-    if problem.objective.only_time and problem.free.any() and given:
+    given_time = float(np.nansum(problem.duration))
+    if problem.objective.only_time and problem.free.any() and given_time:
         rests = resting_motion(problem, "resting")
-        if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given:
+        if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given_time:
             return rests  # the free time is negligible against the given one
     rests = None if budget.seconds is None else resting_motion(problem, "stopped")
     for start in _starts(problem):
-        found = _run(start, problem, budget, found=rests is not None)
-        if found is not None:
-            return found
-    return rests if budget.late(found=rests is not None) else resting_motion(problem, "resting")
+        attempt = _run(start, problem, budget, has_motion=rests is not None)
+        if attempt is not None:
+            return attempt
+    return (
+        rests if budget.late(has_motion=rests is not None) else resting_motion(problem, "resting")
+    )
 
 
 def _starts(problem: TimingProblem) -> Iterator[Guess]:
@@ -86,20 +88,22 @@ def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
     return None
 
 
-def _run(guess: Guess, problem: TimingProblem, budget: Budget, *, found: bool) -> Attempt | None:
+def _run(
+    guess: Guess, problem: TimingProblem, budget: Budget, *, has_motion: bool
+) -> Attempt | None:
     """Solve from one start, with more tightening whenever the exact check finds an excess.
 
     Args:
         guess: The start.
         problem: The section.
         budget: Progress and budget.
-        found: Whether there is already a motion.
+        has_motion: Whether there is already a motion.
     """
     tightening = first_tightening(problem)
     last: Solution | None = None
     restarted = False
     for _ in range(MAX_TIGHTENINGS):
-        seconds = budget.left(found=found)
+        seconds = budget.remaining(has_motion=has_motion)
         if seconds <= 0.0:
             return None
         section = Section(problem, guess, tightening)

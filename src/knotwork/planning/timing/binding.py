@@ -9,10 +9,10 @@ from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
-INTERVAL_SAMPLES = 100
+BINDING_SAMPLES = 100
 """Samples in each interval."""
 
-LIMIT_DISTANCE = 1e-3
+ACTIVE_LIMIT_DISTANCE = 1e-3
 """Relative distance within which a joint is at a limit."""
 
 MIN_ACTIVE_SHARE = 0.02
@@ -32,10 +32,10 @@ def binding_limits(
         time: Times of the waypoints [s], shape (n,).
         curve: Joint positions.
     """
-    places = (np.arange(INTERVAL_SAMPLES) + 0.5) / INTERVAL_SAMPLES
+    places = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
     times = time[:-1, None] + places * np.diff(time)[:, None]
     limits = problem.limits
-    limits_found: list[Binding] = []
+    active: list[Binding] = []
     uses = {
         name: np.abs(curve(times, order)) / getattr(limits, name)
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
@@ -48,8 +48,10 @@ def binding_limits(
         speed = problem.dynamics.tool_speed(q, curve(times, 1)) / limits.tool_speed
         uses["tool speed"] = speed[:, :, None]
     peaks = {name: use.max(axis=1) for name, use in uses.items()}
-    shares = {name: np.mean(use >= 1.0 - LIMIT_DISTANCE, axis=1) for name, use in uses.items()}
-    width = LIMIT_DISTANCE * np.where(
+    shares = {
+        name: np.mean(use >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1) for name, use in uses.items()
+    }
+    width = ACTIVE_LIMIT_DISTANCE * np.where(
         np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 0
     )
     shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
@@ -68,5 +70,5 @@ def binding_limits(
         for part, name, k in at_limit:
             joint = "" if name == "tool speed" else problem.joint_names[k]
             ends = problem.names[i], problem.names[i + 1]
-            limits_found.append(Binding(*ends, joint, name, round(part, 2)))
-    return tuple(limits_found)
+            active.append(Binding(*ends, joint, name, round(part, 2)))
+    return tuple(active)

@@ -47,36 +47,36 @@ class Budget:
             self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
         self.begun = self.now()
 
-    def left(self, *, found: bool = False) -> float:
+    def remaining(self, *, has_motion: bool = False) -> float:
         """Remaining time [s]: of the share if there is a motion, otherwise of the whole budget.
 
         Args:
-            found: Whether there is a motion.
+            has_motion: Whether there is a motion.
         """
         if self.seconds is None:
             return np.inf
         end = self.begun + self.seconds
-        return (min(end, self._turn) if found else end) - self.now()
+        return (min(end, self._turn) if has_motion else end) - self.now()
 
     @contextmanager
     def part(self, intervals: int) -> Iterator[None]:
         """Give a part its share of the remaining budget, by its intervals."""
         before = self._turn
         if self.seconds is not None:
-            self._turn = self.now() + self.left() * intervals / max(
+            self._turn = self.now() + self.remaining() * intervals / max(
                 self.work - self.solved, intervals
             )
         yield
         self._turn = before
         self.solved += intervals
 
-    def late(self, *, found: bool) -> bool:
+    def late(self, *, has_motion: bool) -> bool:
         """Whether to stop: the budget has ended, or the share has and there is a motion.
 
         Args:
-            found: Whether there is a motion.
+            has_motion: Whether there is a motion.
         """
-        return self.left(found=found) < 0.0
+        return self.remaining(has_motion=has_motion) < 0.0
 
     def step(
         self,

@@ -13,7 +13,7 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down
 
-VALUE_ROUNDING = 1e-12
+GIVEN_ROUNDING = 1e-12
 """Relative rounding tolerance of given values."""
 
 
@@ -47,13 +47,13 @@ def _fault(
     )
 
 
-def _advice(given: str, part: float) -> str:
+def _advice(kind: str, part: float) -> str:
     if not part:
         return (
-            f". No part of the {given} given here is possible: stop here, or move the waypoint or "
+            f". No part of the {kind} given here is possible: stop here, or move the waypoint or "
             "the limit"
         )
-    return f". At most {rounded_down(part, 4):g} times the {given} given here is possible"
+    return f". At most {rounded_down(part, 4):g} times the {kind} given here is possible"
 
 
 def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
@@ -64,7 +64,7 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
         ("acceleration", 2, "an", problem.acceleration_known),
     ):
         most, values = getattr(limits, name), getattr(problem, name)
-        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + VALUE_ROUNDING))):
+        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + GIVEN_ROUNDING))):
             value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
             bound = math.copysign(float(most[k]), value)
             message = (
@@ -77,7 +77,7 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
 def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
     """Positions outside their limits."""
     limits, text, q = problem.limits, problem.units.text, problem.position
-    slack = VALUE_ROUNDING * np.maximum(1.0, np.abs(q))
+    slack = GIVEN_ROUNDING * np.maximum(1.0, np.abs(q))
     for i, k in np.argwhere((q < limits.lower - slack) | (q > limits.upper + slack)):
         unit, value = problem.joint_units[k], float(q[i, k])
         lower, upper = float(limits.lower[k]), float(limits.upper[k])
@@ -98,7 +98,7 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
         room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
         with np.errstate(invalid="ignore"):
             most = np.sqrt(2.0 * limits.acceleration * room)
-        for i, k in np.argwhere(np.abs(v) > most * (1.0 + 1e-9) + VALUE_ROUNDING):
+        for i, k in np.argwhere(np.abs(v) > most * (1.0 + 1e-9) + GIVEN_ROUNDING):
             unit, value = problem.joint_units[k], float(problem.velocity[i, k])
             needed = 0.5 * value**2 / float(limits.acceleration[k])
             bound = math.copysign(float(most[i, k]), value)

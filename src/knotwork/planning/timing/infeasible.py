@@ -15,7 +15,7 @@ from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.bounds import interval_bounds, least_durations, slowest
-from knotwork.planning.timing.given_values import VALUE_ROUNDING, value_errors
+from knotwork.planning.timing.given_values import GIVEN_ROUNDING, value_errors
 from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
@@ -75,17 +75,17 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
     q = problem.position[rows]
     efforts = np.abs(problem.arm.effort(q, np.zeros_like(q), np.zeros_like(q)))
     for k in np.flatnonzero(
-        (efforts > limits.effort * (1.0 + VALUE_ROUNDING)).any(axis=0)
+        (efforts > limits.effort * (1.0 + GIVEN_ROUNDING)).any(axis=0)
     ).tolist():
         i, effort, limit = int(rows[efforts[:, k].argmax()]), efforts[:, k].max(), limits.effort[k]
         unit, name = JOINT_QUANTITIES["effort"].units[problem.joint_units[k]], problem.names[i]
-        needed, given = (
+        needed_text, limit_text = (
             problem.units.text(value / limits.margin, unit) for value in (rounded_up(effort), limit)
         )
         yield TimingError(
             f"{'no motion keeps all limits' if certain else NO_MOTION}: "
             f"{'' if rests[i] else 'to rest '}at {name!r} joint {problem.joint_names[k]!r} needs a "
-            f"limit of effort above {needed}; it is {given}{limits.margin_note}",
+            f"limit of effort above {needed_text}; it is {limit_text}{limits.margin_note}",
             waypoint=i,
             joint=problem.joint_names[k],
             limit="effort",

@@ -52,8 +52,8 @@ def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
 
 
 def _even_shares(intervals: int) -> FloatArray:
-    each = pieces_each(intervals)
-    return np.full((intervals, each), 1.0 / each)
+    pieces = pieces_each(intervals)
+    return np.full((intervals, pieces), 1.0 / pieces)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
@@ -80,13 +80,13 @@ def short_durations(problem: TimingProblem) -> FloatArray:
     They are the middle of the common interval; NaN if no joint is limited in this way, or if
     there is no common interval.
     """
-    found = np.full(problem.duration.shape, np.nan)
+    durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known
     for i in np.flatnonzero(known[:-1] & known[1:] & problem.free).tolist():
         first, last, _ = problem.possible_durations(i)
         if first.max() <= last.min() < np.inf and last.min() >= problem.at_least[i]:
-            found[i] = 0.5 * (first.max() + last.min())
-    return found
+            durations[i] = 0.5 * (first.max() + last.min())
+    return durations
 
 
 def first_velocities(problem: TimingProblem) -> FloatArray:

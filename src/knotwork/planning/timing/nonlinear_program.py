@@ -39,8 +39,8 @@ class Kernel:
         p: Parameters, a symbolic column.
         g: Constraints, a symbolic column.
         cost: Term of the objective.
-        inner: Symbols in `g` and `cost` for expressions of the variables, and these expressions.
-            By the chain rule, derivatives of long expressions in few inner symbols take a
+        inner: Symbols in `g` and `cost` for inner_values of the variables, and these inner_values.
+            By the chain rule, derivatives of long inner_values in few inner symbols take a
             fraction of the operations.
     """
 
@@ -52,20 +52,22 @@ class Kernel:
         cost, g = ca.densify(ca.SX(cost)), ca.densify(ca.SX(g))
         self.variables, self.parameters, self.constraints = z.numel(), p.numel(), g.numel()
         multipliers, weight = ca.SX.sym("l", self.constraints), ca.SX.sym("w")
-        symbols, meant = inner or (ca.SX(0, 1), ca.SX(0, 1))
-        both = ca.vertcat(z, symbols)
-        change = ca.vertcat(ca.SX.eye(self.variables), ca.jacobian(meant, z))
-        bent, slope = ca.hessian(weight * cost + ca.dot(multipliers, g), both)
+        symbols, inner_values = inner or (ca.SX(0, 1), ca.SX(0, 1))
+        symbolic = ca.vertcat(z, symbols)
+        change = ca.vertcat(ca.SX.eye(self.variables), ca.jacobian(inner_values, z))
+        curvature, slope = ca.hessian(weight * cost + ca.dot(multipliers, g), symbolic)
         pull = ca.SX.sym("pull", symbols.numel())
-        turned = ca.substitute(
-            ca.hessian(ca.dot(pull, meant), z)[0], pull, slope[self.variables :, :]
+        inner_curvature = ca.substitute(
+            ca.hessian(ca.dot(pull, inner_values), z)[0], pull, slope[self.variables :, :]
         )
-        gradient = ca.densify(ca.mtimes(ca.gradient(cost, both).T, change).T)
-        jacobian = ca.mtimes(ca.jacobian(g, both), change)
-        hessian = ca.mtimes(change.T, ca.mtimes(bent, change)) + turned
-        found = [cost, g, gradient, jacobian, hessian]
-        at = ca.Function("at", [both, p, weight, multipliers], found)
-        cost, g, gradient, jacobian, hessian = at(ca.vertcat(z, meant), p, weight, multipliers)
+        gradient = ca.densify(ca.mtimes(ca.gradient(cost, symbolic).T, change).T)
+        jacobian = ca.mtimes(ca.jacobian(g, symbolic), change)
+        hessian = ca.mtimes(change.T, ca.mtimes(curvature, change)) + inner_curvature
+        outputs = [cost, g, gradient, jacobian, hessian]
+        at = ca.Function("at", [symbolic, p, weight, multipliers], outputs)
+        cost, g, gradient, jacobian, hessian = at(
+            ca.vertcat(z, inner_values), p, weight, multipliers
+        )
         self.value = ca.Function("value", [z, p], [cost, g])
         self.first = ca.Function("first", [z, p], [gradient, jacobian])
         self.second = ca.Function("second", [z, p, weight, multipliers], [hessian])
@@ -173,17 +175,17 @@ def _solver(
     multipliers = ca.MX.sym("l", count)
     cost, gradient, hessian = ca.MX(0.0), ca.MX(size, 1), ca.MX(size, size)
     constraints, jacobians = [], []
-    given, dual = 0, 0
+    start, dual = 0, 0
     for kernel, (_, times), content in structure:
         # selects the variables of the kernel, repetition by repetition
         columns = np.frombuffer(content, dtype=np.intp).reshape(-1, times).T.ravel().tolist()
         rows = list(range(len(columns)))
         select = ca.DM.ones(ca.Sparsity.triplet(len(columns), size, rows, columns))
         z = ca.reshape(ca.mtimes(select, x), kernel.variables, times)
-        q = ca.reshape(p[given : given + kernel.parameters * times], kernel.parameters, times)
+        q = ca.reshape(p[start : start + kernel.parameters * times], kernel.parameters, times)
         end = dual + kernel.constraints * times
         factors = ca.reshape(multipliers[dual:end], kernel.constraints, times)
-        given, dual = given + q.numel(), end
+        start, dual = start + q.numel(), end
         costs, g = kernel.value.map(times)(z, q)
         slope, jacobian = kernel.first.map(times)(z, q)
         curvature = kernel.second.map(times)(z, q, ca.repmat(weight, 1, times), factors)

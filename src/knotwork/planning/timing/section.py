@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import work_kernel
 from knotwork.planning.timing.exact_curve import MotionKnots
-from knotwork.planning.timing.held_limits import held_blocks
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
+from knotwork.planning.timing.robot_limits import held_blocks, work_kernel
 from knotwork.planning.timing.spline import (
     Layout,
     Scale,
@@ -156,18 +155,18 @@ class Section:
         problem, each = self.problem, self.layout.each
         q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
         still = rests & (problem.acceleration == 0.0).all(axis=1)
-        found = []
-        for one, extreme, none in zip(
+        ranges = []
+        for edge, extreme, none in zip(
             self._position_range(), (np.minimum, np.maximum), (-np.inf, np.inf), strict=True
         ):
-            points = np.broadcast_to(one[:, None], (4, len(one), each, self.layout.joints)).copy()
+            points = np.broadcast_to(edge[:, None], (4, len(edge), each, self.layout.joints)).copy()
             points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
             points[:, :, -1] = extreme(points[:, :, -1], q[1:])
             for place, constant in enumerate((rests, still)):
                 points[place, constant[:-1], 0] = none
                 points[3 - place, constant[1:], -1] = none
-            found.append(points.reshape(4, self.layout.pieces, -1).transpose(0, 2, 1))
-        return found[0], found[1]
+            ranges.append(points.reshape(4, self.layout.pieces, -1).transpose(0, 2, 1))
+        return ranges[0], ranges[1]
 
     def blocks(self) -> list[Block]:
         """Equations, limits and costs, with their values."""
@@ -191,12 +190,12 @@ class Section:
             weight = problem.objective.effort * scale.time / self.typical_cost()
             parameters = np.append(scale.state, weight)[:, None]
             blocks.append(Block(work_kernel(problem.arm), at.piece, parameters))
-        return [*blocks, *held_blocks(problem, self.tightening, scale, at)]
+        return [*blocks, *held_blocks(problem, self.tightening.held, self.margin, scale, at)]
 
     def _piece_block(self) -> Block:
         """Equations of the pieces, their limits and costs."""
         problem, scale, at = self.problem, self.scale, self.layout
-        d, ones = at.joints, np.ones(at.pieces)
+        d, row = at.joints, np.ones(at.pieces)
         jerk = bool(np.isfinite(problem.limits.jerk).any())
         position, smooth = self.tightening.position, problem.objective.jerk > 0.0
         h = self.spans / scale.time
@@ -205,14 +204,14 @@ class Section:
         high = [np.zeros((2 * d, at.pieces)), *fastest]
         if jerk:
             limit = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
-            rows.append(ones / limit[:, None])
+            rows.append(row / limit[:, None])
             low.append(np.full((2 * d, at.pieces), -np.inf))
             high.append(np.zeros((2 * d, at.pieces)))
         if position:
             lower, upper = self._positions_between()
             low += list(lower / scale.unit(0)[:, None])
             high += list(upper / scale.unit(0)[:, None])
-        weights = self._weights()[:, None] * ones
+        weights = self._weights()[:, None] * row
         duration = np.repeat(self.guess.duration, at.each)
         weights[1] = (
             EVENNESS_WEIGHT * at.each * scale.time**2 / (duration * self.guess.duration.sum())
@@ -251,9 +250,9 @@ class Section:
         shape = (self.layout.intervals, self.layout.each, self.layout.joints)
         start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
         # with zero acceleration, the point next to the waypoint has its velocity
-        given = np.where(self._passes_at_limit(), 1.001 * self.problem.limits.velocity, 0.0)
-        start[:, 0] = np.maximum(start[:, 0], given[:-1])
-        end[:, -1] = np.maximum(end[:, -1], given[1:])
+        passed = np.where(self._passes_at_limit(), 1.001 * self.problem.limits.velocity, 0.0)
+        start[:, 0] = np.maximum(start[:, 0], passed[:-1])
+        end[:, -1] = np.maximum(end[:, -1], passed[1:])
         unit = self.scale.unit(1)
         return [(v.reshape(self.layout.pieces, -1) / unit).T for v in (start, end)]
 
@@ -281,8 +280,8 @@ class Section:
         duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
         if problem.total is not None:
             free = problem.free
-            left = problem.total - duration[~free].sum()
-            duration[free] *= left / duration[free].sum()
+            free_time = problem.total - duration[~free].sum()
+            duration[free] *= free_time / duration[free].sum()
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
         velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: at.each])
         for place, i in zip(at.factor, self.along, strict=True):

@@ -99,7 +99,7 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
         attempt = solve_windows(section, budget)
         if attempt is not None:
             attempts.append(attempt)
-        elif budget.late(found=False):
+        elif budget.late(has_motion=False):
             message = (
                 "no motion that keeps every limit was found within the budget of "
                 f"{budget.seconds:g} s; allow more time, or none, for a search to its end"

@@ -115,11 +115,11 @@ def _with_rest(problem: TimingProblem, slower: float, braking: float) -> MotionK
 
 def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phases | None:
     """The motion from rest to rest, between phases with a total duration of `ends` [s]."""
-    given, at_least = (float(one[0]) - ends for one in (problem.duration, problem.at_least))
+    asked, at_least = (float(h[0]) - ends for h in (problem.duration, problem.at_least))
     move = np.diff(problem.position, axis=0)[0]
     moving = _fastest_between_rests(problem, move) if move.any() else None
     least = 0.0 if moving is None else float(moving.time[-1])
-    span = max(slower * least, at_least) if np.isnan(given) else given
+    span = max(slower * least, at_least) if np.isnan(asked) else asked
     if moving is not None and span > 0.0:
         # the phases before and after must not change with the rounding of this one
         slowed = correct_accelerations(moving).acceleration[0] * (least / span) ** 2

@@ -55,8 +55,8 @@ class Dynamics:
         """Speed of the tool centre point [m/s] in many states, shape (...) for (..., d)."""
         shape = np.shape(q)
         rows = zip(*(np.reshape(x, (-1, shape[-1])) for x in (q, v)), strict=True)
-        found = [float(np.linalg.norm(self.robot.twist(*row).linear)) for row in rows]
-        return np.array(found).reshape(shape[:-1])
+        speeds = [float(np.linalg.norm(self.robot.twist(*row).linear)) for row in rows]
+        return np.array(speeds).reshape(shape[:-1])
 
     def symbolic_effort(self, q: Any, v: Any, a: Any) -> Any:
         """Joint efforts of a state as CasADi symbols, a column."""
@@ -65,18 +65,18 @@ class Dynamics:
         moving = self._outwards(q, v, a)
         joints, effort = self.joints, [ca.SX(0)] * len(moving)
         forces, moments = (
-            [None, *(getattr(one, name) for one in moving[1:])] for name in ("force", "moment")
+            [None, *(getattr(link, name) for link in moving[1:])] for name in ("force", "moment")
         )
         for i in reversed(range(1, len(moving))):
-            here, parent, k = moving[i], joints.parent[i], joints.column[i]
+            link, parent, k = moving[i], joints.parent[i], joints.column[i]
             along = joints.turns[i] * moments[i] + joints.slides[i] * forces[i]
             effort[k] = ca.dot(_sparse(joints.axis[i]), along)
             effort[k] += float(self.robot.model.armature[k]) * a[k]
             if parent:
-                force = ca.mtimes(here.rotation, forces[i])
+                force = ca.mtimes(link.rotation, forces[i])
                 forces[parent] += force
-                moments[parent] += ca.mtimes(here.rotation, moments[i])
-                moments[parent] += ca.cross(here.offset, force)
+                moments[parent] += ca.mtimes(link.rotation, moments[i])
+                moments[parent] += ca.cross(link.offset, force)
         return ca.vertcat(*effort[:-1])
 
     def symbolic_tool_velocity(self, q: Any, v: Any) -> Any:
@@ -89,8 +89,8 @@ class Dynamics:
         frame = model.frames[self.robot.tcp_frame_id]
         if frame.parentJoint == 0:
             return ca.SX.zeros(3)
-        here = self._outwards(q, v, v)[frame.parentJoint]
-        return here.velocity + ca.cross(here.spin, ca.DM(np.array(frame.placement.translation)))
+        link = self._outwards(q, v, v)[frame.parentJoint]
+        return link.velocity + ca.cross(link.spin, ca.DM(np.array(frame.placement.translation)))
 
     def _outwards(self, q: Any, v: Any, a: Any) -> list[_Moving]:
         """Motion of every link from the base to the tips, and the required force and moment."""
@@ -99,9 +99,9 @@ class Dynamics:
         model, joints, none = self.robot.model, self.joints, ca.SX(3, 1)
         # gravity is an acceleration of the base
         lift = ca.SX(ca.DM(-model.gravity.linear))
-        found = [_Moving(ca.SX.eye(3), none, none, none, none, lift, none, none)]
+        links = [_Moving(ca.SX.eye(3), none, none, none, none, lift, none, none)]
         for i in range(1, len(joints.parent)):
-            k, parent, axis = joints.column[i], found[joints.parent[i]], joints.axis[i]
+            k, parent, axis = joints.column[i], links[joints.parent[i]], joints.axis[i]
             turn, slide = _sparse(joints.turns[i] * axis), _sparse(joints.slides[i] * axis)
             fixed = _sparse(joints.rotation[i])
             rotation = ca.mtimes(fixed, _rotation(joints.turns[i] * axis, q[k]))
@@ -126,10 +126,10 @@ class Dynamics:
             moment = ca.mtimes(inertia, spin_rate) + ca.cross(spin, ca.mtimes(inertia, spin))
             moment += ca.cross(lever, force)
             velocity = ca.mtimes(rotation.T, velocity) + moves
-            found.append(
+            links.append(
                 _Moving(rotation, offset, spin, spin_rate, velocity, acceleration, force, moment)
             )
-        return found
+        return links
 
 
 class _Moving(NamedTuple):

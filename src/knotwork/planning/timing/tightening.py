@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
+from knotwork.planning.timing.robot_limits import (
+    ROBOT_LIMITS,
+    HeldLimit,
+    proved_shares,
+    sampled_shares,
+)
 from knotwork.planning.timing.spline import pieces_each
-from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
@@ -20,26 +24,8 @@ SAMPLE_MARGIN = 1e-4
 SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
 
-LIMIT_SLACK = 1e-10
+CURVE_SLACK = 1e-10
 """Relative rounding tolerance of limits."""
-
-ROBOT_LIMITS = {
-    "effort": (effort_shares, proved_efforts),
-    "tool_speed": (tool_shares, proved_tool),
-}
-"""Limits that depend on the robot: functions of their use at samples of a curve, and proved."""
-
-
-class HeldLimit(NamedTuple):
-    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
-
-    Attributes:
-        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
-        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
-    """
-
-    allowed: FloatArray
-    active: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +42,9 @@ class Tightening:
     position: bool = False
     held: Mapping[str, HeldLimit] = field(default_factory=dict)
 
-    def same_equations(self, other: Tightening) -> bool:
+    def same_equations(self, following: Tightening) -> bool:
         """Whether the solver has the same equations with another tightening."""
-        return self.position == other.position and self.held.keys() == other.held.keys()
+        return self.position == following.position and self.held.keys() == following.held.keys()
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -134,10 +120,10 @@ def _held_limit(
     if near is not None:
         close = np.repeat(shares.max(axis=1) > near, 2)
         active |= np.append(close, False) | np.insert(close, 0, False)
-    given = problem.velocity_known
+    known = problem.velocity_known
     if name == "effort":
-        given = given & problem.acceleration_known
-    active[:: 2 * pieces // (len(given) - 1)][given] = False
+        known = known & problem.acceleration_known
+    active[:: 2 * pieces // (len(known) - 1)][known] = False
     return HeldLimit(allowed, active)
 
 
@@ -149,12 +135,12 @@ def exceeded_limit(
     Returns:
         Name of the limit, and its use in each piece.
     """
-    for name, (sampled, proved) in ROBOT_LIMITS.items():
+    for name in ROBOT_LIMITS:
         if not np.isfinite(getattr(problem.limits, name)).any():
             continue
-        shares = sampled(problem, curve)
+        shares = sampled_shares(problem, curve, name)
         if shares.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
-            shares = proved(problem, curve)
+            shares = proved_shares(problem, curve, name)
             if shares.max() <= 1.0:
                 continue
         return name, shares
@@ -169,7 +155,7 @@ def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
 def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
     return any(
-        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + LIMIT_SLACK)).any()
+        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + CURVE_SLACK)).any()
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
     )
 
@@ -177,6 +163,6 @@ def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
 def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a position is outside its limits, by the exact extrema."""
     positions = curve.extrema(0)
-    slack = LIMIT_SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
+    slack = CURVE_SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
     below = positions.minimum < problem.limits.lower - slack
     return bool((below | (positions.maximum > problem.limits.upper + slack)).any())

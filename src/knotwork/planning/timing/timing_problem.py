@@ -110,7 +110,7 @@ class Objective:
     effort: float = 0.0
 
     def __post_init__(self) -> None:
-        names = [one.name for one in fields(self)]
+        names = [term.name for term in fields(self)]
         for name in names:
             value = finite_number(getattr(self, name), f"weight of {name}")
             if value < 0.0:
@@ -122,7 +122,7 @@ class Objective:
     @property
     def only_time(self) -> bool:
         """Whether the duration is the only term."""
-        return not any(getattr(self, one.name) for one in fields(self) if one.name != "time")
+        return not any(getattr(self, term.name) for term in fields(self) if term.name != "time")
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,12 +220,12 @@ class TimingProblem(ReadOnlyArrays):
                 f"there are {len(self.joint_names)}"
             )
 
-    def _check_rows(self, what: str) -> None:
-        missing = np.isnan(getattr(self, what))
+    def _check_rows(self, name: str) -> None:
+        missing = np.isnan(getattr(self, name))
         partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
         if partly.size:
             raise WaypointDataError(
-                f"{what} at {self.names[partly[0]]!r} is known for some joints only; "
+                f"{name} at {self.names[partly[0]]!r} is known for some joints only; "
                 "give all of them, or NaN for all",
                 waypoint=int(partly[0]),
             )
@@ -295,14 +295,14 @@ def with_margin(text: Callable[[float], str], limit: float, margin: float) -> st
     return f"{text(limit)}, {margin:g} of {text(limit / margin)} (margin)"
 
 
-def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: Any) -> Any:
+def _numbers(values: ArrayLike | None, shape: tuple[int, ...], name: str, default: Any) -> Any:
     """Copy numbers of the default's type, including infinity and NaN, into a read-only array."""
     try:
         array = np.array(np.full(shape, default) if values is None else values, type(default))
     except (TypeError, ValueError) as error:
-        raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
+        raise WaypointDataError(f"{name} must be numbers, not {values!r}", value=values) from error
     if array.shape != shape:
-        raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
+        raise WaypointDataError(f"{name} must have shape {shape}, not {array.shape}", value=array)
     array.setflags(write=False)
     return array
 

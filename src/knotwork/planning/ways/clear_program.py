@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.planning.timing.efforts import inner_state
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
+from knotwork.planning.timing.robot_limits import inner_state
 from knotwork.planning.timing.section import Section
 from knotwork.planning.timing.spline import Scale
 from knotwork.planning.timing.tightening import Tightening

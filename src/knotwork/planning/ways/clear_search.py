@@ -94,27 +94,27 @@ def find_clear_motion(
     for part in ROOM_SHARES if room else ():
         try:
             roomy = _with_room(problem, part * room)
-            way = _ClearSearch(roomy, STAGES[:1], late, report).best_of(tries)
-            return replace(way, room=part * room)
+            motion = _ClearSearch(roomy, STAGES[:1], late, report).best_of(tries)
+            return replace(motion, room=part * room)
         except NoClearMotionError:
             continue
     return _ClearSearch(problem, STAGES, late, report).best_of(tries)
 
 
-def stretch(way: ClearMotion, duration: float) -> PiecewisePolynomial | None:
+def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
     """Stretch a motion to a longer duration; `None` if the arm can't move so slowly.
 
     Args:
-        way: The fastest motion.
+        motion: The fastest motion.
         duration: The new duration [s], not below that of the motion.
     """
-    before, middle, after = way.parts
+    before, middle, after = motion.parts
     if before is None and after is None:
-        return slow_down(way.curve, duration / way.duration)
+        return slow_down(motion.curve, duration / motion.duration)
     if middle is None:
         return None
-    rest = duration - sum(float(run.x[-1]) for run in (before, after) if run is not None)
-    factor = rest / float(middle.x[-1])
+    remaining = duration - sum(float(run.x[-1]) for run in (before, after) if run is not None)
+    factor = remaining / float(middle.x[-1])
     return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
 
@@ -127,9 +127,9 @@ def _with_room(problem: ClearMotionProblem, room: float) -> ClearMotionProblem:
         for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
             least[names] = min(least[names], 0.5 * max(gap, 0.0))
     pairs = []
-    for one in model.pairs:
-        both = model.bodies[one.first].name, model.bodies[one.second].name
-        pairs.append(one._replace(margin=one.margin + least.get(both, 0.0)))
+    for pair in model.pairs:
+        names = model.bodies[pair.first].name, model.bodies[pair.second].name
+        pairs.append(pair._replace(margin=pair.margin + least.get(names, 0.0)))
     return replace(problem, model=replace(model, pairs=tuple(pairs)))
 
 
@@ -166,11 +166,11 @@ class _ClearSearch:
 
     def _free(self, end: str, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of an end."""
-        free = self.space.select_free(ends)
-        if not len(free):
+        clear = self.space.select_free(ends)
+        if not len(clear):
             gap, bodies = self.space.worst(ends[0])
             raise NoClearMotionError(end, bodies, -gap, solutions=len(ends))
-        return free
+        return clear
 
     def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
         """Motion to rest after the start (k = 0) or from rest to the goal (-1), if it moves.
@@ -223,9 +223,9 @@ class _ClearSearch:
             lines = self._lines(seed)
             if lines is None:
                 break
-            way = self._fast(lines, best, seed + 1)
-            if way is not None and (best is None or way.duration < best.duration):
-                best = way
+            motion = self._fast(lines, best, seed + 1)
+            if motion is not None and (best is None or motion.duration < best.duration):
+                best = motion
                 self.report(seed + 1, best)
         if best is None:
             raise NoClearMotionError(checks=self.space.checks)
@@ -240,14 +240,14 @@ class _ClearSearch:
 
     def _lines(self, seed: int) -> list[FloatArray] | None:
         """Polylines between consecutive waypoints, proved clear."""
-        found = []
+        lines = []
         starts, goals = self.rests
         for k, ends in enumerate(pairwise([starts, *self.inner[:, None], goals])):
             line = self._line([seed, k] if k else [seed], *ends)
             if line is None:
                 return None
-            found.append(line)
-        return found
+            lines.append(line)
+        return lines
 
     def _line(self, seed: list[int], starts: FloatArray, goals: FloatArray) -> FloatArray | None:
         """A polyline, proved clear."""
@@ -264,9 +264,9 @@ class _ClearSearch:
                 line = connect(self.space, starts[few], goals[few], rng, step, most)
                 if line is None:
                     break
-                for one in (shorten_polyline(self.space, line, rng, step, weights), line):
-                    if len(one) == 1 or self._is_clear(one):
-                        return one
+                for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
+                    if len(candidate) == 1 or self._is_clear(candidate):
+                        return candidate
             self.stage += 1
         return None
 
@@ -275,7 +275,7 @@ class _ClearSearch:
     ) -> ClearMotion | None:
         """The fastest motion near consecutive polylines."""
         line = np.concatenate((lines[0][:1], *(part[1:] for part in lines)))
-        edges = [len(one) - 1 for one in lines]
+        edges = [len(part) - 1 for part in lines]
         passed, problem = np.cumsum([0, *edges]), self.problem
         first = self._first(line, passed)
         if first is None:
@@ -284,15 +284,15 @@ class _ClearSearch:
         ends = self._timing_problem(line[passed], moving=True)
         if contacts_of(problem.model, curve, problem.resolution) or not keeps_limits(ends, curve):
             return None
-        way = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
+        motion = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
-            self.report(number, way)
+            self.report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
         beat = np.inf if best is None else best.duration
         exchange = Exchange(self.space, ends, curve, times, pieces, problem.resolution)
         faster = exchange.run(self.late, beat)
         if faster is curve:
-            return way
+            return motion
         return ClearMotion(faster, faster.x[::pieces], line, parts, rests=False)
 
     def _first(

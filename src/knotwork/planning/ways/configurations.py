@@ -71,9 +71,9 @@ class Configurations:
         self._joint: list[int] = []
         for b, body in enumerate(model.bodies):
             solids.append([])
-            for s, one in enumerate(body.solids):
-                placed = pin.SE3(one.rotation, one.translation)
-                shape = pin.GeometryObject(f"{b} {s}", body.joint, placed, one.geometry)
+            for s, solid in enumerate(body.solids):
+                placed = pin.SE3(solid.rotation, solid.translation)
+                shape = pin.GeometryObject(f"{b} {s}", body.joint, placed, solid.geometry)
                 solids[b].append(int(self._geometry.addGeometryObject(shape)))
                 self._joint.append(body.joint)
         self._pairs: list[tuple[int, int]] = []
@@ -104,11 +104,11 @@ class Configurations:
             ends: Configurations that must pass, shape (d,) each: a pair with less than twice the
                 extra clearance there has to keep half of its gap.
         """
-        wanted = np.full(len(self._pairs), extra)
+        clearances = np.full(len(self._pairs), extra)
         for q in ends:
-            wanted = np.minimum(wanted, 0.5 * np.maximum(self.gaps(q), 0.0))
-        kept = self.margin + wanted + DISTANCE_ERROR
-        for request, distance in zip(self._found.collisionRequests, kept.tolist(), strict=True):
+            clearances = np.minimum(clearances, 0.5 * np.maximum(self.gaps(q), 0.0))
+        limits = self.margin + clearances + DISTANCE_ERROR
+        for request, distance in zip(self._found.collisionRequests, limits.tolist(), strict=True):
             request.security_margin = distance
 
     def within_limits(self, q: FloatArray) -> bool:
@@ -141,8 +141,8 @@ class Configurations:
     def gaps(self, q: FloatArray) -> FloatArray:
         """Distances of all pairs of solids minus their margins [m]."""
         pin.computeDistances(self.robot, self._data, self._geometry, self._found, q)
-        found = [one.min_distance for one in self._found.distanceResults]
-        return np.asarray(np.array(found) - self.margin)
+        distances = [result.min_distance for result in self._found.distanceResults]
+        return np.asarray(np.array(distances) - self.margin)
 
     def worst(self, q: FloatArray) -> tuple[float, tuple[str, str]]:
         """The minimum gap at a configuration [m], and the two bodies."""
@@ -150,7 +150,7 @@ class Configurations:
         k = int(np.argmin(gaps))
         return float(gaps[k]), self.bodies[k]
 
-    def near(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
+    def near_pairs(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
         """The nearest pairs of solids at a configuration, with the gradients of their gaps.
 
         Args:
@@ -165,14 +165,14 @@ class Configurations:
 
     def _gradient(self, k: int) -> FloatArray:
         """Gradient of the distance of a pair, from the distances and Jacobians computed last."""
-        found = self._found.distanceResults[k]
-        points = np.array(found.getNearestPoint1()), np.array(found.getNearestPoint2())
+        result = self._found.distanceResults[k]
+        points = np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2())
         normal = points[1] - points[0]
         length = float(np.linalg.norm(normal))
-        if found.min_distance > SURFACE_DISTANCE and length > SURFACE_DISTANCE:
+        if result.min_distance > SURFACE_DISTANCE and length > SURFACE_DISTANCE:
             normal = normal / length
         else:
-            normal = np.array(found.normal)
+            normal = np.array(result.normal)
         gradient = np.zeros(self.robot.nv)
         for solid, point, sign in zip(self._pairs[k], points, (-1.0, 1.0), strict=True):
             joint = self._joint[solid]

@@ -103,39 +103,39 @@ class Exchange:
         for _ in range(MAX_EXCHANGES):
             if late() or radius < LAST_TRUST_RADIUS:
                 break
-            found = self.program.solve(guess, self._reference, rows + cuts, radius, start)
-            if found is None:
+            solution = self.program.solve(guess, self._reference, rows + cuts, radius, start)
+            if solution is None:
                 failed += 1
                 if failed > 2 and self._improved:
                     break
                 radius, cuts, tried, guess = 0.4 * radius, [], 0, self._reference
                 start = Start.NEAR if self._improved else Start.FAR
                 continue
-            if found.duration > beat:
+            if solution.duration > beat:
                 break  # rows only make it longer
             tighter = tighten(
-                self.program.problem, self.program.tightening, found.curve, CONSTRAINED_SHARE
+                self.program.problem, self.program.tightening, solution.curve, CONSTRAINED_SHARE
             )
             if tighter is not None:
                 self.program.tightening = tighter
-            hits = contacts_of(self.space.model, found.curve, self.resolution)
+            hits = contacts_of(self.space.model, solution.curve, self.resolution)
             if not hits and tighter is None:
-                gain = 1.0 - found.duration / self._reference.duration
-                if found.duration < self.best.duration:
-                    self.best = found
-                self._reference, self._improved = found, True
+                gain = 1.0 - solution.duration / self._reference.duration
+                if solution.duration < self.best.duration:
+                    self.best = solution
+                self._reference, self._improved = solution, True
                 if gain < MIN_ROUND_GAIN:
                     break
-                rows, cuts, failed, tried = self._rows_along(found), [], 0, 0
+                rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
                 radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
-            elif self._improved and found.duration > (1.0 - MIN_ROUND_GAIN) * self.best.duration:
+            elif self._improved and solution.duration > (1.0 - MIN_ROUND_GAIN) * self.best.duration:
                 break  # rows only make it longer
             else:
-                new, tried = self._rows_at_contacts(found, hits), tried + bool(hits)
-                cuts = cuts + new
+                cuts_found, tried = self._rows_at_contacts(solution, hits), tried + bool(hits)
+                cuts = cuts + cuts_found
                 if tried == 3:
-                    radius, cuts, tried, found = 0.5 * radius, new, 0, self._reference
-            guess, start = found, Start.NEAR
+                    radius, cuts, tried, solution = 0.5 * radius, cuts_found, 0, self._reference
+            guess, start = solution, Start.NEAR
         return self.best.curve
 
     def _rows_along(self, states: States) -> list[Plane]:
@@ -145,7 +145,7 @@ class Exchange:
             for piece in range(len(states.span))
             for place in PLANE_PLACES
             if piece or place
-            for row in self._rows_at(piece, place, states.at(piece, place), MAX_PAIRS)
+            for row in self._rows_at(piece, place, states.position_at(piece, place), MAX_PAIRS)
         ]
 
     def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Plane]:
@@ -154,11 +154,11 @@ class Exchange:
             Plane(
                 piece,
                 place,
-                one.gradient / DISTANCE_UNIT,
-                (float(one.gradient @ q) + self._required_clearance(one.gap) - one.gap)
+                pair.gradient / DISTANCE_UNIT,
+                (float(pair.gradient @ q) + self._required_clearance(pair.gap) - pair.gap)
                 / DISTANCE_UNIT,
             )
-            for one in self.space.near(q, MAX_PAIR_GAP, most)
+            for pair in self.space.near_pairs(q, MAX_PAIR_GAP, most)
         ]
 
     def _required_clearance(self, gap: float) -> float:
@@ -169,9 +169,9 @@ class Exchange:
 
     def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Plane]:
         """Rows where the proof finds contacts: at the worst time, and across each contact."""
-        times = {one.time for one in hits}
-        for one in hits:
-            for low, high in one.contacts or ([one.interval] if one.interval else []):
+        times = {hit.time for hit in hits}
+        for hit in hits:
+            for low, high in hit.contacts or ([hit.interval] if hit.interval else []):
                 count = 3 if high - low > 1e-3 else 1
                 times.update(np.linspace(low, high, count + 2)[1:-1].tolist())
         chosen = sorted(times)
@@ -181,7 +181,7 @@ class Exchange:
         rows = []
         for time in chosen:
             piece, place = states.place_of(time)
-            q, clear = states.curve(time), self._reference.at(piece, place)
+            q, clear = states.curve(time), self._reference.position_at(piece, place)
             rows += self._rows_at(piece, place, self._at_surface(q, clear), MAX_CUTS)
         return rows
 

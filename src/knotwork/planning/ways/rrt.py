@@ -50,11 +50,11 @@ class _Tree:
 
     def branch(self, i: int) -> list[FloatArray]:
         """Configurations from one to its root."""
-        found = []
+        nodes = []
         while i >= 0:
-            found.append(self[i].copy())
+            nodes.append(self[i].copy())
             i = self.parent[i]
-        return found
+        return nodes
 
 
 def connect(
@@ -86,18 +86,18 @@ def connect(
     ends = np.concatenate((starts, goals))
     lower = np.maximum(space.lower, ends.min(axis=0) - SAMPLING_RANGE)
     upper = np.minimum(space.upper, ends.max(axis=0) + SAMPLING_RANGE)
-    here, there = _Tree(starts), _Tree(goals)
+    tree, other_tree = _Tree(starts), _Tree(goals)
     swapped, end = False, space.checks + most
     while space.checks < end:
-        reached = _extend_tree(space, here, rng.uniform(lower, upper), step)
+        reached = _extend_tree(space, tree, rng.uniform(lower, upper), step)
         if reached is not None:
-            target = here[reached]
-            other, met = _connect_tree(space, there, target, step)
+            target = tree[reached]
+            node, met = _connect_tree(space, other_tree, target, step)
             if met:
-                line = here.branch(reached)[::-1] + there.branch(other)[1:]
+                line = tree.branch(reached)[::-1] + other_tree.branch(node)[1:]
                 return np.array(line[::-1] if swapped else line)
-        if len(here.parent) > len(there.parent):
-            here, there, swapped = there, here, not swapped
+        if len(tree.parent) > len(other_tree.parent):
+            tree, other_tree, swapped = other_tree, tree, not swapped
     return None
 
 
@@ -118,12 +118,12 @@ def _connect_tree(
     space: Configurations, tree: _Tree, target: FloatArray, step: float
 ) -> tuple[int, bool]:
     """Extend a tree towards a target until a collision; last node, and whether it is reached."""
-    here: int | None = tree.nearest(target)
-    while here is not None:
-        last = here
+    node: int | None = tree.nearest(target)
+    while node is not None:
+        last = node
         if np.array_equal(tree[last], target):
             return last, True
-        here = _extend_tree(space, tree, target, step, last)
+        node = _extend_tree(space, tree, target, step, last)
     return last, False
 
 

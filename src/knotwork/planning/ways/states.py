@@ -48,7 +48,7 @@ class States:
         """[s]."""
         return float(self.span.sum())
 
-    def at(self, piece: int, place: float) -> FloatArray:
+    def position_at(self, piece: int, place: float) -> FloatArray:
         """Joint positions at a position in a piece, 0 to 1."""
         time = float(self.span[:piece].sum()) + place * float(self.span[piece])
         return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
@@ -74,11 +74,12 @@ def slow_down(curve: PiecewisePolynomial, factor: float) -> PiecewisePolynomial:
 
 def concatenate(*motions: PiecewisePolynomial | None) -> PiecewisePolynomial:
     """Concatenate motions, each from time 0 on, without those that are `None`."""
-    there = [one for one in motions if one is not None]
-    starts = np.cumsum([0.0, *(one.x[-1] for one in there)])
-    x = [start + one.x[:-1] for start, one in zip(starts[:-1], there, strict=True)]
+    present = [part for part in motions if part is not None]
+    starts = np.cumsum([0.0, *(part.x[-1] for part in present)])
+    x = [start + part.x[:-1] for start, part in zip(starts[:-1], present, strict=True)]
     return PiecewisePolynomial(
-        np.concatenate([one.c for one in there], axis=1), np.append(np.concatenate(x), starts[-1])
+        np.concatenate([part.c for part in present], axis=1),
+        np.append(np.concatenate(x), starts[-1]),
     )
 
 

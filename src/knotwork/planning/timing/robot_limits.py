@@ -1,0 +1,205 @@
+"""Limits and costs that depend on the robot: kernels and blocks, and values on a curve.
+
+The solver applies limits of effort and tool speed at the breaks and inside the pieces. Between
+these places they are sampled and proved afterwards, and tightened where they are exceeded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from knotwork.planning.timing.nonlinear_program import Block, Kernel
+from knotwork.planning.timing.spline import Layout, Scale
+from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.planning.timing.symbolic_dynamics import Dynamics
+
+SAMPLES_EACH = 16
+"""Samples in each piece, without its end."""
+
+ROBOT_LIMITS = {"effort": (0.5,), "tool_speed": (0.25, 0.5, 0.75)}
+"""Limits, with the positions in each piece at which the solver has them: tool speed may vary much
+faster than effort."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Inside:
+    """Symbols of a piece.
+
+    Attributes:
+        tau: Duration of the piece.
+        variables: Scaled variables of the piece.
+        units: Units of a state.
+        states: Positions, velocities and accelerations within the piece, in SI units.
+        inner: Symbols of these states, and their expressions in the variables.
+    """
+
+    tau: Any
+    variables: Any
+    units: Any
+    states: list[tuple[Any, ...]]
+    inner: tuple[Any, Any]
+
+
+def _inside(d: int, parts: Sequence[float]) -> _Inside:
+    import casadi as ca
+
+    tau, ends = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d)
+    units = ca.SX.sym("units", 3 * d)
+    split = ca.vertsplit(ends, d)
+    at = [inner_state(tau, split, part) for part in parts]
+    meant = [ca.vertcat(*state) * units for state in at]
+    symbols = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
+    return _Inside(
+        tau,
+        ca.vertcat(tau, ends),
+        units,
+        [tuple(ca.vertsplit(state, d)) for state in symbols],
+        (ca.vertcat(*symbols), ca.vertcat(*meant)),
+    )
+
+
+def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
+    """State after a fraction of a piece, from its duration and the states at its ends."""
+    q0, v0, a0, _, _, a1 = states
+    t = part * tau
+    return (
+        q0 + t * v0 + t**2 * ((3 - part) * a0 + part * a1) / 6,
+        v0 + t * ((2 - part) * a0 + part * a1) / 2,
+        (1 - part) * a0 + part * a1,
+    )
+
+
+@lru_cache(maxsize=32)
+def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
+    """Use of a limit at a break, or at its positions inside a piece, relative to the limit.
+
+    Efforts, or the squared tool speed. Parameters: units of the state, inverse limits.
+    """
+    import casadi as ca
+
+    d = dynamics.robot.dof
+    inverse = ca.SX.sym("inverse", d if name == "effort" else 1)
+
+    def use(q: Any, v: Any, a: Any) -> Any:
+        if name == "effort":
+            return dynamics.symbolic_effort(q, v, a) * inverse
+        return ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse)
+
+    if inside:
+        piece = _inside(d, ROBOT_LIMITS[name])
+        rows = ca.vertcat(*(use(*state) for state in piece.states))
+        return Kernel(piece.variables, ca.vertcat(piece.units, inverse), rows, inner=piece.inner)
+    state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
+    return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
+
+
+class HeldLimit(NamedTuple):
+    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
+
+    Attributes:
+        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
+        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
+    """
+
+    allowed: FloatArray
+    active: BoolArray
+
+
+def held_blocks(
+    problem: TimingProblem,
+    limits: Mapping[str, HeldLimit],
+    margin: float,
+    scale: Scale,
+    layout: Layout,
+) -> Iterator[Block]:
+    """Blocks of each limit at the places where it is a constraint.
+
+    Args:
+        problem: The problem.
+        limits: The limits, by name.
+        margin: Relative margin to each.
+        scale: Units of the program.
+        layout: Its variables.
+    """
+    bound = 1.0 - margin
+    for name, held in limits.items():
+        for inside, columns in enumerate((layout.state, layout.piece)):
+            active = held.active[inside::2]
+            inverse = 1.0 / (held.allowed[inside::2][active] * getattr(problem.limits, name)).T
+            units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
+            kernel = limit_kernel(problem.arm, name, inside=bool(inside))
+            yield Block(kernel, columns[:, active], np.vstack((units, inverse)), -bound, bound)
+
+
+@lru_cache(maxsize=8)
+def work_kernel(dynamics: Dynamics) -> Kernel:
+    """Integral of effort squared over a piece (Simpson's rule). Parameters: units, weight."""
+    import casadi as ca
+
+    piece = _inside(dynamics.robot.dof, (0.0, 0.5, 1.0))
+    weight = ca.SX.sym("weight")
+    start, middle, end = (ca.sumsqr(dynamics.symbolic_effort(*state)) for state in piece.states)
+    cost = weight * piece.tau * (start + 4 * middle + end) / 6
+    units = ca.vertcat(piece.units, weight)
+    return Kernel(piece.variables, units, ca.SX(0, 1), cost, piece.inner)
+
+
+def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
+    """Positions, velocities and accelerations at samples of each piece, shape (pieces, k, d)."""
+    span = np.diff(curve.x)[:, None]
+    times = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
+    last = np.full((len(times), 1), curve.x[-1])
+    times = np.minimum(np.hstack((times, curve.x[1:, None])), last)
+    return tuple(curve(times, order) for order in range(3))
+
+
+def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
+    """Largest use of a limit at samples of each piece, relative to it, shape (pieces, d or 1)."""
+    q, v, a = _states(curve)
+    if name == "effort":
+        values = np.abs(problem.arm.effort(q, v, a))
+    else:
+        values = problem.arm.tool_speed(q, v)[..., None]
+    return np.asarray((values / getattr(problem.limits, name)).max(axis=1))
+
+
+def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
+    """Use of a limit that is not proved to be kept, relative to it, shape (pieces, d or 1).
+
+    Only the worst of each joint, in its piece.
+    """
+    from knotwork.verification.bounds import tool_speed_bound, torque_bound
+
+    robot, limit = problem.arm.robot, getattr(problem.limits, name)
+    motion = JointTrajectory(robot.joint_names, curve, joint_units=robot.joint_units)
+    if name == "effort":
+        bounds = torque_bound(robot, motion, limit=limit)
+    else:
+        bounds = (tool_speed_bound(robot, motion, limit=limit),)
+    shares = np.zeros((curve.x.size - 1, len(bounds)))
+    for k, (bound, allowed) in enumerate(zip(bounds, np.atleast_1d(limit), strict=True)):
+        if not (bound.ok and bound.proved):
+            piece = int(np.searchsorted(curve.x, bound.time, side="right")) - 1
+            worst = max(abs(bound.bound), abs(bound.value))
+            shares[min(piece, len(shares) - 1), k] = worst / allowed
+    return shares
+
+
+def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
+    """Integral of effort squared over the motion, summed over the joints, by Simpson's rule."""
+    q, v, a = _states(curve)
+    squares = (problem.arm.effort(q, v, a) ** 2).sum(axis=-1)
+    weights = np.array([1.0, *[4.0, 2.0] * (SAMPLES_EACH // 2 - 1), 4.0, 1.0]) / (
+        3.0 * SAMPLES_EACH
+    )
+    return float((squares @ weights) @ np.diff(curve.x))
