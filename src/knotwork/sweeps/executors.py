@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from typing import Any, NamedTuple
 
 from knotwork.errors import InputError
@@ -21,8 +22,10 @@ from knotwork.sweeps.child import (
 from knotwork.sweeps.folder import RESUME_ADVICE, own_version
 from knotwork.sweeps.outcome import CRASHED, TIME_LIMIT, Outcome, outcome_of
 
-ROWS_PER_THREAD = 3
-"""Rows handed to each thread of a Dask worker: one is planned, the others wait."""
+BATCHES_PER_THREAD = 3
+"""Batches handed to each thread of a Dask worker: one is planned, the others wait."""
+LARGEST_BATCH, FEWEST_BATCHES = 8, 32
+"""Rows in a batch, and number of batches, of which small studies have smaller ones."""
 CONNECT_TIMEOUT = 20.0
 """Timeout of the connection to a scheduler [s]."""
 LONGEST_ABSENCE = 300.0
@@ -46,12 +49,13 @@ class RowTask(NamedTuple):
 
 
 def plan_rows(
-    tasks: Iterable[RowTask], workers: int, scheduler: str | None
+    tasks: Iterable[RowTask], count: int, workers: int, scheduler: str | None
 ) -> Iterator[tuple[int, Outcome]]:
     """Plan rows, and give their numbers and outcomes in the order of completion.
 
     Args:
         tasks: Rows to plan.
+        count: Their number.
         workers: Number of child processes; 0 to plan in this process, which a crash of a row ends.
         scheduler: Address of a Dask scheduler, in place of child processes.
 
@@ -60,7 +64,11 @@ def plan_rows(
             workers are lost.
     """
     if scheduler is not None:
-        yield from _on_scheduler(tasks, scheduler)
+        size = max(1, min(LARGEST_BATCH, count // FEWEST_BATCHES))
+        rows = iter(tasks)
+        batches: Iterator[list[RowTask]] = iter(lambda: list(islice(rows, size)), [])
+        for outcomes in _on_scheduler(batches, scheduler):
+            yield from outcomes
     elif workers:
         yield from by_children(_in_child, tasks, workers)
     else:
@@ -90,13 +98,15 @@ def distributed() -> Any:
     return import_package("distributed", "a sweep with a scheduler", advice)
 
 
-def _on_scheduler(tasks: Iterable[RowTask], address: str) -> Iterator[tuple[int, Outcome]]:
+def _on_scheduler(
+    batches: Iterable[Sequence[RowTask]], address: str
+) -> Iterator[list[tuple[int, Outcome]]]:
     with _client(address) as client:
         _check_workers(client, address)
         pool = client.get_executor(pure=False)
         try:
             yield from as_ready(
-                lambda task: pool.submit(_by_worker, task), tasks, lambda: _capacity(client)
+                lambda batch: pool.submit(_by_worker, batch), batches, lambda: _capacity(client)
             )
         except InputError:
             raise
@@ -108,7 +118,7 @@ def _on_scheduler(tasks: Iterable[RowTask], address: str) -> Iterator[tuple[int,
 
 
 def _capacity(client: Any) -> int:
-    """Number of rows to hand out, for the present number of workers."""
+    """Number of batches to hand out, for the present number of workers."""
     threads: int = sum(client.nthreads().values())
     if not threads:
         try:
@@ -117,17 +127,17 @@ def _capacity(client: Any) -> int:
             raise InputError(
                 f"all workers are lost, and no new ones joined; {RESUME_ADVICE}"
             ) from error
-    return ROWS_PER_THREAD * max(1, threads)
+    return BATCHES_PER_THREAD * max(1, threads)
 
 
 _thread = threading.local()
 
 
-def _by_worker(task: RowTask) -> tuple[int, Outcome]:
-    """Plan a row in the child process of this thread of a Dask worker."""
+def _by_worker(batch: Sequence[RowTask]) -> list[tuple[int, Outcome]]:
+    """Plan rows in the child process of this thread of a Dask worker."""
     if not hasattr(_thread, "child"):
         _thread.child = Child()
-    return _in_child(_thread.child, task)
+    return [_in_child(_thread.child, task) for task in batch]
 
 
 def _client(address: str) -> Any:

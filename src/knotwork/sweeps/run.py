@@ -159,7 +159,7 @@ def _plan_missing(
     if passed >= most or not missing:
         return
     tasks = (RowTask(row, spec.document, spec.edits(row), spec.time_limit) for row in missing)
-    with closing(executors.plan_rows(tasks, workers, scheduler)) as results:  # type: ignore[type-var]
+    with closing(executors.plan_rows(tasks, len(missing), workers, scheduler)) as results:  # type: ignore[type-var]
         for row, outcome in results:
             folder.add(row, outcome)
             passed += outcome.verdict == PASSED

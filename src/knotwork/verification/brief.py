@@ -97,10 +97,10 @@ def worst_lines(
     """
     kinds, indent = group_alike(findings), " " * len(mark)
     lines: list[BriefLine] = []
-    for i, (worst, *others) in enumerate(kinds[:most]):
+    for i, (worst, *similar) in enumerate(kinds[:most]):
         is_whole = i < WHOLE_MESSAGES or worst.value is None
         text = worst.message if is_whole else describe(worst, units)
-        lines += wrap(kind, f"{mark}{text}{and_more(len(others))}", width, indent)
+        lines += wrap(kind, f"{mark}{text}{and_more(len(similar))}", width, indent)
     if remaining := sum(map(len, kinds[most:])):
         lines.append(BriefLine("more", f"{indent}and {remaining} more"))
     return lines
@@ -130,8 +130,8 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     if undecided:
         worst = max(undecided, key=lambda finding: finding.use or 0.0)
         return [f"{len(undecided)} undecided: {describe(worst, units)}"]
-    if others := without_use(findings):
-        return [describe(finding, units) for finding in others]
+    if unused := without_use(findings):
+        return [describe(finding, units) for finding in unused]
     if limited := with_limits(numbers):
         return [use_text(max(limited, key=lambda finding: finding.use or 0.0), units)]
     return ["sampled only" if any(finding.only_sampled for finding in numbers) else "not judged"]

@@ -145,9 +145,9 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
     if pair.verdict != "collides" or pair.interval is None:
         return ""
     held = {grasped.name: grasped for grasped in scenario.scene.held}
-    for body, other in ((pair.first, pair.second), (pair.second, pair.first)):
+    for body, obstacle in ((pair.first, pair.second), (pair.second, pair.first)):
         waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
-        if waits and body.kind == "object" and other.name in held:
+        if waits and body.kind == "object" and obstacle.name in held:
             return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
     spans = pair.contacts or (pair.interval,)
     inside = [

@@ -79,13 +79,13 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
 
 
 def _missing_from(
-    events: Sequence[Event], others: Sequence[Event], fault: str
+    events: Sequence[Event], candidates: Sequence[Event], fault: str
 ) -> Iterator[Finding]:
-    """Failures for the other events that are not among the events."""
+    """Failures for candidates that are not among the events."""
     times: dict[Event, list[float]] = {}
     for event in events:
         times.setdefault(replace(event, time=0.0), []).append(event.time)
-    for event in others:
+    for event in candidates:
         known = times.get(replace(event, time=0.0), [])
         if not any(abs(event.time - time) <= _time_slack(event.time) for time in known):
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")

@@ -100,9 +100,9 @@ def _follow_paths(
     slack = allowed / (2.0 * math.pi)
     for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
         turn = start + 2.0 * math.pi * turns
-        other = _follow_from(motion, scenario, robot, paths, turn) if turns else followed
-        if all(stretch.keeps_turn for stretch in other):
-            return other
+        attempt = _follow_from(motion, scenario, robot, paths, turn) if turns else followed
+        if all(stretch.keeps_turn for stretch in attempt):
+            return attempt
     return followed
 
 
@@ -202,13 +202,13 @@ def _criteria(
         )
         yield "path_turn", bounds.turn, limits.orientation, "rad", text
     most = max(tolerances.path, tolerances.position)
-    start, end, whole, back = (
+    start, end, total, backward = (
         f"{round(scale * value, 6) + 0.0:.6g}"
         for value in (progress.start, progress.end, progress.length, progress.back)
     )
     text = (
-        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {whole} {length} "
-        f"and goes back by {back} {length} at most, tolerance {scale * most:.3g} {length}"
+        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {total} {length} "
+        f"and goes back by {backward} {length} at most, tolerance {scale * most:.3g} {length}"
     )
     worst = progress.worst  # proved if the distance is
     bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)

@@ -20,7 +20,7 @@ def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[
         most: Maximum number of kinds; another line has the number of remaining findings.
     """
     kinds = group_alike(findings)
-    lines = [f"{worst}{and_more(len(others))}" for worst, *others in kinds[:most]]
+    lines = [f"{worst}{and_more(len(similar))}" for worst, *similar in kinds[:most]]
     remaining = sum(map(len, kinds[len(lines) :]))
     return [*lines, f"and {remaining} more"] if remaining else lines
 

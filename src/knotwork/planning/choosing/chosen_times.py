@@ -18,7 +18,12 @@ from knotwork.planning.choosing.segment_motions import (
     located_in_segment,
     solve_segments,
 )
-from knotwork.planning.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
+from knotwork.planning.choosing.segments import (
+    FreeSegment,
+    assumed_jerk,
+    find_segments,
+    timing_problem,
+)
 from knotwork.planning.choosing.speed_errors import (
     paths_beyond_limits,
     waypoints_near_tool_speed,
@@ -149,7 +154,7 @@ SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 """Fractions of the maximum speeds along paths that are tried if these are infeasible."""
 
 
-_Motions = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
+_Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
 """A task with speeds along its paths, and the motions of its segments."""
 
 
@@ -188,7 +193,7 @@ def _fastest(
     return best
 
 
-def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]]) -> float:
+def _duration(paths: TimedPaths, motions: Sequence[tuple[FreeSegment, TimedMotion]]) -> float:
     """Duration of the whole motion [s]."""
     outside = duration_outside(paths.task, [segment for segment, _ in motions])
     return outside + sum(motion.duration for _, motion in motions)
@@ -196,7 +201,7 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]])
 
 def _motions(
     paths: TimedPaths, free: FreeTimes, budget: Budget
-) -> list[tuple[Segment, TimedMotion]]:
+) -> list[tuple[FreeSegment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
     Raises:
@@ -208,7 +213,7 @@ def _motions(
     return solve_segments(paths.task, segments, budget)
 
 
-def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
+def _adjacent_stretches(segments: Iterable[FreeSegment], paths: TimedPaths) -> set[int]:
     """The waypoints at the ends of stretches with chosen speeds, on paths next to segments."""
     ends = {segment.waypoints[k] for segment in segments for k in (0, -1)}
     return {
@@ -220,7 +225,7 @@ def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[i
     }
 
 
-def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) -> None:
+def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[FreeSegment]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Segments next to a path that exceeds a limit are left out: their velocity at the path

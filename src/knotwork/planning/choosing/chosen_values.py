@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import Segment
+from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion
 from knotwork.scenario import JointTarget, Scenario, resolved
 from knotwork.task import ChosenMotion, Velocity
@@ -20,7 +20,7 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(task: FreeTask, motions: list[tuple[Segment, TimedMotion]]) -> Scenario:
+def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMotion]]) -> Scenario:
     """The scenario with numbers in place of its unknowns.
 
     Args:
@@ -124,7 +124,7 @@ def _chosen_speed(
 def _chosen_motion(
     timed: Scenario,
     kinds: tuple[str, ...],
-    segment: Segment,
+    segment: FreeSegment,
     motion: TimedMotion,
     units: _Factors,
 ) -> ChosenMotion:

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import Segment
+from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
@@ -36,7 +36,7 @@ STOP_TOLERANCE = 1e-6
 
 def clear_motion(
     task: FreeTask,
-    segment: Segment,
+    segment: FreeSegment,
     problem: TimingProblem,
     budget: Budget,
     start: FloatArray | None = None,
@@ -110,7 +110,9 @@ def _timed_motion(
     return timed_motion(problem, curve, time, velocity, acceleration, status, least, "way")
 
 
-def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> PiecewisePolynomial | None:
+def _stop(
+    task: FreeTask, segment: FreeSegment, problem: TimingProblem
+) -> PiecewisePolynomial | None:
     """The previous motion, stopped on its path or at its end."""
     if task.scenario.under_way is None or segment.waypoints[0]:
         return None
@@ -123,7 +125,7 @@ def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> Piecewise
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
+def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
     """Bodies present during a segment, at provisional times; they must not change.
 
     Raises:
@@ -134,7 +136,7 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
     first, *later = (bodies_at(task.collision_model, time) for time in middles)
     for model, i in zip(later, segment.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
-            raise task.located(
+            raise task.locate(
                 InputError(
                     "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
                     "velocity"
@@ -144,7 +146,7 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
     joints = task.space.robot.model.njoints if task.space.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
-        raise task.located(
+        raise task.locate(
             InputError(
                 f"does not support moving obstacles ({', '.join(moving)}); "
                 "accepted: no way here, and waypoints around them with times or after: fastest"
@@ -155,7 +157,7 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
 
 
 def _solutions(
-    task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot, end: int
+    task: FreeTask, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
 ) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
@@ -187,7 +189,7 @@ def _solutions(
 
 
 def _stretch_to_time(
-    way: ClearMotion, problem: TimingProblem, task: FreeTask, segment: Segment
+    way: ClearMotion, problem: TimingProblem, task: FreeTask, segment: FreeSegment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
@@ -205,11 +207,13 @@ def _stretch_to_time(
             else f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-        raise task.located(error, segment.waypoints[-1])
+        raise task.locate(error, segment.waypoints[-1])
     return curve
 
 
-def _located_error(no_way: NoClearMotionError, task: FreeTask, segment: Segment) -> NoWayFoundError:
+def _located_error(
+    no_way: NoClearMotionError, task: FreeTask, segment: FreeSegment
+) -> NoWayFoundError:
     """The error for a missing motion, at the waypoint of the fault."""
     # the fault is at an end, or at a waypoint in between, by index
     k = int(no_way.end) if no_way.end.isdigit() else {"start": 0}.get(no_way.end, -1)
@@ -241,4 +245,4 @@ def _located_error(no_way: NoClearMotionError, task: FreeTask, segment: Segment)
         )
     bodies = no_way.bodies if no_way.end and no_way.joint is None else ()
     error = NoWayFoundError(message, end=no_way.end, names=bodies, depth=no_way.depth)
-    return task.located(error, segment.waypoints[k])
+    return task.locate(error, segment.waypoints[k])

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.planning.choosing.path_speeds import Bound
+from knotwork.planning.choosing.path_speeds import SpeedBound
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
@@ -140,7 +140,7 @@ def _limits_by_interval(
         text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == Bound.RAMPS:
+        if limit.quantity == SpeedBound.RAMPS:
             acceleration = chosen.scenario.paths[0].asked.acceleration
             text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
         limits[limit.start, limit.end].append((text, limit.share))

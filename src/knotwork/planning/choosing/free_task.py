@@ -40,7 +40,7 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
     return resolved(scenario.task.replace(knots="optimal"), scenario.places)
 
 
-def with_ways(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
     waypoints = list(scenario.task.waypoints)
     for place in (scenario.index[i] for i in ends):
@@ -127,7 +127,7 @@ class FreeTask:
             raise TypeError("without a robot there are no bodies")
         return Obstacles(self.scenario, self.space, self.space.robot).model
 
-    def located(self, error: ErrorT, i: int, *key: str) -> ErrorT:
+    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """The error with its place in the file: a key of waypoint i of the scenario."""
         k = self.scenario.index[i]
         place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)

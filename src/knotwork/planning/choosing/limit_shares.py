@@ -197,7 +197,7 @@ class SharesAlongPath:
         self._powers = np.repeat(shares.orders, [limit.size for limit in shares.limits])
         self._ends = timing.times
 
-    def at(self, timing: Timing) -> FloatArray:
+    def used_shares(self, timing: Timing) -> FloatArray:
         """Largest shares on each of the parts of n stretches with a timing, shape (3n, m)."""
         curve = timing.arc_length
         t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * TIMING_FRACTIONS).ravel()

@@ -48,7 +48,7 @@ BINDING_FACTOR = 1.02
 """Factor on a speed that must exceed a bound for this to be the limiting one."""
 
 
-class Bound(StrEnum):
+class SpeedBound(StrEnum):
     """A bound of a speed along a path other than a limit."""
 
     RAMPS = "room for changes of speed"
@@ -67,7 +67,7 @@ class NoSpeedsError(Exception):
         limit: The exceeded limit.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: Limit | Bound) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, limit: Limit | SpeedBound) -> None:
         super().__init__()
         self.path, self.stretch, self.limit = path, stretch, limit
 
@@ -83,7 +83,7 @@ class PathSpeeds:
     """
 
     def __init__(
-        self, task: FreeTask, path: ScenarioPath, caps: Mapping[int, tuple[float, Bound]]
+        self, task: FreeTask, path: ScenarioPath, caps: Mapping[int, tuple[float, SpeedBound]]
     ) -> None:
         self.path, self.asked, self.caps = path, path.asked, dict(caps)
         self.unit = task.scenario.shown_length[0]
@@ -110,7 +110,7 @@ class PathSpeeds:
 
     def _expected_shares(self, speeds: Speeds) -> FloatArray:
         """Expected shares of the parts of stretches, relative to the permitted ones."""
-        used = self.along.at(self.asked.timed(speeds)[0])
+        used = self.along.used_shares(self.asked.timed(speeds)[0])
         return np.asarray(used * self._ratio / EXPECTED_SHARE)
 
     def _factors(self, used: FloatArray) -> FloatArray:
@@ -148,7 +148,7 @@ class PathSpeeds:
         """
         for k, speed in speeds.items():
             if math.isinf(speed):
-                raise NoSpeedsError(self.path, k, Bound.NOTHING)
+                raise NoSpeedsError(self.path, k, SpeedBound.NOTHING)
         while True:
             bounded = {
                 k: round_speed(self.unit * max(speed, MIN_SPEED)) / self.unit
@@ -158,7 +158,7 @@ class PathSpeeds:
                 speeds = self.asked.fitted(bounded)
             except PathError as error:
                 stretch = getattr(error, "stretch", None) or 0
-                raise NoSpeedsError(self.path, stretch, Bound.RAMPS) from error
+                raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from error
             if speeds == bounded:
                 return speeds
 
@@ -166,8 +166,8 @@ class PathSpeeds:
         """Lower all speeds because the arm can't follow the path at the chosen ones."""
         for k, speed in self.speeds.items():
             if speed <= MIN_SPEED:
-                raise NoSpeedsError(self.path, k, Bound.TOLERANCES)
-            self.caps[k] = MAX_SLOWDOWN * speed, Bound.TOLERANCES
+                raise NoSpeedsError(self.path, k, SpeedBound.TOLERANCES)
+            self.caps[k] = MAX_SLOWDOWN * speed, SpeedBound.TOLERANCES
 
     def verify(self, task: FreeTask, path: ScenarioPath) -> NoSpeedsError | None:
         """The limit that a planned motion exceeds, or `None`; its shares correct the expected ones.
@@ -179,7 +179,7 @@ class PathSpeeds:
         timing = path.motion.timing
         if task.scenario.task.pull_to_middle:
             self.along = SharesAlongPath(task, path, self.shares, float(timing.speeds.max()))
-        used, expected = self.shares.of_motion(task, path), self.along.at(timing)
+        used, expected = self.shares.of_motion(task, path), self.along.used_shares(timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
         ratio[used > PLANNED_SHARE] *= EXCESS_CORRECTION
         compared = np.maximum(used, self._ratio * expected) > 0.3
@@ -189,13 +189,13 @@ class PathSpeeds:
         within = used[row, column] <= PLANNED_SHARE
         return None if within else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
 
-    def limiting_constraint(self, k: int) -> Limit | Bound | None:
+    def limiting_constraint(self, k: int) -> Limit | SpeedBound | None:
         """Limiting constraint of a stretch's chosen speed after `verify`; `None` without one."""
         cap, bound = self.caps[k]
         if BINDING_FACTOR * self.speeds[k] > cap:
             return bound
         if self._fit({**self.speeds, k: BINDING_FACTOR * self.speeds[k]})[k] <= self.speeds[k]:
-            return Bound.RAMPS
+            return SpeedBound.RAMPS
         speeds = self.asked.timed(self.speeds)[1]
         neighbours = range(max(k - 1, 0), min(k + 2, len(speeds)))
         alike = [j for j in neighbours if speeds[j] == speeds[k]]

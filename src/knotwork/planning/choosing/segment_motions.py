@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import InputError, TimingError, together
 from knotwork.planning.choosing.clear_motions import clear_motion
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import Segment, timing_problem
+from knotwork.planning.choosing.segments import FreeSegment, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.rounding import with_room
@@ -33,7 +33,7 @@ class NoMotionsError(Exception):
         errors: Reasons, by segment.
     """
 
-    def __init__(self, task: FreeTask, errors: dict[Segment, NoMotionError]) -> None:
+    def __init__(self, task: FreeTask, errors: dict[FreeSegment, NoMotionError]) -> None:
         super().__init__()
         self.task, self.errors = task, errors
 
@@ -49,8 +49,8 @@ class NoMotionsError(Exception):
 
 
 def solve_segments(
-    task: FreeTask, segments: list[Segment], budget: Budget
-) -> list[tuple[Segment, TimedMotion]]:
+    task: FreeTask, segments: list[FreeSegment], budget: Budget
+) -> list[tuple[FreeSegment, TimedMotion]]:
     """Motions of all segments, with the given total duration, if there is one.
 
     Args:
@@ -67,7 +67,7 @@ def solve_segments(
     budget.work = sum(len(segment.waypoints) - 1 for segment in segments)
     if free.total is None:
         return list(_motions(task, segments, objective, budget).items())
-    timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
+    timed = [segment for segment in segments if free.duration[list(segment.waypoints)[:-1]].any()]
     budget.work += sum(len(segment.waypoints) - 1 for segment in timed)
     fastest = _motions(task, timed, Objective(), budget)
     outside = duration_outside(task, timed)
@@ -85,7 +85,7 @@ def solve_segments(
         raise error from None
 
 
-def duration_outside(task: FreeTask, segments: Iterable[Segment]) -> float:
+def duration_outside(task: FreeTask, segments: Iterable[FreeSegment]) -> float:
     """Duration of the motion outside some segments [s]."""
     inside = sum(float(np.ptp(task.waypoints.time[segment.rows])) for segment in segments)
     return float(np.ptp(task.scenario.provisional_times)) - inside
@@ -93,13 +93,13 @@ def duration_outside(task: FreeTask, segments: Iterable[Segment]) -> float:
 
 def _motions(
     task: FreeTask,
-    segments: list[Segment],
+    segments: list[FreeSegment],
     objective: Objective,
     budget: Budget,
-    totals: Mapping[Segment, float] = MappingProxyType({}),
-) -> dict[Segment, TimedMotion]:
-    motions: dict[Segment, TimedMotion] = {}
-    errors: dict[Segment, NoMotionError] = {}
+    totals: Mapping[FreeSegment, float] = MappingProxyType({}),
+) -> dict[FreeSegment, TimedMotion]:
+    motions: dict[FreeSegment, TimedMotion] = {}
+    errors: dict[FreeSegment, NoMotionError] = {}
     for segment in segments:
         problem = timing_problem(task, segment, objective, totals.get(segment))
         if objective.only_time and segment not in totals and not problem.free.any():
@@ -109,7 +109,7 @@ def _motions(
             if segment.way is None:
                 motions[segment] = solve_within(problem, budget)
             else:
-                before = [motion for one, motion in motions.items() if one.meets(segment)]
+                before = [motion for earlier, motion in motions.items() if earlier.meets(segment)]
                 start = before[0].trajectory.position(before[0].duration) if before else None
                 motions[segment] = clear_motion(task, segment, problem, budget, start)
         except NoMotionError as error:
@@ -144,12 +144,12 @@ def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> 
 
 
 def located_in_segment(
-    errors: list[TimingError], task: FreeTask, segment: Segment
+    errors: list[TimingError], task: FreeTask, segment: FreeSegment
 ) -> list[TimingError]:
     """Name the waypoints of the file in errors of a segment."""
     for error in errors:
         if error.waypoint is None:
             error.locate(task.scenario.name)
         else:
-            task.located(error, segment.waypoints[error.waypoint + error.interval])
+            task.locate(error, segment.waypoints[error.waypoint + error.interval])
     return errors

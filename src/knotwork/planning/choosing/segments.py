@@ -21,7 +21,7 @@ MAX_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class Segment:
+class FreeSegment:
     """Consecutive waypoints of a scenario, without a tool path or wait between them.
 
     Attributes:
@@ -34,12 +34,12 @@ class Segment:
     rows: IndexArray
     way: FreeWay | None = None
 
-    def meets(self, following: Segment) -> bool:
+    def meets(self, following: FreeSegment) -> bool:
         """Whether it is a collision-free motion that ends where another one begins."""
         return self.way is not None and self.waypoints[-1] == following.waypoints[0]
 
 
-def find_segments(task: FreeTask) -> list[Segment]:
+def find_segments(task: FreeTask) -> list[FreeSegment]:
     """The segments of a task with unknowns, in order of time.
 
     Raises:
@@ -55,7 +55,7 @@ def find_segments(task: FreeTask) -> list[Segment]:
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds"
             )
-            raise task.located(error, i + 1)
+            raise task.locate(error, i + 1)
     ends = task.still_points
     for i, why in ends.items():
         if free.speed[i] != "given":
@@ -63,17 +63,17 @@ def find_segments(task: FreeTask) -> list[Segment]:
             if i in free.ways and i + 1 in free.ways:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
-            raise task.located(InputError(message), i)
+            raise task.locate(InputError(message), i)
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
-    segments: list[Segment] = []
+    segments: list[FreeSegment] = []
     first = 0
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
         if i > first and _has_unknowns(task, first, i):
             rows = task.rows[first : i + 1]
-            segments.append(Segment(range(first, i + 1), rows, free.ways.get(i)))
+            segments.append(FreeSegment(range(first, i + 1), rows, free.ways.get(i)))
         first = i + 1 if i in closed else i
     return segments
 
@@ -90,7 +90,7 @@ def _has_unknowns(task: FreeTask, first: int, last: int) -> bool:
 
 
 def timing_problem(
-    task: FreeTask, segment: Segment, objective: Objective, total: float | None = None
+    task: FreeTask, segment: FreeSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
     """Known and unknown values of a segment.
 
@@ -157,7 +157,7 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
+def _accelerations(task: FreeTask, segment: FreeSegment) -> FloatArray:
     """Accelerations at the ends of a segment.
 
     At the ends of the motion as given; else zero where times are chosen, and free where only

@@ -12,7 +12,7 @@ from knotwork.errors import InputError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
-from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError
+from knotwork.planning.choosing.path_speeds import NoSpeedsError, SpeedBound
 from knotwork.planning.timing.timing_problem import with_margin
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
 from knotwork.units import rounded_down, rounded_up
@@ -47,7 +47,7 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
                 f"accepted: at most {_speed_text(scenario, most)}, "
                 f"{rounded_down(most / speed, 3):g} times that speed, or a higher limit"
             )
-            yield task.located(error, i)
+            yield task.locate(error, i)
 
 
 def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
@@ -77,16 +77,20 @@ def no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
         error: The reason.
     """
     path, k, limit = error.path, error.stretch, error.limit
-    if limit == Bound.NOTHING:
+    if limit == SpeedBound.NOTHING:
         unbounded = InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
         )
-        return task.located(unbounded, path.first + 1 + k, "speed")
+        return task.locate(unbounded, path.first + 1 + k, "speed")
     return _path_error(task, path, k, limit)
 
 
 def _path_error(
-    task: FreeTask, path: ScenarioPath, k: int, limit: Limit | Bound, share: float | None = None
+    task: FreeTask,
+    path: ScenarioPath,
+    k: int,
+    limit: Limit | SpeedBound,
+    share: float | None = None,
 ) -> InputError:
     """The error for a stretch of a path that exceeds a limit.
 
@@ -108,11 +112,11 @@ def _path_error(
         accepted = "another path or path.acceleration"
     else:
         accepted = "speed: fastest"
-    if limit == Bound.RAMPS:
+    if limit == SpeedBound.RAMPS:
         shown = text(path.asked.acceleration, "m/s²")
         reason = f"there is no {limit} at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
-    elif isinstance(limit, Bound):
+    elif isinstance(limit, SpeedBound):
         reason = "the tolerances are not kept"
     else:
         excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
@@ -122,7 +126,7 @@ def _path_error(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit"
     )
-    return task.located(error, i, _key(task, i))
+    return task.locate(error, i, _key(task, i))
 
 
 def _key(task: FreeTask, i: int) -> str:

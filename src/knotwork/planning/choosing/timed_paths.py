@@ -11,7 +11,12 @@ from knotwork.errors import FollowingError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
 from knotwork.planning.choosing.free_task import FreeTask, knots_of
 from knotwork.planning.choosing.limit_shares import Limit
-from knotwork.planning.choosing.path_speeds import Bound, NoSpeedsError, PathSpeeds, round_speed
+from knotwork.planning.choosing.path_speeds import (
+    NoSpeedsError,
+    PathSpeeds,
+    SpeedBound,
+    round_speed,
+)
 from knotwork.planning.choosing.speed_errors import no_speeds
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
@@ -66,9 +71,9 @@ def with_greatest_speeds(
     for number, path in enumerate(scenario.paths):
         if path.asked.at_most:
             bounds = {
-                k: (caps[path.first + 1 + k], Bound.NEIGHBOURS)
+                k: (caps[path.first + 1 + k], SpeedBound.NEIGHBOURS)
                 if caps.get(path.first + 1 + k, most) < most
-                else (most, Bound.AT_MOST)
+                else (most, SpeedBound.AT_MOST)
                 for k, most in path.asked.at_most.items()
             }
             problems[number] = PathSpeeds(task, path, bounds)
@@ -122,7 +127,7 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
         if None not in limits.values():
             break
     if best is None:
-        raise failed or NoSpeedsError(task.scenario.paths[0], 0, Bound.TOLERANCES)
+        raise failed or NoSpeedsError(task.scenario.paths[0], 0, SpeedBound.TOLERANCES)
     return best
 
 
@@ -139,9 +144,9 @@ def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> FreeTask:
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
 
 
-def _bindings(task: FreeTask, limits: Mapping[int, Limit | Bound | None]) -> Iterator[Binding]:
+def _bindings(task: FreeTask, limits: Mapping[int, Limit | SpeedBound | None]) -> Iterator[Binding]:
     """Limiting constraints by the waypoints at the ends of stretches."""
     names = [waypoint.name for waypoint in task.scenario.waypoints]
     for i, limit in limits.items():
-        joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", limit or Bound.RAMPS)
+        joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", limit or SpeedBound.RAMPS)
         yield Binding(names[i - 1], names[i], joint, str(quantity), None)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 COLLISION_SAMPLES = 24
 """Number of times along a path at which candidates are tested; the check gives the proof."""
 
+CONTACT_PRECISION = 1e-6
+"""Precision of the time at which a contact begins [s]."""
+
 ENOUGH_CLEARANCE = 0.1
 """Clearance [m] above which more is not preferred."""
 
@@ -127,7 +130,7 @@ class Obstacles:
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
     def describe_contact(self, path: Continuation, start: int, contact: int) -> tuple[float, str]:
-        """Time of the first step in contact [s], and a description of the contact.
+        """Time at which a contact begins [s], and a description of the contact.
 
         Args:
             path: The continuations along the path.
@@ -137,7 +140,19 @@ class Obstacles:
         q, time = path.position[:, start], path.time.tolist()
         step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
         _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
-        return time[step], f"{second.name} comes too near to {first.name}"
+        text = f"{second.name} comes too near to {first.name}"
+        if step == 0 or not time[step - 1] < time[step]:
+            return time[step], text
+        from scipy.interpolate import CubicHermiteSpline
+        from scipy.optimize import bisect
+
+        rows = slice(step - 1, step + 1)
+        motion = CubicHermiteSpline(path.time[rows], q[rows], path.velocity[rows, start])
+
+        def sign(t: float) -> float:
+            return -1.0 if self.collides(motion(t), t) else 1.0
+
+        return float(bisect(sign, *time[rows], xtol=CONTACT_PRECISION)), text
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair minus its required margin, and the pair."""

@@ -47,13 +47,13 @@ def _fault(
     )
 
 
-def _advice(given: str, part: float) -> str:
+def _advice(kind: str, part: float) -> str:
     if not part:
         return (
-            f". No part of the {given} given here is possible: stop here, or move the waypoint or "
+            f". No part of the {kind} given here is possible: stop here, or move the waypoint or "
             "the limit"
         )
-    return f". At most {rounded_down(part, 4):g} times the {given} given here is possible"
+    return f". At most {rounded_down(part, 4):g} times the {kind} given here is possible"
 
 
 def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:

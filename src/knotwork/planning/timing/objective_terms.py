@@ -19,10 +19,10 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
     if objective.jerk:
         values["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
     if objective.acceleration:
-        left = 2.0 * curve.c[1]
-        right = left + 6.0 * curve.c[0] * span
+        start = 2.0 * curve.c[1]
+        end = start + 6.0 * curve.c[0] * span
         values["acceleration"] = float(
-            np.sum((left * left + left * right + right * right) * span) / 3.0
+            np.sum((start * start + start * end + end * end) * span) / 3.0
         )
     if objective.effort:
         values["effort"] = effort_integral(problem, curve)

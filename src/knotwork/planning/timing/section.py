@@ -195,7 +195,7 @@ class Section:
     def _piece_block(self) -> Block:
         """Equations of the pieces, their limits and costs."""
         problem, scale, at = self.problem, self.scale, self.layout
-        d, ones = at.joints, np.ones(at.pieces)
+        d, row = at.joints, np.ones(at.pieces)
         jerk = bool(np.isfinite(problem.limits.jerk).any())
         position, smooth = self.tightening.position, problem.objective.jerk > 0.0
         h = self.spans / scale.time
@@ -204,14 +204,14 @@ class Section:
         high = [np.zeros((2 * d, at.pieces)), *fastest]
         if jerk:
             limit = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
-            rows.append(ones / limit[:, None])
+            rows.append(row / limit[:, None])
             low.append(np.full((2 * d, at.pieces), -np.inf))
             high.append(np.zeros((2 * d, at.pieces)))
         if position:
             lower, upper = self._positions_between()
             low += list(lower / scale.unit(0)[:, None])
             high += list(upper / scale.unit(0)[:, None])
-        weights = self._weights()[:, None] * ones
+        weights = self._weights()[:, None] * row
         duration = np.repeat(self.guess.duration, at.each)
         weights[1] = (
             EVENNESS_WEIGHT * at.each * scale.time**2 / (duration * self.guess.duration.sum())

@@ -113,8 +113,8 @@ def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
         return slow_down(motion.curve, duration / motion.duration)
     if middle is None:
         return None
-    rest = duration - sum(float(run.x[-1]) for run in (before, after) if run is not None)
-    factor = rest / float(middle.x[-1])
+    remaining = duration - sum(float(run.x[-1]) for run in (before, after) if run is not None)
+    factor = remaining / float(middle.x[-1])
     return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
 
@@ -128,8 +128,8 @@ def _with_room(problem: ClearMotionProblem, room: float) -> ClearMotionProblem:
             least[names] = min(least[names], 0.5 * max(gap, 0.0))
     pairs = []
     for pair in model.pairs:
-        both = model.bodies[pair.first].name, model.bodies[pair.second].name
-        pairs.append(pair._replace(margin=pair.margin + least.get(both, 0.0)))
+        names = model.bodies[pair.first].name, model.bodies[pair.second].name
+        pairs.append(pair._replace(margin=pair.margin + least.get(names, 0.0)))
     return replace(problem, model=replace(model, pairs=tuple(pairs)))
 
 
@@ -166,11 +166,11 @@ class _ClearSearch:
 
     def _free(self, end: str, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of an end."""
-        free = self.space.select_free(ends)
-        if not len(free):
+        clear = self.space.select_free(ends)
+        if not len(clear):
             gap, bodies = self.space.worst(ends[0])
             raise NoClearMotionError(end, bodies, -gap, solutions=len(ends))
-        return free
+        return clear
 
     def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
         """Motion to rest after the start (k = 0) or from rest to the goal (-1), if it moves.

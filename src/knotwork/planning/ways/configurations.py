@@ -150,7 +150,7 @@ class Configurations:
         k = int(np.argmin(gaps))
         return float(gaps[k]), self.bodies[k]
 
-    def near(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
+    def near_pairs(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
         """The nearest pairs of solids at a configuration, with the gradients of their gaps.
 
         Args:

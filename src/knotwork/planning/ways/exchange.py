@@ -145,7 +145,7 @@ class Exchange:
             for piece in range(len(states.span))
             for place in PLANE_PLACES
             if piece or place
-            for row in self._rows_at(piece, place, states.at(piece, place), MAX_PAIRS)
+            for row in self._rows_at(piece, place, states.position_at(piece, place), MAX_PAIRS)
         ]
 
     def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Plane]:
@@ -158,7 +158,7 @@ class Exchange:
                 (float(pair.gradient @ q) + self._required_clearance(pair.gap) - pair.gap)
                 / DISTANCE_UNIT,
             )
-            for pair in self.space.near(q, MAX_PAIR_GAP, most)
+            for pair in self.space.near_pairs(q, MAX_PAIR_GAP, most)
         ]
 
     def _required_clearance(self, gap: float) -> float:
@@ -181,7 +181,7 @@ class Exchange:
         rows = []
         for time in chosen:
             piece, place = states.place_of(time)
-            q, clear = states.curve(time), self._reference.at(piece, place)
+            q, clear = states.curve(time), self._reference.position_at(piece, place)
             rows += self._rows_at(piece, place, self._at_surface(q, clear), MAX_CUTS)
         return rows
 

@@ -48,7 +48,7 @@ class States:
         """[s]."""
         return float(self.span.sum())
 
-    def at(self, piece: int, place: float) -> FloatArray:
+    def position_at(self, piece: int, place: float) -> FloatArray:
         """Joint positions at a position in a piece, 0 to 1."""
         time = float(self.span[:piece].sum()) + place * float(self.span[piece])
         return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))

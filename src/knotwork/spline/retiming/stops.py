@@ -60,7 +60,8 @@ def joint_stop(
         raise InputError("the motion stands still at this moment; there is nothing to stop")
     columns = zip(corners.T, heights.T, strict=True)
     ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
-    moved = _ramps(times, ramps).antiderivative(2)
+    slopes = np.diff(ramps, axis=0) / np.diff(times)[:, None]
+    moved = PiecewisePolynomial(np.stack((slopes, ramps[:-1])), times).antiderivative(2)
     c = np.array(moved.c)
     c[-1] += q + v * times[:-1, None]
     c[-2] += v
@@ -155,11 +156,3 @@ def keeps_joint_limits(
         (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
         for nu, limit in ((2, acceleration), (3, jerk))
     )
-
-
-def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
-    """Piecewise linear curve through points; of points at one time the last counts."""
-    last = np.append(np.diff(times) > 0.0, True)
-    times, heights = times[last], heights[last]
-    slope = (np.diff(heights, axis=0).T / np.diff(times)).T
-    return PiecewisePolynomial(np.stack((slope, heights[:-1])), times)

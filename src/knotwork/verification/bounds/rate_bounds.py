@@ -77,9 +77,7 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
     sizes = _term_sizes(curve)[:, intervals.piece]
     shifted = _shift_origin(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
     degree = curve.degree
-    powers = np.ones((degree + 1, len(intervals.length), 1))
-    for r in range(degree):
-        powers[r + 1, :, 0] = powers[r, :, 0] * intervals.length
+    powers = intervals.length[:, None] ** np.arange(degree + 1)[:, None, None]
     bounds = np.zeros((RATE_ORDERS, *shifted.shape[1:]))
     for order in range(min(RATE_ORDERS, degree + 1)):
         terms = shifted[order:] * powers[: degree + 1 - order]

@@ -196,11 +196,11 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
     prefix = f"{topic_path[0]}/".lstrip("/")
     if prefix in stamps or len(stamps) == 1:
         stamp = f"{prefix if prefix in stamps else stamps.pop()}header/stamp"
-        for whole, part in STAMPS:
-            if f"{stamp}/{whole}" in paths and f"{stamp}/{part}" in paths:
+        for seconds, fraction in STAMPS:
+            if f"{stamp}/{seconds}" in paths and f"{stamp}/{fraction}" in paths:
                 return (
-                    (paths.index(f"{stamp}/{whole}"), 1.0),
-                    (paths.index(f"{stamp}/{part}"), 1e-9),
+                    (paths.index(f"{stamp}/{seconds}"), 1.0),
+                    (paths.index(f"{stamp}/{fraction}"), 1e-9),
                 )
         if stamp in paths:
             return ((paths.index(stamp), 0.0),)
