@@ -274,6 +274,10 @@ def dome(folder: Path, rows: str = "") -> dict[str, Any]:
     return task
 
 
+def slow(case: Any) -> Any:
+    return pytest.param(case, marks=pytest.mark.exhaustive)
+
+
 def written(task: dict[str, Any], folder: Path) -> Path:
     path = folder / "task.yaml"
     path.write_text(yaml.safe_dump(task))
@@ -375,7 +379,7 @@ def fastest(free: Any) -> dict[str, Any]:
     return task | {"limits": {"acceleration": 300}}
 
 
-@pytest.mark.parametrize("free", [TURN, {"turn": [-30, 30]}])
+@pytest.mark.parametrize("free", [TURN, slow({"turn": [-30, 30]})])
 def test_free_times_frozen_swept_and_exported(free: Any, tmp_path: Path, knotwork: Command) -> None:
     path = written(fastest(free), tmp_path)
     folders = [str(tmp_path / name) for name in ("out", "again", "study")]
@@ -559,7 +563,7 @@ def test_tilt_slows_down_before_its_limit() -> None:
     assert max(uses) < 0.95
 
 
-@pytest.mark.parametrize("turn", [[-180, 180], [-360, 20], [-350, 350]])
+@pytest.mark.parametrize("turn", [slow([-180, 180]), slow([-360, 20]), [-350, 350]])
 def test_wide_turn_range_where_fixed_turn_is_feasible(turn: Any) -> None:
     """Self-motion of least norm goes straight into the bound on this circle."""
     centre = {"centre": [400, 250, 300], "normal": [0, 0, 1]}

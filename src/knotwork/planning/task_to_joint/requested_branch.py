@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +15,7 @@ from knotwork.kinematics.geometry.configuration_flags import (
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.waypoints import CartesianWaypoint
+from knotwork.waypoints import CartesianWaypoint, IndexArray
 
 
 def check_branch(scenario: Scenario, robot: Robot) -> None:
@@ -29,46 +27,36 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
     wanted = scenario.branch
     if wanted == "free":
         return
-    first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
     if not isinstance(wanted, str):
-        if geometry(robot) is None:
-            raise BranchError(
-                first.name,
-                f"branch: {', '.join(wanted)} can't be chosen for {robot.name}: these "
-                "flags are defined for arms of six joints with a spherical wrist, or with three "
-                "parallel axes, 2 to 4",
-                branches=(),
-                where=first.where,
-            )
-        return
-    if not configuration_flags(robot, np.zeros((1, robot.dof))).size:
+        has_branches, asked = geometry(robot) is not None, ", ".join(wanted)
         why = (
-            "self-motion leads from one solution of a pose to others without moving the tool"
-            if robot.dof > 6
-            else "they are distinguished for arms of six joints only"
+            "these flags are defined for arms of six joints with a spherical wrist, or with three "
+            "parallel axes, 2 to 4"
         )
+    else:
+        has_branches, asked = configuration_flags(robot, np.zeros((1, robot.dof))).size > 0, wanted
+        why = "they are distinguished for arms of six joints only"
+        if robot.dof > 6:
+            why = "self-motion leads from one solution of a pose to others without moving the tool"
+    if not has_branches:
+        first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
         raise BranchError(
             first.name,
-            f"branch: {wanted} has no meaning for {robot.name}, an arm of {robot.dof} joints, "
-            f"which has no branches: {why}; near: a configuration keeps the solutions near that",
+            f"branch: {asked} has no meaning for {robot.name}, an arm of {robot.dof} joints: "
+            f"{why}; near: a configuration keeps the solutions near that",
             branches=(),
             where=first.where,
         )
 
 
 def allowed_rows(
-    scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
-) -> Any:
+    scenario: Scenario, robot: Robot, index: int, candidates: Candidates
+) -> IndexArray:
     """Indices of the candidates in the branch asked for by name.
 
     Raises:
         BranchError: No candidate is in that branch.
     """
-    wanted = scenario.branch
-    if candidates is None:
-        return np.arange(1)
-    if isinstance(wanted, str):
-        return np.arange(len(candidates.q))
     rows = np.flatnonzero(is_in_branch(scenario, candidates))
     if not rows.size:
         raise no_branch(scenario, robot, index, candidates)
@@ -100,9 +88,7 @@ def no_branch(
 ) -> BranchError:
     """Make the error for a waypoint that is not reached in the branch asked for."""
     target = scenario.waypoints[index]
-    branches: tuple[str, ...] = ()
-    if candidates is not None:
-        branches = branch_names(robot, candidates)
+    branches = () if candidates is None else branch_names(robot, candidates)
     wanted = scenario.branch
     asked = (
         "the branch of the waypoints before it"

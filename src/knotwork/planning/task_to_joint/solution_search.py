@@ -219,7 +219,8 @@ class SolutionSearch:
         candidates = cast(Candidates, self.candidates[index])
         group = self._group_of.get(index)
         first = index if group is None else group[0]
-        rows = allowed_rows(self.scenario, self.robot, first, self.candidates[first])
+        begin = cast(Candidates, self.candidates[first])
+        rows = allowed_rows(self.scenario, self.robot, first, begin)
         q = candidates.q[rows]
         distance, travel = np.zeros((2, len(rows)))
         if self.near is not None:
