@@ -47,7 +47,7 @@ def test_no_motion_is_below_its_lower_bound(name: str) -> None:
     assert chosen.binding
 
 
-def test_the_strokes_keep_their_speed_and_turns_are_as_fast_as_may_be() -> None:
+def test_strokes_keep_given_speed_and_turns_are_fast() -> None:
     made = planned("ur10_spray_fast")
     paths = made.scenario.paths
     assert [path.stretches[0].speed for path in paths] == pytest.approx([0.3] * 3)
@@ -96,7 +96,7 @@ def passes(task: dict[str, Any]) -> bool:
         return False
 
 
-def test_the_greatest_speed_along_a_path() -> None:
+def test_maximum_speed_along_path() -> None:
     """From rest to rest: the acceleration along the path bounds it, here by 516.398 mm/s."""
     made = kw.plan(reach(line("fastest"), times="fastest"))
     made.report.raise_if_failed()
@@ -116,14 +116,14 @@ def test_the_greatest_speed_along_a_path() -> None:
     assert not passes(reach(line(1.01 * speed), limits=slow))
 
 
-def test_a_speed_along_a_path_with_a_cap() -> None:
+def test_at_most_bounds_speed_along_path() -> None:
     made = kw.plan(reach(line({"at_most": 60})))
     assert said_to_bind(made) == ["in to out: at_most bounds the speed along the path"]
     assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
 
 
 @pytest.mark.exhaustive
-def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
+def test_tool_acceleration_bounds_speed_along_arc() -> None:
     """The half circle has a radius of 200 mm, so that the bound is the root of 1200 times 200."""
 
     def task(speed: Any) -> dict[str, Any]:
@@ -136,7 +136,7 @@ def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
     assert not passes(task(491))
 
 
-def test_a_speed_that_is_chosen_keeps_the_direction_of_a_given_one() -> None:
+def test_chosen_speed_keeps_direction() -> None:
     beyond = {"position": [400, 200, 350], "rpy": [180, 0, 0]}
     middle = {"position": [400, 0, 300], "rpy": [180, 0, 0]}
     tasks = [
@@ -172,11 +172,11 @@ def test_a_path_may_end_in_a_wait() -> None:
 
 
 @pytest.mark.parametrize("limits", [{"margin": 0.3}, {"velocity": 20}])
-def test_joints_can_follow_the_path_at_the_speed_that_is_chosen(limits: dict[str, Any]) -> None:
+def test_joints_follow_path_at_chosen_speed(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
 
 
-def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool() -> None:
+def test_speed_along_path_stays_below_tool_limit() -> None:
     limits = {"acceleration": 400, "tool_speed": 200}
     before = {"name": "in", "pose": {"position": [400, -200, 300], "rpy": [180, 0, 0]}}
     ready = {"name": "ready", "pose": {"position": [400, -300, 350], "rpy": [180, 0, 0]}}
@@ -196,7 +196,7 @@ def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool
             kw.plan(task(speed))
 
 
-def test_a_given_speed_along_a_path_that_takes_a_joint_beyond_a_limit() -> None:
+def test_refuses_path_speed_beyond_joint_limit() -> None:
     """The proposed `speed: fastest` is feasible, and 2 % more is not."""
 
     def task(speed: float | str) -> dict[str, Any]:
@@ -221,7 +221,7 @@ def test_a_given_speed_along_a_path_that_takes_a_joint_beyond_a_limit() -> None:
         kw.plan(task(speed))
 
 
-def test_a_limit_of_a_link_bounds_the_speed_along_a_path() -> None:
+def test_link_speed_limit_bounds_speed_along_path() -> None:
     limits = {"acceleration": 400, "frame_speed": {"frame": "forearm_link", "speed": 50}}
     made = kw.plan(reach(line("fastest"), limits=limits))
     path = made.scenario.paths[0].stretches[0]
@@ -235,7 +235,7 @@ def test_a_limit_of_a_link_bounds_the_speed_along_a_path() -> None:
     assert bound.ok or not along[0] <= bound.time <= along[-1]
 
 
-def test_a_waypoint_at_which_the_tool_is_given_a_speed_beyond_its_limit() -> None:
+def test_refuses_waypoint_speed_beyond_tool_limit() -> None:
     middle = {"name": "mid", "pose": {"position": [400, 0, 300], "rpy": [180, 0, 0]}, "speed": 400}
     end = {"pose": {"position": [400, 200, 300], "rpy": [180, 0, 0]}}
     limits = {"acceleration": 400, "tool_speed": 300}
@@ -264,7 +264,7 @@ def with_too_short_a_budget(task: dict[str, Any]) -> kw.Plan:
     return kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
 
 
-def test_a_budget_is_for_all_sequences_of_solutions() -> None:
+def test_budget_covers_all_sequences() -> None:
     """The second best sequence is planned, as the best collides, but not once it has ended."""
     task = beside_a_box([0.12, 0.06, 0.09], [0.23, 0.27, 0.38])
     assert kw.plan(task).report.select(quantity="sequences_tried")

@@ -31,7 +31,7 @@ def to(a: float, b: float = 0.0, **keys: Any) -> dict[str, Any]:
     return {"joints": {"a": a, "b": b}, **keys}
 
 
-def test_one_joint_from_rest_to_rest_is_as_fast_as_the_closed_form() -> None:
+def test_single_joint_matches_closed_form() -> None:
     """With jerk J, acceleration A and velocity V reached: D/V + V/A + A/J."""
     made = kw.plan(swing(to(2)))
     made.report.raise_if_failed()
@@ -42,7 +42,7 @@ def test_one_joint_from_rest_to_rest_is_as_fast_as_the_closed_form() -> None:
     assert made.chosen.lower_bound <= made.trajectory.duration
 
 
-def test_the_scenario_of_the_plan_has_numbers_and_no_free_times() -> None:
+def test_planned_scenario_has_no_free_times() -> None:
     made = kw.plan(swing(to(1, velocity="free"), to(2)))
     assert made.scenario.free is None
     assert made.scenario.times[-1] == pytest.approx(made.trajectory.end_time)
@@ -51,7 +51,7 @@ def test_the_scenario_of_the_plan_has_numbers_and_no_free_times() -> None:
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
-def test_the_scenario_beside_a_plan_keeps_its_name(tmp_path: Path) -> None:
+def test_saved_scenario_keeps_name(tmp_path: Path) -> None:
     """Its file is called scenario.yaml, whatever the task is called."""
     import yaml
 
@@ -61,7 +61,7 @@ def test_the_scenario_beside_a_plan_keeps_its_name(tmp_path: Path) -> None:
     assert load_scenario(tmp_path / "made" / "scenario.yaml").name == "quick"
 
 
-def test_waits_and_given_times_stay() -> None:
+def test_keeps_waits_and_given_times() -> None:
     made = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
     made.report.raise_if_failed()
     times = made.scenario.times
@@ -76,7 +76,7 @@ def test_at_least_bounds_a_time_from_below() -> None:
     assert 0.8 <= made.trajectory.duration < 0.801
 
 
-def test_after_fastest_at_one_waypoint_alone() -> None:
+def test_after_fastest_at_single_waypoint() -> None:
     task = swing(to(1, after=2, stop=True), to(2, after="fastest"))
     del task["times"]
     times = kw.plan(task).scenario.times
@@ -84,7 +84,7 @@ def test_after_fastest_at_one_waypoint_alone() -> None:
     assert times[2] < 3.2
 
 
-def test_the_margin_is_used_by_planning_and_by_the_check() -> None:
+def test_margin_applies_to_planning_and_check() -> None:
     made = kw.plan(swing(to(2), limits={**SMOOTH, "margin": 0.5}))
     made.report.raise_if_failed()
     assert made.trajectory.extrema("velocity").peak[0] <= 1.0
@@ -92,7 +92,7 @@ def test_the_margin_is_used_by_planning_and_by_the_check() -> None:
     assert found.limit == pytest.approx(1.0)
 
 
-def test_a_given_duration_makes_the_smoothest_motion_of_that_length() -> None:
+def test_given_duration_gives_smoothest_motion() -> None:
     """From rest to rest without acceleration at the ends; the quintic is no cubic, but near."""
     made = kw.plan(swing(to(1), duration=4.0))
     made.report.raise_if_failed()
@@ -103,7 +103,7 @@ def test_a_given_duration_makes_the_smoothest_motion_of_that_length() -> None:
     assert quintic <= squared < 1.15 * quintic
 
 
-def test_optimal_knots_have_less_jerk_than_the_papers() -> None:
+def test_optimal_knots_have_less_jerk_than_paper() -> None:
     ends = [to(0.0), to(0.5, velocity={"a": 0.4}, after=2), to(2.0, after=3)]
     task = {"waypoints": ends}
 
@@ -121,7 +121,7 @@ def test_optimal_knots_have_less_jerk_than_the_papers() -> None:
     assert made.report.ok
 
 
-def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_segments_share_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock that goes on by a second each time it is looked at."""
     task = swing(
         *(to(one, -0.5, velocity="free") for one in (1, 2, 3)),
@@ -213,7 +213,7 @@ def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None
     assert kw.plan(saved).report.ok
 
 
-def test_aliases_that_can_not_be_written_into_are_said(tmp_path: Path) -> None:
+def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
     source = tmp_path / "alias.yaml"
     source.write_text(
         "times: fastest\nlimits: {velocity: 2, acceleration: 4}\nwaypoints:\n"
@@ -230,18 +230,18 @@ def test_aliases_that_can_not_be_written_into_are_said(tmp_path: Path) -> None:
     assert np.array_equal(kw.plan(saved).trajectory.breaks, made.trajectory.breaks)
 
 
-def test_nothing_to_freeze(tmp_path: Path) -> None:
+def test_refuses_to_freeze_given_times(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nothing is free"):
         kw.plan("paper_case").freeze(tmp_path / "frozen.yaml")
 
 
 @pytest.mark.parametrize("planner", ["quintic", "modified-hermite:balanced"])
-def test_optimal_knots_are_not_chosen_for_a_planner_that_does_not_take_them(planner: str) -> None:
+def test_refuses_optimal_knots_for_other_planner(planner: str) -> None:
     with pytest.raises(InputError, match=f"knots: optimal are those of .*'{planner}' does not"):
         kw.plan(swing(to(1, after=2), times=None), planner=planner, knots="optimal")
 
 
-def test_an_edited_frozen_scenario_is_said_to_be_stale(tmp_path: Path) -> None:
+def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
     made = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
     path = made.freeze(tmp_path / "frozen.yaml")
     text = path.read_text()
@@ -252,7 +252,7 @@ def test_an_edited_frozen_scenario_is_said_to_be_stale(tmp_path: Path) -> None:
         kw.plan(path)
 
 
-def test_a_scenario_with_free_times_checks_no_motion() -> None:
+def test_refuses_check_against_free_times() -> None:
     task = swing(to(2))
     made = kw.plan(task)
     with pytest.raises(InputError, match="leaves times or speeds free"):
@@ -271,7 +271,7 @@ def test_all_planners_get_the_chosen_times() -> None:
     assert not kw.compare("paper_case", ["cubic"]).times_chosen
 
 
-def test_the_report_says_what_was_chosen() -> None:
+def test_report_lists_chosen_times() -> None:
     made = kw.plan(swing(to(1, velocity="free", name="via"), to(2, name="place")))
     found = made.report.select(group="Chosen times")
     assert {one.quantity for one in found} >= {"duration", "lower_bound", "binding_limits"}
@@ -284,7 +284,7 @@ def test_the_report_says_what_was_chosen() -> None:
     assert math.isclose(data["times"]["place"], made.trajectory.duration)
 
 
-def test_a_bound_of_jerk_that_nobody_gave_is_said_to_be_assumed() -> None:
+def test_reports_assumed_jerk_limit() -> None:
     made = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
     assert made.chosen is not None
     assert made.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}
@@ -306,7 +306,7 @@ def given_beside_free(seconds: float, **keys: Any) -> dict[str, Any]:
     return {"times": "fastest", "limits": limits, "waypoints": waypoints, **keys}
 
 
-def test_a_move_in_given_time_keeps_the_limits_beside_those_whose_time_is_free() -> None:
+def test_given_time_next_to_free_time_keeps_limits() -> None:
     """It takes 1.106 s at least; the paper's knots need far more."""
     made = kw.plan(given_beside_free(1.15))
     made.report.raise_if_failed()
@@ -316,7 +316,7 @@ def test_a_move_in_given_time_keeps_the_limits_beside_those_whose_time_is_free()
         kw.plan(given_beside_free(1.05))
 
 
-def test_the_least_time_is_told_where_a_longer_one_is_given_that_no_motion_has() -> None:
+def test_reports_minimum_time_for_infeasible_duration() -> None:
     """At the given velocities there is no room to stop between the waypoints."""
     ends = [{"joints": {"x": x}, "velocity": {"x": 1}} for x in (0, 1)]
     limits = {"velocity": 2, "acceleration": 0.6, "jerk": 40, "position": {"x": [0, 1]}}
@@ -325,7 +325,7 @@ def test_the_least_time_is_told_where_a_longer_one_is_given_that_no_motion_has()
         kw.plan(task)
 
 
-def test_a_chosen_run_is_planned_as_it_says() -> None:
+def test_plans_stored_run() -> None:
     run = {"times": [0, 0.2, 0.8, 1], "accelerations": {"a": [0, 7.5, -7.5, 0]}}
     waypoints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
     made = kw.plan({"waypoints": waypoints, "chosen": [run]})

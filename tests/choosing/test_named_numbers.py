@@ -30,7 +30,7 @@ def number(said: str, before: str) -> float:
     return float(found[1])
 
 
-def test_a_duration_that_is_named_can_be_taken() -> None:
+def test_named_duration_is_feasible() -> None:
     end = {"name": "b", "joints": {"q": 1}}
     named = number(refusal(task(end, duration=0.5)), "accepted:")
     made = kw.plan(task(end, duration=named))
@@ -38,7 +38,7 @@ def test_a_duration_that_is_named_can_be_taken() -> None:
     assert named < 1.002 * kw.plan(task(end)).trajectory.duration
 
 
-def test_a_time_that_is_named_can_be_taken_and_its_joint_and_limit_are_said() -> None:
+def test_named_time_is_feasible_with_joint_and_limit() -> None:
     def passing(after: float) -> dict[str, Any]:
         via = {"name": "b", "joints": {"q": 1}, "velocity": {"q": 0.5}, "after": after}
         return task(via, {"name": "c", "joints": {"q": 2}})
@@ -50,7 +50,7 @@ def test_a_time_that_is_named_can_be_taken_and_its_joint_and_limit_are_said() ->
         made.report.raise_if_failed()
 
 
-def test_a_time_that_the_speed_of_the_tool_makes_too_short() -> None:
+def test_names_time_bounded_by_tool_speed() -> None:
     turned = {"name": "b", "joints": {"shoulder": 1.5, "elbow": 1.2}, "after": 1.2}
     across = {
         "robot": "planar2",
@@ -65,7 +65,7 @@ def test_a_time_that_the_speed_of_the_tool_makes_too_short() -> None:
     kw.plan(across).report.raise_if_failed()
 
 
-def test_a_joint_that_moves_at_its_position_limit_has_its_least_room_named() -> None:
+def test_names_braking_distance_at_position_limit() -> None:
     def at(q: float) -> dict[str, Any]:
         turn = {"name": "b", "joints": {"q": q}, "velocity": {"q": 0.2}}
         limits = {**LIMITS, "jerk": 2000, "position": {"q": [-0.1, 1]}}
@@ -83,7 +83,7 @@ def limits(**rows: list[float]) -> dict[str, Any]:
     return {name: dict(zip("abc", row, strict=False)) for name, row in rows.items()}
 
 
-def test_speeds_beyond_that_of_the_tool_are_reported_and_then_times_that_are_too_short() -> None:
+def test_reports_speeds_beyond_tool_limit_then_short_times() -> None:
     """Along a path and at a waypoint, each before a time that is too short."""
 
     def asked(along: float, past: float, *times: float) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def through(**keys: Any) -> dict[str, Any]:
     return {"limits": {"velocity": 3, "acceleration": 0.1}, **keys, "waypoints": ends}
 
 
-def test_a_duration_in_which_a_joint_would_have_to_wait() -> None:
+def test_reports_duration_that_needs_a_wait() -> None:
     said = refusal(through(times="fastest", duration=5))
     assert "can't wait" in said
     most = number(said, "takes less than")

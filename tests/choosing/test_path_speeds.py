@@ -54,7 +54,7 @@ def keeps(task: dict[str, Any], given: list[float]) -> bool:
         return False
 
 
-def test_each_stretch_has_the_greatest_speed_of_its_own() -> None:
+def test_each_stretch_has_its_maximum_speed() -> None:
     """Between two straight stretches the wrist has to turn."""
     ends = [line("a", -50), line("b", 50, turn=-90), line("c", 250)]
     task = along(*ends, limits={"velocity": 60, "acceleration": 1600})
@@ -67,7 +67,7 @@ def test_each_stretch_has_the_greatest_speed_of_its_own() -> None:
         assert not keeps(task, faster)
 
 
-def test_a_stretch_whose_torque_is_too_high_does_not_slow_down_the_next_path() -> None:
+def test_limited_stretch_does_not_slow_next_path() -> None:
     task = along(
         line("a", 0, {"at_most": 100}, stop=True),
         line("b", 100),
@@ -81,7 +81,7 @@ def test_a_stretch_whose_torque_is_too_high_does_not_slow_down_the_next_path() -
     assert speeds(made)[2] == pytest.approx(60)
 
 
-def test_stretches_alike_go_at_one_speed_where_jerk_forbids_small_changes_of_it() -> None:
+def test_equal_stretches_share_speed_under_jerk_limit() -> None:
     limits = {"velocity": 60, "acceleration": 600, "jerk": 6000}
     made = kw.plan(along(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
     made.report.raise_if_failed()
@@ -89,7 +89,7 @@ def test_stretches_alike_go_at_one_speed_where_jerk_forbids_small_changes_of_it(
     assert first == second > 300
 
 
-def test_a_short_stretch_between_those_whose_speed_is_chosen() -> None:
+def test_short_given_stretch_between_chosen_ones() -> None:
     """There is no room to slow down beside it, nor any need to."""
     task = along(line("a", -100), line("b", -60, 300), line("c", 200), limits={"acceleration": 800})
     made = kw.plan(task)
@@ -97,7 +97,7 @@ def test_a_short_stretch_between_those_whose_speed_is_chosen() -> None:
     assert min(speeds(made)) == 300
 
 
-def test_a_low_acceleration_along_the_path_bounds_the_speed() -> None:
+def test_path_acceleration_bounds_speed() -> None:
     """From rest to rest along 400 mm: the root of 2/3 of 400 mm times the acceleration."""
     task = along(line("a", 200), limits={"acceleration": 400}, path={"acceleration": 0.1})
     made = kw.plan(task)
@@ -108,7 +108,7 @@ def test_a_low_acceleration_along_the_path_bounds_the_speed() -> None:
 
 
 @pytest.mark.parametrize("limits", [LIMITS, {**LIMITS, "acceleration": 600, "jerk": 20000}])
-def test_a_path_whose_changes_of_speed_exceed_a_limit_is_refused(limits: dict[str, Any]) -> None:
+def test_refuses_path_with_infeasible_ramps(limits: dict[str, Any]) -> None:
     """Each of them does, be it ever so small."""
     task = along(line("a", 0), line("b", 150, turn=-150), limits=limits, tolerances={"path": 0.2})
     says = (
@@ -119,7 +119,7 @@ def test_a_path_whose_changes_of_speed_exceed_a_limit_is_refused(limits: dict[st
         kw.plan(task)
 
 
-def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
+def test_names_low_path_acceleration() -> None:
     """The wrist has to turn slowly, and there is no room to come down to that."""
     given, slow = line("a", -160, 200), line("b", 0, turn=-120)
     task = along(given, slow, limits={"velocity": 60, "acceleration": 8000, "jerk": 1e6})
@@ -137,7 +137,7 @@ def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
 @pytest.mark.parametrize(
     ("timed", "free"), mostly_exhaustive([(False, True), (True, False)], (True, False))
 )
-def test_a_given_speed_that_joints_can_not_keep_is_refused(timed: bool, free: bool) -> None:
+def test_refuses_given_speed_beyond_joint_limits(timed: bool, free: bool) -> None:
     """Be it given by a time, and whether the speed of the next stretch is chosen or not."""
     first = line("a", -50, **{"after" if timed else "speed": 2.2 if timed else 100})
     last = line("c", 250, "fastest" if free else 30)
@@ -165,7 +165,7 @@ def passed(*ends: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("last", [20, {"at_most": 20}])
-def test_a_short_stretch_has_the_speed_of_its_neighbour_where_jerk_forbids_another(
+def test_short_stretch_takes_neighbour_speed_under_jerk_limit(
     last: Any,
 ) -> None:
     """The greatest speed that one cap allows, and no more than a number given in its place."""
@@ -179,7 +179,7 @@ def test_a_short_stretch_has_the_speed_of_its_neighbour_where_jerk_forbids_anoth
     assert "no motion with these speeds along its paths" in str(said)
 
 
-def test_the_speed_of_given_neighbours_is_found_where_no_other_will_do() -> None:
+def test_takes_speed_of_given_neighbours() -> None:
     ends = [line("a", -195), line("b", -167, 10), line("c", -161)]
     task = passed(*ends, limits={"acceleration": 1500, "jerk": 4000})
     made = kw.plan(task | {"tolerances": {"path": 0.3, "path_speed": 0.03}})
@@ -198,7 +198,7 @@ def test_the_speed_of_given_neighbours_is_found_where_no_other_will_do() -> None
         ([line("a", -117.9), line("b", -31.5)], {"acceleration": 600, "jerk": 4000}),
     ],
 )
-def test_a_path_that_the_arm_could_not_leave_at_its_greatest_speed_is_passed_slower(
+def test_slows_path_that_cannot_be_left_at_maximum_speed(
     ends: list[dict[str, Any]], limits: dict[str, Any]
 ) -> None:
     """A wrist joint is at its limit of velocity where the path ends, and has to turn back."""
@@ -216,7 +216,7 @@ def test_a_path_that_the_arm_could_not_leave_at_its_greatest_speed_is_passed_slo
     assert slower.chosen.duration > made.chosen.duration
 
 
-def test_no_at_most_is_named_that_nobody_gave(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
     solve, calls = timed_paths.solve_task, count()
 
@@ -232,7 +232,7 @@ def test_no_at_most_is_named_that_nobody_gave(monkeypatch: pytest.MonkeyPatch) -
     assert "the tolerance of the path bounds the speed along the path" in str(said)
 
 
-def test_the_lowest_speeds_are_taken_when_a_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_takes_lowest_speeds_when_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock that goes on by a second each time it is looked at."""
     limits = {"acceleration": 600, "jerk": 4000}
     task = passed(line("a", -117.9), line("b", -31.5), limits=limits)

@@ -84,7 +84,7 @@ def message(order: int, **extra: object) -> dict:
 
 @pytest.mark.parametrize("order", [1, 2, 3])
 @pytest.mark.parametrize("kind", ["csv", "json", "points.json", "yaml"])
-def test_the_curve_is_what_a_controller_makes(tmp_path: Path, order: int, kind: str) -> None:
+def test_interpolates_like_ros2_controller(tmp_path: Path, order: int, kind: str) -> None:
     file = tmp_path / f"motion.{kind}"
     keys = ("positions", "velocities", "accelerations")
     if kind == "csv":
@@ -168,7 +168,7 @@ def test_headings_that_are_understood(
         "{}.jerk",
     ],
 )
-def test_efforts_and_the_like_are_left_out(tmp_path: Path, extra: str) -> None:
+def test_ignores_efforts_and_currents(tmp_path: Path, extra: str) -> None:
     head, *rows = csv_of(2).splitlines()
     for name in NAMES[:2]:
         head += "," + extra.format(name)

@@ -99,7 +99,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", HOSTILE)
-def test_a_hostile_mesh_is_refused_in_a_line(case: str, tmp_path: Path) -> None:
+def test_refuses_hostile_mesh_in_one_line(case: str, tmp_path: Path) -> None:
     name, content, says = HOSTILE[case]
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -199,7 +199,7 @@ def textured(tmp_path: Path) -> Callable[[str], Path]:
         ("..%2f..%2fsecret.png", True, False),
     ],
 )
-def test_pictures_are_taken_from_the_package_alone(
+def test_reads_images_from_package_alone(
     image: str, package: bool, taken: bool, textured, tmp_path: Path
 ) -> None:
     path = textured(image.format(tmp_path))

@@ -124,7 +124,7 @@ WHOLE = {
 
 
 @pytest.mark.parametrize("case", WHOLE)
-def test_all_of_a_file_is_read(case: str, tmp_path: Path) -> None:
+def test_reads_whole_file(case: str, tmp_path: Path) -> None:
     name, content, expected = WHOLE[case]
     (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     assert sum(map(volume, read_mesh(tmp_path / name))) == pytest.approx(expected)
@@ -236,7 +236,7 @@ IN_PART = {
 
 
 @pytest.mark.parametrize("case", IN_PART)
-def test_a_file_that_is_not_read_whole_is_an_error(case: str, tmp_path: Path) -> None:
+def test_refuses_partly_read_file(case: str, tmp_path: Path) -> None:
     name, content, says = IN_PART[case]
     (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=says) as error:

@@ -79,7 +79,7 @@ def box(plan: kw.Plan, t: float) -> pin.SE3:
     return out(t) * out(PLACE).actInv(tool(plan, PLACE)[0] * OFFSET)
 
 
-def test_a_part_goes_from_belt_to_belt() -> None:
+def test_carries_part_from_belt_to_belt() -> None:
     plan = kw.plan(carry())
     assert plan.report.ok, plan.report
     waypoints = {one.name: one.time for one in plan.scenario.waypoints}
@@ -108,7 +108,7 @@ def test_a_part_goes_from_belt_to_belt() -> None:
     assert checked >= 4
 
 
-def test_the_part_is_drawn_where_it_is() -> None:
+def test_draws_part_where_it_is() -> None:
     plan = kw.plan(carry())
     scene = scene_of(plan)
     time = times(scene)
@@ -119,7 +119,7 @@ def test_the_part_is_drawn_where_it_is() -> None:
         )
 
 
-def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_path: Path) -> None:
+def test_clear_motion_avoids_fixed_objects_and_refuses_moving_ones(tmp_path: Path) -> None:
     post = {"objects": {"post": {"box": [0.06, 0.06, 0.5], "position": [0.35, -0.2, 0.25]}}}
     way = {"pose": {"position": [0, -0.1, 0.2], **DOWN}, "way": "clear", "stop": True}
     plan = kw.plan(on_table(limits={"acceleration": 5}, scene=post, waypoints=[way]))
@@ -133,7 +133,7 @@ def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_pa
 
 
 @pytest.mark.exhaustive
-def test_a_frame_that_moves_nothing_is_in_no_way() -> None:
+def test_clear_motion_ignores_moving_frame_without_objects() -> None:
     """Beside an empty belt a way is found; what rides on it is named, and no way proposed."""
     wall = {"box": [0.4, 0.04, 0.5], "position": [0.5, 0.0, 0.1]}
     here, there = ({"position": [0.5, y, 0.15], **DOWN} for y in (-0.3, 0.3))

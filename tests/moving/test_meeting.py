@@ -53,7 +53,7 @@ def check_places(plan: kw.Plan, velocity: Any = (0, 0, 0)) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("along", mostly_exhaustive([-0.2, 0.3], 0.3))
-def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
+def test_meets_belt_at_minimum_time(along: float) -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["moves"] = {"linear": [0, along, 0]}
     task["frames"]["belt"]["position"] = [0.4, -0.5 if along > 0 else 0.2, 0.1]
@@ -69,12 +69,12 @@ def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
     assert not sooner
 
 
-def test_places_on_a_belt_that_turns_are_met() -> None:
+def test_meets_places_on_turning_belt() -> None:
     at = check_places(met())
     assert at["low"] - at["over"] < 2.0
 
 
-def test_a_time_after_chosen_ones_is_kept() -> None:
+def test_keeps_given_time_after_chosen_ones() -> None:
     """The arm does something as fast as it can, and is over the part when that comes by."""
     task = picking({"time": 3.0})
     aside = {"position": [0.4, 0.2, 0.3], **DOWN}
@@ -92,7 +92,7 @@ def test_a_time_after_chosen_ones_is_kept() -> None:
     assert check_places(kw.plan(task))["over"] == 1.1 * soonest
 
 
-def test_a_time_after_chosen_ones_in_frames_that_stand() -> None:
+def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
     one, other = ({"position": [0.4, y, 0.3], **DOWN} for y in (-0.2, 0.2))
     task = {
         "robot": "ur5",
@@ -108,7 +108,7 @@ def test_a_time_after_chosen_ones_in_frames_that_stand() -> None:
     assert plan.scenario.times[2] == 4.0
 
 
-def test_a_velocity_that_is_chosen_on_a_belt_is_that_of_the_tool() -> None:
+def test_chosen_velocity_on_belt_is_that_of_tool() -> None:
     task = picking({"after": 2.0})
     task["waypoints"] = [
         {"name": "by", "pose": HIGH, "after": 1.5, "velocity": "free"},
@@ -119,7 +119,7 @@ def test_a_velocity_that_is_chosen_on_a_belt_is_that_of_the_tool() -> None:
     assert plan.report.ok, plan.report
 
 
-def test_a_speed_that_is_chosen_before_a_belt_is_met() -> None:
+def test_chooses_path_speed_before_meeting_belt() -> None:
     task = picking({"after": "fastest"})
     a, b = ({"position": [0.4, y, 0.3], **DOWN} for y in (0.1, 0.3))
     task["waypoints"][:0] = [
@@ -130,7 +130,7 @@ def test_a_speed_that_is_chosen_before_a_belt_is_met() -> None:
 
 
 @pytest.mark.parametrize("later", [False, True], ids=["last", "before a wait and a free time"])
-def test_a_long_move_after_a_short_one_does_not_swing(later: bool) -> None:
+def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
     """The short one ends with its largest acceleration, from which the arm does not swing on."""
     ends = [([0.5, 0.0, 0.2], 3.0), ([0.5, 0.0, 0.3], "fastest")]
     stops = [{"after": after, "pose": {"position": p, **DOWN}, "stop": True} for p, after in ends]
@@ -166,18 +166,18 @@ def redundant(robot: str, belt: dict[str, Any], free: Any, heights: list[float])
     return plan
 
 
-def test_a_redundant_arm_keeps_its_solution_where_it_waits() -> None:
+def test_redundant_arm_keeps_solution_during_wait() -> None:
     belt = {"position": [0.35, -0.4, 0.06], "moves": {"linear": [0, 0.06, 0]}}
     redundant("xarm7", belt, None, [0.16, 0.06, 0.2])
 
 
-def test_times_that_go_to_and_fro_are_met() -> None:
+def test_finds_arrival_where_iteration_oscillates() -> None:
     """An arm on a rail with a free turn is sooner at a later place: full steps never agree."""
     belt = {"position": [0.5, -0.9, 0.06], "moves": {"linear": [0, 0.2, 0]}}
     redundant("ur5_rail", belt, {"turn": "z"}, [0.16, 0.06])
 
 
-def test_what_is_written_with_numbers_is_the_same_motion() -> None:
+def test_frozen_task_gives_same_motion() -> None:
     plan = met()
     again = kw.plan(plan.scenario.task)
     assert again.report.ok
@@ -185,7 +185,7 @@ def test_what_is_written_with_numbers_is_the_same_motion() -> None:
     assert again.trajectory.position(times) == pytest.approx(plan.trajectory.position(times))
 
 
-def test_what_can_not_be_met_is_refused() -> None:
+def test_refuses_infeasible_meetings() -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["position"] = [0.4, -3.0, 0.1]
     message = refused(task)

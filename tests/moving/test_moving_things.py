@@ -66,7 +66,7 @@ def in_tray(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
     return places[1], (places[2].translation - places[0].translation) / (2 * h)
 
 
-def test_waypoints_and_paths_ride_along() -> None:
+def test_waypoints_and_paths_move_with_frame() -> None:
     plan = kw.plan(belt())
     assert plan.report.ok, plan.report
     for time, position, velocity in (
@@ -87,7 +87,7 @@ def test_waypoints_and_paths_ride_along() -> None:
     assert speed.proof == "bounded"
 
 
-def test_a_motion_that_leaves_the_path_on_the_belt_fails() -> None:
+def test_check_fails_motion_off_path_on_belt() -> None:
     plan = kw.plan(belt())
     still = belt()
     still["frames"]["belt"]["moves"]["angular"] = [0, 0, 0.101]
@@ -112,7 +112,7 @@ def check_pairs(report: kw.Report, own: Bodies, others: Bodies, times: np.ndarra
         assert one.ok == (least > 1e-6), one.message
 
 
-def test_what_moves_through_what_stands_is_said_not_to_be_checked() -> None:
+def test_reports_unchecked_pairs_of_surroundings() -> None:
     box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
     post = {"box": [0.02, 0.02, 0.02], "position": [0, 2, 0]}
     wall = {"box": [0.02, 0.02, 0.02], "position": [0, 2.2, 0]}
@@ -123,7 +123,7 @@ def test_what_moves_through_what_stands_is_said_not_to_be_checked() -> None:
 
 
 @pytest.mark.parametrize("height", [0.2, 0.02])
-def test_objects_ride_along_in_the_proof(height: float) -> None:
+def test_proof_moves_objects_with_frame(height: float) -> None:
     task = belt(
         scene={
             "objects": {"box": {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}}
@@ -156,7 +156,7 @@ def two_arms(folder: Path, **more: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("delay", [0.5, 2.5])
 @pytest.mark.parametrize("apart", mostly_exhaustive([0.9, 0.8], 0.8))
-def test_another_robot_moves_as_it_does(tmp_path: Path, delay: float, apart: float) -> None:
+def test_other_robot_follows_its_plan(tmp_path: Path, delay: float, apart: float) -> None:
     plan = kw.plan(two_arms(tmp_path, delay=delay, position=[apart, 0, 0]))
     left = kw.plan(LEFT).trajectory
     there = links(left, pin.SE3(pin.rpy.rpyToMatrix(0, 0, np.pi), np.array([apart, 0, 0])))
@@ -168,7 +168,7 @@ def test_another_robot_moves_as_it_does(tmp_path: Path, delay: float, apart: flo
     check_pairs(plan.report, own, others, np.linspace(0.0, plan.trajectory.end_time, 60))
 
 
-def test_a_recorded_motion_takes_the_place_of_the_plan(tmp_path: Path) -> None:
+def test_other_robot_follows_recorded_motion(tmp_path: Path) -> None:
     recorded = kw.plan(LEFT).save(tmp_path / "motion")[0]
     planned = kw.plan(two_arms(tmp_path, delay=0.5)).report.select(subject="pair")
     read = kw.plan(two_arms(tmp_path, delay=0.5, motion=str(recorded))).report
@@ -193,7 +193,7 @@ def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
     return task
 
 
-def test_a_path_in_a_frame_whose_speed_jumps_is_refused(tmp_path: Path) -> None:
+def test_refuses_path_while_frame_speed_jumps(tmp_path: Path) -> None:
     """A file of positions alone is straight between its rows; with speeds it is smooth."""
     rows = [(0, 0.0, 0.1), (1, 0.1, 0.1), (2.5, 0.25, 0.1), (4.0, 0.35, 0.05), (9, 0.6, 0.05)]
     task = changed(("frames", "belt", "moves"), {"file": str(tmp_path / "y.csv"), "at": 0.5})
@@ -207,7 +207,7 @@ def test_a_path_in_a_frame_whose_speed_jumps_is_refused(tmp_path: Path) -> None:
     assert kw.plan(task).report.ok
 
 
-def test_robots_that_can_not_be_followed_are_refused(tmp_path: Path) -> None:
+def test_refuses_invalid_other_robots(tmp_path: Path) -> None:
     task = two_arms(tmp_path)
     robot = task["scene"]["robots"]["left"]
     robot["scenario"] = "nobody"

@@ -122,7 +122,7 @@ def named(plan: kw.Plan, t: float) -> dict[str, float]:
     return dict(zip(plan.space.joint_names, plan.trajectory.position(t).tolist(), strict=True))
 
 
-def test_joints_limits_and_places_are_those_of_both_urdfs(folder: Path) -> None:
+def test_robot_has_joints_and_limits_of_both_urdfs(folder: Path) -> None:
     robot = kw.load_robot(folder / "cell.yaml")
     assert robot.dof == 6
     assert set(robot.external_axes) == set(JOINTS)
@@ -146,7 +146,7 @@ def test_joints_limits_and_places_are_those_of_both_urdfs(folder: Path) -> None:
         assert turned.forward(q).isApprox(asked, 1e-12)
 
 
-def test_one_on_another_of_the_same_names(folder: Path) -> None:
+def test_stacked_urdfs_may_share_names(folder: Path) -> None:
     """What both have is called after each; a joint that mimics another follows the renamed one."""
     text = (folder / "turner.urdf").read_text(encoding="utf-8")
     flap = (
@@ -169,7 +169,7 @@ def test_one_on_another_of_the_same_names(folder: Path) -> None:
     assert robot.forward(q).isApprox(asked, 1e-12)
 
 
-def test_poses_and_paths_on_it_and_exports(folder: Path) -> None:
+def test_plans_and_exports_poses_and_paths_on_positioner(folder: Path) -> None:
     plan = kw.plan(task(folder))
     assert plan.report.ok, plan.report
     assert {*JOINTS} < {*plan.space.joint_names}
@@ -210,7 +210,7 @@ def shapes(both: Composed, q: dict[str, float]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("higher", [0.0, 0.2])
-def test_the_arm_is_kept_from_it(folder: Path, higher: float) -> None:
+def test_checks_arm_against_positioner(folder: Path, higher: float) -> None:
     """Each pair's least distance; where the positioner is higher, the same motion runs into it."""
     plan, both = kw.plan(task(folder)), Composed(folder)
     both.place.translation[2] += higher
@@ -238,7 +238,7 @@ def test_the_arm_is_kept_from_it(folder: Path, higher: float) -> None:
 
 
 @pytest.mark.parametrize("key", ["locked", "start"])
-def test_one_that_is_off_the_chain_is_an_obstacle_where_it_stands(folder: Path, key: str) -> None:
+def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
     """As the robot's file locks it, or as the configuration says that the motion begins in."""
     where = {TILT: 0.5, "turn": 1.0}
     more = {"locked": where} if key == "locked" else {"configurations": {"home": HOME | where}}
@@ -260,7 +260,7 @@ def test_one_that_is_off_the_chain_is_an_obstacle_where_it_stands(folder: Path, 
     assert one.value == pytest.approx(value, abs=2e-3)
 
 
-def test_one_that_is_off_the_chain_does_not_stand_at_two_places(folder: Path) -> None:
+def test_refuses_two_configurations_of_positioner_off_chain(folder: Path) -> None:
     away = {**HOME, TILT: 0.5, "shoulder_pan_joint": 0.5}
     path = write(folder / "away.yaml", {**cell(), "configurations": {"home": HOME, "away": away}})
     given = {"robot": str(path), "start": "home", "waypoints": [{"joints": "away", "after": 2}]}
@@ -270,7 +270,7 @@ def test_one_that_is_off_the_chain_does_not_stand_at_two_places(folder: Path) ->
     assert kw.plan({**given, "waypoints": [{"joints": "home", "after": 2}]}).report.ok
 
 
-def test_another_task_on_it_goes_on_from_a_motion_on_it(folder: Path) -> None:
+def test_new_task_continues_motion_on_positioner(folder: Path) -> None:
     plan = kw.plan(task(folder))
     again = plan.replace(at=2.5, scenario=kw.Task(**task(folder)))
     assert again.report.ok, again.report
@@ -283,7 +283,7 @@ def test_another_task_on_it_goes_on_from_a_motion_on_it(folder: Path) -> None:
         plan.replace(at=2.5, scenario=kw.Task(**alone))
 
 
-def test_its_links_are_drawn_where_they_are(folder: Path) -> None:
+def test_draws_links_of_positioner(folder: Path) -> None:
     plan = kw.plan(task(folder))
     scene, both = scene_of(plan), Composed(folder)
     time = times(scene)
@@ -345,7 +345,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_positioners(folder: Path, name: str, knotwork: Command) -> None:
+def test_refuses_invalid_positioners(folder: Path, name: str, knotwork: Command) -> None:
     axes, words = WRONG[name]
     (folder / "still.urdf").write_text('<robot name="s"><link name="a"/></robot>', "utf-8")
     (folder / "broken.urdf").write_text("<robot", "utf-8")
@@ -357,7 +357,7 @@ def test_wrong_positioners(folder: Path, name: str, knotwork: Command) -> None:
     assert re.search(words, ran.err), ran.err
 
 
-def test_a_frame_on_a_link_that_is_not_there(folder: Path, knotwork: Command) -> None:
+def test_refuses_frame_on_unknown_link(folder: Path, knotwork: Command) -> None:
     part = {"on": "plte", "position": [0, 0, 0]}
     path = write(folder / "task.yaml", task(folder, frames={"part": part}))
     ran = knotwork("plan", str(path))

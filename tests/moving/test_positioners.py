@@ -97,7 +97,7 @@ def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
     return seen[1], (seen[2].translation - seen[0].translation) / (2 * h)
 
 
-def test_poses_velocities_and_paths_are_those_in_the_part() -> None:
+def test_poses_velocities_and_paths_are_relative_to_part() -> None:
     plan = kw.plan(on_table())
     assert plan.report.ok, plan.report
     assert plan.space.joint_names[:2] == ("plate", "tilt")
@@ -122,7 +122,7 @@ def test_poses_velocities_and_paths_are_those_in_the_part() -> None:
     assert efforts.verdict == "warning"
 
 
-def test_other_timing_and_joints_alone_move_the_table_too() -> None:
+def test_table_moves_with_other_timing_and_joint_waypoints() -> None:
     plan = kw.plan(on_table())
     slower = plan.scaled({0.0: 1.0, 3.0: 0.5})
     assert slower.report.ok, slower.report
@@ -132,7 +132,7 @@ def test_other_timing_and_joints_alone_move_the_table_too() -> None:
     assert joints.trajectory.position(2.0)[0] == pytest.approx(1.0)
 
 
-def test_a_motion_of_another_table_fails() -> None:
+def test_check_fails_motion_of_other_table() -> None:
     plan = kw.plan(on_table())
     other = {**CELL, "external_axes": {"tilt": TILT, "plate": {**TURN, "position": [0, 0, 0.1]}}}
     report = kw.check(plan.trajectory, kw.load_scenario(on_table(robot=other)))
@@ -140,7 +140,7 @@ def test_a_motion_of_another_table_fails() -> None:
 
 
 @pytest.mark.parametrize("height", [0.05, 0.18])
-def test_objects_ride_with_the_part_or_stand_in_the_cell(height: float) -> None:
+def test_objects_move_with_part_or_stay_in_cell(height: float) -> None:
     scene = {
         "objects": {
             "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, height]},
@@ -180,7 +180,7 @@ def test_objects_ride_with_the_part_or_stand_in_the_cell(height: float) -> None:
     assert not plan.report.select(name="base_link, post")
 
 
-def test_scenes_stand_in_the_cell() -> None:
+def test_scene_is_shown_in_world_frame() -> None:
     scene = {
         "objects": {
             "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, 0.05]},
@@ -209,7 +209,7 @@ def test_scenes_stand_in_the_cell() -> None:
     assert row[first : first + 8] == pytest.approx(plan.trajectory.position(0.0), abs=1e-6)
 
 
-def test_what_can_not_carry_poses_is_refused() -> None:
+def test_refuses_links_that_can_not_carry_poses() -> None:
     def on(frame: dict[str, Any], **more: Any) -> str:
         return refused({**on_table(frames={"part": {"position": [0, 0, 0], **frame}}), **more})
 

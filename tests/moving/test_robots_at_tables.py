@@ -48,7 +48,7 @@ def facing(x: float) -> tuple[dict[str, Any], pin.SE3]:
 
 
 @pytest.mark.parametrize(("x", "clear"), [(1.6, True), (1.1, False)])
-def test_another_robot_at_its_table(folder: Path, x: float, clear: bool) -> None:
+def test_other_robot_works_at_its_table(folder: Path, x: float, clear: bool) -> None:
     """Its base stands where the scene says, and its table turns beside it."""
     given, place = facing(x)
     left = {"scenario": str(write(folder / "table.yaml", task(folder))), **given}
@@ -66,7 +66,7 @@ def test_another_robot_at_its_table(folder: Path, x: float, clear: bool) -> None
         *((True, 1.2, False), (False, 1.5, True)),
     ),
 )
-def test_another_robot_beside_a_task_on_a_table(
+def test_checks_other_robot_next_to_task_on_table(
     folder: Path, at: bool, x: float, clear: bool
 ) -> None:
     """It stands in the cell: with its own table, or without one."""
@@ -89,7 +89,7 @@ def test_another_robot_beside_a_task_on_a_table(
         assert here == pytest.approx(place.translation, abs=1e-5)
 
 
-def test_it_does_not_stand_on_the_table(folder: Path) -> None:
+def test_refuses_other_robot_on_table(folder: Path) -> None:
     left = {"scenario": str(write(folder / "left.yaml", LEFT)), "in": "part"}
     said = refused(task(folder, scene={"robots": {"left": left}}))
     assert "scene.robots.left.in: frame 'part' moves; the robot's base must not" in said

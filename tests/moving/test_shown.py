@@ -53,7 +53,7 @@ def _middle(thing: dict[str, Any], places: list[pin.SE3]) -> Any:
     return 0.5 * (corners.min(axis=0) + corners.max(axis=0))
 
 
-def test_an_object_is_drawn_where_the_belt_has_carried_it() -> None:
+def test_draws_object_moved_by_belt() -> None:
     box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
     plan = kw.plan(belt(scene={"objects": {"box": box}}))
     scene = scene_of(plan)
@@ -65,7 +65,7 @@ def test_an_object_is_drawn_where_the_belt_has_carried_it() -> None:
     assert all(len(one) == len(scene["joints"]) for one in scene["ghosts"])
 
 
-def test_the_scene_is_relative_to_the_frame_that_moves() -> None:
+def test_draws_scene_relative_to_moving_frame() -> None:
     """Speeds on the path, the path asked for, frames and labels, against plain Pinocchio."""
     box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
     plan = kw.plan(belt(scene={"objects": {"box": box}}))
@@ -90,7 +90,7 @@ def test_the_scene_is_relative_to_the_frame_that_moves() -> None:
         assert labels["box"] == pytest.approx(now.act(np.array([0, 0, -0.04])), abs=1e-5)
 
 
-def test_another_robot_is_drawn_where_its_motion_has_brought_it(tmp_path: Path) -> None:
+def test_draws_other_robot_along_its_motion(tmp_path: Path) -> None:
     plan = kw.plan(two_arms(tmp_path, delay=0.5))
     scene = scene_of(plan)
     there = links(
@@ -116,7 +116,7 @@ def test_another_robot_is_drawn_where_its_motion_has_brought_it(tmp_path: Path) 
     assert sum(one["name"].startswith("other robots") for one in scene["things"]) >= robot.dof
 
 
-def test_another_robot_does_not_hide_the_task(tmp_path: Path) -> None:
+def test_view_keeps_task_visible_next_to_other_robot(tmp_path: Path) -> None:
     """Seen from above, the camera is well aside of the line from the task to its base."""
     beyond = two_arms(tmp_path, position=[0.92, 0.69, 0])
     view = scene_of(kw.plan(beyond))["view"]["from"]

@@ -49,7 +49,7 @@ def least(plan: kw.Plan, apart: float, delay: float) -> float:
     return min(float(row.min()) for row in rows.values())
 
 
-def test_one_line_says_how_near_two_motions_come(cell: kw.Plan, knotwork: Command) -> None:
+def test_reports_clearance_of_two_motions(cell: kw.Plan, knotwork: Command) -> None:
     nearest = least(cell, 0.9, 0.5)
     for more in (("--with", "b.yaml"), ("--with", "b"), ("--with", "b.yaml", "--motion", "b")):
         ran = knotwork("check", "a.yaml", *more, "--in", "left", "--delay", "0.5s")
@@ -64,7 +64,7 @@ def test_one_line_says_how_near_two_motions_come(cell: kw.Plan, knotwork: Comman
     assert "too near from 0.000 s" in ran.out
 
 
-def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
+def test_clearance_is_minimum_over_time(cell: kw.Plan) -> None:
     scenario = kw.load_scenario("a.yaml")
     for delay in (0.5, 1.5):
         other = {"scenario": str(Path("b.yaml").absolute()), "in": "left", "delay": delay}
@@ -86,7 +86,7 @@ def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
         (("--in", "left", "--full"), "--with takes neither --full nor a log"),
     ],
 )
-def test_wrong_input_is_refused(
+def test_refuses_invalid_input(
     cell: kw.Plan, knotwork: Command, more: tuple[str, ...], words: str
 ) -> None:
     ran = knotwork("check", "a.yaml", "--with", "b.yaml", *more)
@@ -95,7 +95,7 @@ def test_wrong_input_is_refused(
     assert knotwork("check", "a.yaml", "--delay", "1s").code == 2
 
 
-def test_robots_of_two_urdfs_need_a_frame_and_no_delay(cell: kw.Plan, knotwork: Command) -> None:
+def test_two_urdfs_need_frame_and_no_delay(cell: kw.Plan, knotwork: Command) -> None:
     kw.Task(**{**LEFT, "robot": "ur10"}).save("c.yaml")
     ran = knotwork("check", "a.yaml", "--with", "c.yaml")
     assert ran.code == 2
@@ -106,7 +106,7 @@ def test_robots_of_two_urdfs_need_a_frame_and_no_delay(cell: kw.Plan, knotwork: 
 
 
 @pytest.mark.parametrize(("end", "clear"), [(2.0, True), (2.6, False)])
-def test_two_arms_of_one_cell(tmp_path: Path, end: float, clear: bool) -> None:
+def test_two_arms_of_one_urdf_share_cell(tmp_path: Path, end: float, clear: bool) -> None:
     """Links of each arm stand once: none where the model of the other has it at rest."""
     turns = {"left": (1.6, 0.9), "right": (1.6, end)}
     urdf = tmp_path / "bars.urdf"
@@ -148,7 +148,7 @@ TORSO = """<link name="torso"/><joint name="torso turn" type="revolute"><parent 
         (0.5, 0.5, None),
     ],
 )
-def test_two_arms_on_one_torso_that_only_one_motion_moves_are_refused(
+def test_refuses_arms_on_torso_moved_by_one_motion(
     tmp_path: Path, left: float | None, right: float | None, words: str | None
 ) -> None:
     """Else one arm would stand where the other one's torso is not."""

@@ -62,7 +62,7 @@ def part(both: Composed, q: dict[str, float]) -> pin.SE3:
     return both.link(q, "plate") * STEP
 
 
-def test_each_pose_is_met_where_it_stands(folder: Path) -> None:
+def test_meets_each_pose_in_its_frame(folder: Path) -> None:
     plan = kw.plan(fetch(folder))
     assert plan.report.ok, plan.report
     both = Composed(folder)
@@ -81,7 +81,7 @@ def test_each_pose_is_met_where_it_stands(folder: Path) -> None:
     assert turned > 0.1
 
 
-def test_near_says_where_the_positioner_is_meanwhile(folder: Path) -> None:
+def test_near_sets_positioner_at_fixed_poses(folder: Path) -> None:
     where = {**HOME, TILT: 0.3, "turn": -0.4}
     plan = kw.plan(
         task(
@@ -98,7 +98,7 @@ def test_near_says_where_the_positioner_is_meanwhile(folder: Path) -> None:
     assert both.tool(q).translation == pytest.approx(np.array(BESIDE), abs=1e-8)
 
 
-def test_speeds_and_free_turns_beside_it(folder: Path) -> None:
+def test_keeps_speeds_and_free_turns_at_fixed_poses(folder: Path) -> None:
     """The tool passes at speed, and turns about its axis as it likes, seen from the cell."""
     passing = pose(BESIDE, frame="base", velocity={"linear": [0.05, 0.02, -0.03]}, name="by")
     del passing["stop"]
@@ -114,9 +114,7 @@ def test_speeds_and_free_turns_beside_it(folder: Path) -> None:
     assert plan.report.select(quantity="free", name="by")
 
 
-def test_chosen_times_and_speeds_are_the_same_once_written_down(
-    folder: Path, tmp_path: Path
-) -> None:
+def test_frozen_times_and_speeds_give_same_motion(folder: Path, tmp_path: Path) -> None:
     """Velocities that are chosen, at a pose in the cell and at one on the plate."""
     free = {"velocity": "free", "after": "fastest"}
     given = fetch(folder, limits={"acceleration": 10})
@@ -145,7 +143,7 @@ def test_chosen_times_and_speeds_are_the_same_once_written_down(
             assert one.linear == pytest.approx((seen[1] - seen[0]) / (2 * h), abs=1e-4)
 
 
-def test_a_place_that_is_moved_fails_and_the_part_does_not(folder: Path) -> None:
+def test_check_fails_moved_fixed_pose_only(folder: Path) -> None:
     plan = kw.plan(fetch(folder))
     beside = fetch(folder)
     beside["waypoints"][1]["pose"]["position"][0] += 2e-5
@@ -168,7 +166,7 @@ def box(plan: kw.Plan, both: Composed, t: float) -> pin.SE3:
     return part(both, named(plan, t)) * left
 
 
-def test_the_part_that_is_fetched_is_where_it_lies(folder: Path) -> None:
+def test_fetched_part_is_where_it_lies(folder: Path) -> None:
     """In the proof that the arm is clear of it, and in the page."""
     plan, both = kw.plan(fetch(folder)), Composed(folder)
     known = {one.name: one.time for one in plan.scenario.waypoints}
@@ -203,7 +201,7 @@ def test_the_part_that_is_fetched_is_where_it_lies(folder: Path) -> None:
             assert at == pytest.approx(here if asked is None else np.array(asked), abs=1e-5)
 
 
-def test_what_is_not_possible_beside_it_is_said(folder: Path) -> None:
+def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
     given = fetch(folder)
     given["waypoints"][5]["frame"] = "base"
     said = refused(given)
@@ -223,7 +221,7 @@ def test_what_is_not_possible_beside_it_is_said(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("variant", ["wait", "free", "home"])
-def test_a_path_begins_nearest_to_near_whatever_is_around_it(folder: Path, variant: str) -> None:
+def test_path_begins_at_solution_nearest_to_near(folder: Path, variant: str) -> None:
     """Whatever the plate's turn, no solution of the arm is nearer."""
     line = {"along": "line", "speed": 0.06, "stop": True}
     on = [

@@ -37,7 +37,7 @@ def span(plan: kw.Plan) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("free", [None, {"turn": "z"}])
-def test_the_tool_stays_at_its_place_on_the_belt(free: Any) -> None:
+def test_tool_keeps_pose_on_belt_during_wait(free: Any) -> None:
     plan = kw.plan(waiting(tool={"free": free} if free else None))
     assert plan.report.ok, plan.report
     low, high = span(plan)
@@ -51,7 +51,7 @@ def test_the_tool_stays_at_its_place_on_the_belt(free: Any) -> None:
     assert {one.proof for one in rows if one.quantity == "path_deviation"} == {"bounded"}
 
 
-def test_a_wait_without_a_path_before_it() -> None:
+def test_waits_without_preceding_path() -> None:
     task = waiting()
     task["waypoints"][1:3] = [{"pose": {"position": [0, 0, 0.1], **DOWN}, "after": 1, "wait": WAIT}]
     plan = kw.plan(task)
@@ -60,13 +60,13 @@ def test_a_wait_without_a_path_before_it() -> None:
         assert in_tray(plan, t)[0].translation == pytest.approx([0, 0, 0.1], abs=1e-4)
 
 
-def test_an_arm_of_seven_joints_waits() -> None:
+def test_redundant_arm_waits_on_belt() -> None:
     task = waiting(robot="panda", tool={"free": {"turn": "z", "tilt": 0.2}})
     assert kw.plan(task).report.ok
 
 
 @pytest.mark.parametrize("creeps", [0.0003, 0.003])
-def test_a_tool_that_creeps_on_the_belt_does_not_wait(creeps: float) -> None:
+def test_check_fails_tool_creeping_on_belt(creeps: float) -> None:
     """It is judged by its distance from the place, not by how slow it is."""
     task = waiting()
     creeping = waiting()
@@ -82,7 +82,7 @@ def test_a_tool_that_creeps_on_the_belt_does_not_wait(creeps: float) -> None:
     assert "path_deviation" in {one.quantity for one in failed if one.interval == (low, high)}
 
 
-def test_a_belt_of_another_speed_is_no_wait() -> None:
+def test_check_fails_wait_on_belt_of_other_speed() -> None:
     plan = kw.plan(waiting())
     faster = waiting()
     faster["frames"]["belt"]["moves"]["linear"] = [0, 0.201, 0]
@@ -91,7 +91,7 @@ def test_a_belt_of_another_speed_is_no_wait() -> None:
     assert "path_deviation" in {one.quantity for one in failed if one.interval == (low, high)}
 
 
-def test_what_a_wait_on_a_belt_can_not_be(tmp_path: Path) -> None:
+def test_refuses_invalid_waits_on_belt(tmp_path: Path) -> None:
     task = waiting()
     task["waypoints"][1] = {
         "pose": {"position": [0, 0, 0.1], **DOWN},

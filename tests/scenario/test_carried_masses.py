@@ -67,7 +67,7 @@ def torques(plan: kw.Plan, payload: pin.Inertia, at: pin.SE3) -> tuple[np.ndarra
     ("mass", "centre", "inertia"),
     [(4.0, None, None), (3.0, [0.05, -0.02, 0.1], INERTIA)],
 )
-def test_torque_knows_what_is_held(mass: float, centre: Any, inertia: Any) -> None:
+def test_torque_includes_held_object(mass: float, centre: Any, inertia: Any) -> None:
     own = {"centre_of_mass": centre, "inertia": inertia}
     held = BOX | {"mass": mass} | {key: one for key, one in own.items() if one}
     plan = kw.plan(stacking(held))
@@ -88,7 +88,7 @@ def test_torque_knows_what_is_held(mass: float, centre: Any, inertia: Any) -> No
     assert plan.report.ok
 
 
-def test_a_heavier_box_breaks_the_limits(tmp_path: Path) -> None:
+def test_heavier_box_exceeds_effort_limits(tmp_path: Path) -> None:
     """For the check, and for the judge, which shares nothing with it."""
     plan = kw.plan(stacking(BOX | {"mass": 4.0}))
     plan.save(tmp_path)
@@ -103,7 +103,7 @@ def test_a_heavier_box_breaks_the_limits(tmp_path: Path) -> None:
         assert {one.where for one in wrong} == {one.name for one in found}
 
 
-def test_a_load_costs_time_only_while_it_is_held() -> None:
+def test_load_slows_motion_only_while_held() -> None:
     spans = {}
     for mass in (0.0, 4.0):
         plan = kw.plan(stacking(BOX | {"mass": mass}))
@@ -124,7 +124,7 @@ def test_the_load_changes_at_rest(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     ("appears", "hit"), [(None, True), ("over", True), ("place", False), ("back", False)]
 )
-def test_objects_appear(appears: str | None, hit: bool) -> None:
+def test_object_appears_at_waypoint(appears: str | None, hit: bool) -> None:
     """What comes later stands in no way before, and in the way from then on."""
     crate = {"box": [0.1, 0.1, 0.1], "position": [0.6, 0.0, 0.25]}
     task = stacking(BOX, scene={"objects": {"crate": crate | {"appears": appears}}}, times=None)
@@ -139,7 +139,7 @@ def test_objects_appear(appears: str | None, hit: bool) -> None:
     assert any("crate" in one.name for one in failures if one.subject == "pair") == hit
 
 
-def test_a_box_that_appears_is_not_there_before() -> None:
+def test_object_is_absent_before_it_appears() -> None:
     """Two boxes at one place: the second one comes after the first has gone."""
     task = stacking(BOX)
     task["waypoints"][4:] = [

@@ -30,7 +30,7 @@ def of_boxes(folder: Path, counts: str) -> Path:
     ("counts", "boxes"),
     [("[1, 1, 2]", 2), pytest.param("[4, 3, 2]", 24, marks=pytest.mark.exhaustive)],
 )
-def test_a_pallet_is_one_short_file_report_and_program(
+def test_pallet_has_short_file_report_and_program(
     counts: str, boxes: int, tmp_path: Path, knotwork: Command
 ) -> None:
     assert len(FILE.read_text(encoding="utf-8").splitlines()) <= 45
@@ -55,7 +55,7 @@ def test_a_pallet_is_one_short_file_report_and_program(
     assert [mass for _, mass, _ in controller.payloads] == [1.5, *[7.5, 1.5] * boxes]
 
 
-def test_boxes_that_are_laid_are_obstacles(tmp_path: Path) -> None:
+def test_released_boxes_are_obstacles(tmp_path: Path) -> None:
     """With rows that are too near to one another the second box would touch the first."""
     path = of_boxes(tmp_path, "[1, 2]")
     text = path.read_text()

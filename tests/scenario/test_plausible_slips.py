@@ -38,14 +38,14 @@ def warned(data: dict[str, Any]) -> list[str]:
         (pose(-1.57), r"pose.rpy[0] is -1.57 degrees, the largest angle of a pose"),
     ],
 )
-def test_radians_in_a_file_in_degrees_are_suspected(waypoint: Any, largest: str) -> None:
+def test_warns_of_radians_in_file_in_degrees(waypoint: Any, largest: str) -> None:
     (said,) = warned(task("deg", waypoint))
     assert f"waypoints[0].{largest} of the file; if they" in said
     assert "give `units: {angle: rad}`" in said
     assert not warned(task("rad", waypoint))
 
 
-def test_joints_in_radians_are_suspected_beside_poses_in_degrees() -> None:
+def test_warns_of_joints_in_radians_with_poses_in_degrees() -> None:
     inner = {**joints(0.31, -1.57, 1.93, -0.7, 1.1, 0), "stop": True}
     (said,) = warned(task("deg", inner, pose(180)))
     assert "elbow_joint is 1.93 degrees" in said
@@ -63,11 +63,11 @@ def test_joints_in_radians_are_suspected_beside_poses_in_degrees() -> None:
         (pose(0),),
     ],
 )
-def test_angles_that_are_plausibly_in_degrees_are_not(waypoints: Any) -> None:
+def test_accepts_plausible_degrees(waypoints: Any) -> None:
     assert not warned(task("deg", *waypoints))
 
 
-def test_degrees_in_a_file_in_radians_are_suspected_where_the_pose_is_refused_too() -> None:
+def test_warns_of_degrees_with_unreachable_pose() -> None:
     (said,) = warned(task("rad", pose(180)))
     assert "pose.rpy[0] is 180 rad, more than a whole turn" in said
     with pytest.raises(kw.InputError, match=r"rpy\[0\] is 180 rad, more than a whole turn"):
@@ -85,13 +85,13 @@ def test_degrees_in_a_file_in_radians_are_suspected_where_the_pose_is_refused_to
         ({"limits": {"velocity": {"elbow_joint": 90}}}, "limits.velocity.elbow_joint is 90 rad/s"),
     ],
 )
-def test_rates_in_degrees_are_suspected_in_limits(change: dict[str, Any], where: str) -> None:
+def test_warns_of_limits_in_degrees(change: dict[str, Any], where: str) -> None:
     (said,) = warned(task("rad", pose(3.14), **change))
     assert f"{where}, more than two turns a second; if it is in degrees, give" in said
     assert not warned(task("deg", pose(180), **change))
 
 
-def test_rates_in_degrees_are_suspected_at_waypoints() -> None:
+def test_warns_of_waypoint_rates_in_degrees() -> None:
     turning = {**pose(3.14), "velocity": {"angular": [0, 0, 30]}}
     del turning["stop"]
     (said,) = warned(task("rad", turning, pose(3.14, 0.5)))
@@ -104,7 +104,7 @@ def test_rates_in_degrees_are_suspected_at_waypoints() -> None:
 
 
 @pytest.mark.parametrize("limits", [{"velocity": 12}, {"velocity": {"a": 180}}])
-def test_rates_that_joints_have_are_not(limits: dict[str, Any]) -> None:
+def test_accepts_plausible_rates(limits: dict[str, Any]) -> None:
     points = [{"joints": {"a": 0, "b": 0}}, {"after": 9, "joints": {"a": 1, "b": 1}}]
     assert not warned({"joint_units": {"a": "m"}, "limits": limits, "waypoints": points})
 

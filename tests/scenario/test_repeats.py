@@ -118,7 +118,7 @@ def coefficients(plan: kw.Plan) -> np.ndarray[Any, Any]:
     return plan.trajectory.polynomial.c
 
 
-def test_a_repeat_is_its_turns_written_out(tmp_path: Path) -> None:
+def test_repeat_equals_written_out_turns(tmp_path: Path) -> None:
     plan = kw.plan(palletising())
     assert plan.report.ok, plan.report
     names = [one.name for one in plan.scenario.waypoints]
@@ -172,7 +172,7 @@ def test_places_are_frames_positions_or_a_file(tmp_path: Path) -> None:
             np.testing.assert_allclose(pose.translation, np.add(spot, [0, 0, 0.05]), atol=1e-12)
 
 
-def test_an_error_has_the_line_of_the_block(tmp_path: Path) -> None:
+def test_error_has_line_of_block(tmp_path: Path) -> None:
     file = kw.Task.load(palletising()).save(tmp_path / "task.yaml")
     lines = file.read_text().splitlines()
     line = next(i for i, text in enumerate(lines, start=1) if "from: pick" in text)

@@ -61,7 +61,7 @@ def test_waypoints_without_a_name_are_counted_from_one() -> None:
 # Speeds
 
 
-def test_the_ends_stand_still_unless_they_say_otherwise() -> None:
+def test_ends_are_at_rest_by_default() -> None:
     scenario = load_scenario(
         {"robot": "ur5", "waypoints": [{"pose": POSE}, {"pose": AHEAD, "after": 1}]}
     )
@@ -76,7 +76,7 @@ def test_the_ends_stand_still_unless_they_say_otherwise() -> None:
 
 
 @pytest.mark.parametrize("kind", [{"pose": POSE}, {"joints": "home"}])
-def test_at_a_stop_it_stands_still(kind: dict[str, Any]) -> None:
+def test_stop_is_at_rest(kind: dict[str, Any]) -> None:
     waypoints = [{"pose": AHEAD}, {**kind, "after": 1}, {"pose": AHEAD, "after": 1}]
     waypoints[1]["stop"] = True
     scenario = load_scenario({"robot": "ur5", "waypoints": waypoints})
@@ -139,7 +139,7 @@ def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:
         joint_space(scenario)
 
 
-def test_without_a_robot_there_are_joint_values_and_nothing_else() -> None:
+def test_task_without_robot_has_joints_alone() -> None:
     assert joints({}, {"after": 1}).task.robot is None
     assert joints({}, {"after": 1}).joint_names == ("a",)
 
@@ -147,7 +147,7 @@ def test_without_a_robot_there_are_joint_values_and_nothing_else() -> None:
 # Everything else
 
 
-def test_the_rest_of_the_file_arrives() -> None:
+def test_options_are_read() -> None:
     scenario = joints(
         {"joints": {"a": 0, "b": 0}},
         {"joints": {"a": 1, "b": 1}, "after": 1},
@@ -172,7 +172,7 @@ def test_the_rest_of_the_file_arrives() -> None:
     assert joints({}, {"after": 1}, knots="balanced").knots == "balanced"
 
 
-def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
+def test_default_name_is_that_of_file(tmp_path: Path) -> None:
     path = tmp_path / "weld seam.yml"
     path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
     scenario = load_scenario(path)

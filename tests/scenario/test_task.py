@@ -113,7 +113,7 @@ def test_a_task_in_python_and_its_file_give_one_motion(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("task", [TASK, SWING])
-def test_what_is_saved_is_what_is_loaded(task: kw.Task, tmp_path: Path) -> None:
+def test_saved_task_is_loaded_unchanged(task: kw.Task, tmp_path: Path) -> None:
     file = task.save(tmp_path / "folder" / "task.yaml")
     assert kw.Task.load(file) == task.replace(name="task")
     assert motion(kw.plan(file)) == motion(kw.plan(task))
@@ -129,7 +129,7 @@ def test_shipped_scenarios_survive_being_saved(name: str, tmp_path: Path) -> Non
     np.testing.assert_array_equal(kw.load_scenario(task).times, shipped.times)
 
 
-def test_a_time_that_is_free_is_no_number() -> None:
+def test_free_time_is_nan() -> None:
     given = kw.load_scenario("ur10_spray")
     assert np.isfinite(given.times).all()
     np.testing.assert_array_equal(kw.load_scenario(SWING).times, [0.0, np.nan, np.nan])
@@ -158,7 +158,7 @@ def test_a_changed_task_is_planned_as_changed() -> None:
     assert TASK.waypoints[-1].after == 1.5
 
 
-def test_nothing_in_a_list_of_a_task_can_be_changed() -> None:
+def test_lists_of_task_are_immutable() -> None:
     task = TASK.replace(knots=np.array([0.0, 2.0, 3.0]), gravity=[0.0, 0.0, -9.81])
     assert task.knots == (0.0, 2.0, 3.0)
     assert isinstance(task.waypoints, tuple)

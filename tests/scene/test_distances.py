@@ -183,7 +183,7 @@ def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["ur5_deburring", "ur10_spray"])
-def test_no_pair_is_nearer_than_its_spheres(name: str) -> None:
+def test_bounding_spheres_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
     assert robot is not None

@@ -25,7 +25,7 @@ URDF = (
 )
 
 
-def test_a_mesh_of_a_robot_that_has_changed_is_read_anew(tmp_path: Path) -> None:
+def test_rereads_changed_mesh(tmp_path: Path) -> None:
     """A file that changes, goes or comes, in one process and with one robot."""
     (tmp_path / "arm.urdf").write_text(URDF, encoding="utf-8")
     robot, mesh = kw.load_robot(tmp_path / "arm.urdf").with_tool("b"), tmp_path / "part.stl"
@@ -103,7 +103,7 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
             assert -0.4 * MOST_GROWTH - DISTANCE_ERROR <= found - right <= DISTANCE_ERROR
 
 
-def test_a_fine_disc_and_a_fine_cone_are_taken_as_they_are_too(tmp_path: Path) -> None:
+def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
     place = pin.SE3.Identity()
     for mesh in (
         trimesh.creation.cone(1.0, 1.0, 600),

@@ -188,7 +188,7 @@ ROWS = {
         ("{file: good.csv, resolution: 10}, exact: true", "gives exact, which is for a mesh"),
     ],
 )
-def test_a_wrong_cloud_is_named_with_what_would_do(
+def test_refuses_wrong_cloud_with_remedy(
     points: str, says: str, knotwork: Command, tmp_path: Path
 ) -> None:
     for name, text in ROWS.items():
@@ -201,9 +201,7 @@ def test_a_wrong_cloud_is_named_with_what_would_do(
     assert says in run(knotwork, tmp_path, f"part: {{points: {points}}}")
 
 
-def test_a_cloud_in_the_way_is_found_and_beside_it_is_room(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_detects_cloud_in_path_and_free_space_next_to_it(knotwork: Command, tmp_path: Path) -> None:
     grid = np.mgrid[-30:30:8, -30:30:8].reshape(2, -1).T
     points = np.column_stack([grid, np.zeros(len(grid))])
     trimesh.PointCloud(points).export(tmp_path / "sheet.ply")

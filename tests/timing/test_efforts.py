@@ -46,7 +46,7 @@ def swing(**limits: Any) -> TimingProblem:
     )
 
 
-def test_limits_of_effort_are_kept_all_the_time() -> None:
+def test_keeps_effort_limits_all_the_time() -> None:
     free = swing()
     fast = solve(free)
     times = np.linspace(0.0, fast.duration, 20001)
@@ -67,7 +67,7 @@ def test_limits_of_effort_are_kept_all_the_time() -> None:
     assert any(one.quantity == "effort" for one in motion.binding)
 
 
-def test_a_motion_with_stops_is_hardly_slower_than_its_parts() -> None:
+def test_stopping_motion_is_as_fast_as_its_parts() -> None:
     free = swing()
     still = np.zeros_like(free.position)
     holding = np.abs(free.arm.effort(free.position, still, still)).max(axis=0)
@@ -78,7 +78,7 @@ def test_a_motion_with_stops_is_hardly_slower_than_its_parts() -> None:
     assert solve(asked).duration < 1.02 * sum(parts)
 
 
-def test_the_tool_keeps_its_speed_limit_all_the_time() -> None:
+def test_keeps_tool_speed_limit_all_the_time() -> None:
     asked = swing(tool_speed=0.8)
     motion = solve(asked)
     bound = kw.verification.tool_speed_bound(asked.arm.robot, motion.trajectory, limit=0.8)

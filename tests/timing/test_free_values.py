@@ -41,7 +41,7 @@ def test_free_velocities_save_time(problem: TimingProblem, fastest: TimedMotion)
     assert motion.duration < 0.95 * fastest.duration
 
 
-def test_along_a_direction_only_the_factor_is_chosen(problem: TimingProblem) -> None:
+def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
     along = np.array([False, True, True, True, False])
     asked = replace(problem, along=along, most=np.full(5, 0.7))
     motion = solve(asked)
@@ -65,7 +65,7 @@ def test_given_durations_and_lower_bounds_are_kept(
     assert_kept(asked, solve(asked))
 
 
-def test_accelerations_that_are_known_are_met_exactly(problem: TimingProblem) -> None:
+def test_meets_given_accelerations(problem: TimingProblem) -> None:
     acceleration = np.full((5, 3), np.nan)
     acceleration[[0, 2, 4]] = 0.0
     asked = replace(problem, acceleration=acceleration)
@@ -119,26 +119,26 @@ def test_positions_stay_inside_their_limits() -> None:
     assert_kept(asked, solve(asked))
 
 
-def test_through_a_waypoint_at_the_limits() -> None:
+def test_passes_waypoint_at_limits() -> None:
     """A velocity exactly at its limit and a position exactly at one leave the solver no room."""
     limits = TimingLimits([1.0, 1.0], [1.0, 1.0], [5.0, 5.0], lower=[0, 0], upper=[2.0, 0.5])
     asked = TimingProblem(("a", "b"), [[0, 0], [1, 0.5], [2, 0]], [[0, 0], [1, 0], [0, 0]], limits)
     assert_kept(asked, solve(asked))
 
 
-def test_progress_is_told_and_changes_nothing(problem: TimingProblem, fastest: TimedMotion) -> None:
+def test_progress_does_not_change_result(problem: TimingProblem, fastest: TimedMotion) -> None:
     told: list[Progress] = []
     motion = solve(problem, progress=told.append)
     assert told[-1].iterations == motion.iterations
     assert motion.duration == fastest.duration
 
 
-def test_what_binds_is_said(fastest: TimedMotion) -> None:
+def test_reports_active_limits(fastest: TimedMotion) -> None:
     assert {one.quantity for one in fastest.binding} & {"velocity", "acceleration", "jerk"}
     assert all(one.share is not None and 0.0 < one.share <= 1.0 for one in fastest.binding)
 
 
-def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_windows_cost_little_duration(monkeypatch: pytest.MonkeyPatch) -> None:
     long = random_problem(8, 32, 2)
     windows = solve(long)
     assert_kept(long, windows)
@@ -148,9 +148,7 @@ def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("given", ["all", "one", "total"])
 @pytest.mark.parametrize("count", first_of(6, 30))
-def test_times_from_the_least_on_are_found_or_refused_with_times_that_suffice(
-    given: str, count: int
-) -> None:
+def test_given_times_are_met_or_refused_with_sufficient_ones(given: str, count: int) -> None:
     refused = 0
     for seed in range(count):
         rng = np.random.default_rng([5, seed])

@@ -18,7 +18,7 @@ def problems() -> Iterator[tuple[int, int, int]]:
 
 
 @pytest.mark.parametrize(("seed", "n", "d"), list(problems()))
-def test_random_tasks_are_solved_and_keep_all(seed: int, n: int, d: int) -> None:
+def test_solves_random_problems(seed: int, n: int, d: int) -> None:
     problem = random_problem(seed, n, d)
     assert_kept(problem, solve(problem))
 
@@ -39,7 +39,7 @@ def from_stop_to_stop(move: float, V: float, A: float, J: float) -> float:
 
 
 @pytest.mark.parametrize(("seed", "d"), [(0, 1), (1, 1), (2, 2), (3, 6), (4, 6)])
-def test_a_move_between_stops_is_as_fast_as_its_slowest_joint(seed: int, d: int) -> None:
+def test_move_between_stops_matches_slowest_joint(seed: int, d: int) -> None:
     rng = np.random.default_rng(seed)
     move = rng.uniform(-1.0, 1.0, d) * 10.0 ** rng.uniform(-1.0, 0.5)
     V, A = rng.uniform(1.0, 4.0, d), rng.uniform(3.0, 20.0, d)
@@ -54,7 +54,7 @@ def test_a_move_between_stops_is_as_fast_as_its_slowest_joint(seed: int, d: int)
     assert (1 - 1e-12) * exact <= motion.duration < (1 + 2e-5) * exact
 
 
-def test_a_joint_with_nowhere_to_go_stands_still() -> None:
+def test_idle_joint_stays_at_rest() -> None:
     """It could swing out between the stops, and be no slower for it."""
     position = [[0.0, 0.5], [2.0, 1.5], [4.0, 1.5], [5.0, 0.5]]
     limits = TimingLimits([2.0, 2.0], [4.0, 4.0], [40.0, 40.0])

@@ -43,7 +43,7 @@ def test_no_motion_is_below_the_bound(
         (-0.25, (0.5, 0.5), 1.0 + 2.0 * np.sqrt(0.5)),  # there and back
     ],
 )
-def test_least_durations_by_hand(move: float, ends: tuple[float, float], least: float) -> None:
+def test_lower_bounds_by_hand(move: float, ends: tuple[float, float], least: float) -> None:
     limits = TimingLimits([2.0], [1.0])
     problem = TimingProblem(("a",), [[0.0], [move]], [[ends[0]], [ends[1]]], limits)
     assert lower_bound(problem) == pytest.approx(least)

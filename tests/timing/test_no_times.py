@@ -65,7 +65,7 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
         (one_joint([0, 0, 1], [0, 0, 0]), (0, "duration"), (None, None), "nothing moves"),
     ],
 )
-def test_what_no_limit_allows_is_named(
+def test_names_infeasible_values(
     problem: TimingProblem, place: tuple[Any, str], values: tuple[Any, Any], said: str
 ) -> None:
     error = failure(problem)
@@ -107,7 +107,7 @@ def test_what_no_limit_allows_is_named(
         ),
     ],
 )
-def test_the_nearest_possible_value_is_named(
+def test_names_nearest_feasible_value(
     made: Callable[[float], TimingProblem],
     given: float,
     place: tuple[int, bool, str],
@@ -122,7 +122,7 @@ def test_the_nearest_possible_value_is_named(
     solve(made(0.98 * error.bound if place[2] == "position" else error.bound))
 
 
-def test_all_waypoints_beyond_limits_are_told_at_once() -> None:
+def test_reports_all_infeasible_waypoints_at_once() -> None:
     error = failure(one_joint([0, 1, 2, 0], [0, 4, 3, 0]))
     first, second = str(error).splitlines()
     assert "waypoint 'b'" in first
@@ -132,7 +132,7 @@ def test_all_waypoints_beyond_limits_are_told_at_once() -> None:
     solve(one_joint([0, 1, 2, 0], [0, 2, 2, 0]))
 
 
-def test_a_time_between_passing_and_going_back() -> None:
+def test_reports_gap_in_feasible_durations() -> None:
     limits = TimingLimits([2.0], [0.1], [100.0])
     error = failure(one_joint([0, 1], [1, 1], limits, duration=[20.0]))
     longest, shortest = re.findall(r"(?:less|more) than ([0-9.]+) s", str(error))
@@ -141,7 +141,7 @@ def test_a_time_between_passing_and_going_back() -> None:
         solve(one_joint([0, 1], [1, 1], limits, duration=[possible]))
 
 
-def test_a_budget_that_is_too_small_is_no_answer() -> None:
+def test_reports_ended_budget() -> None:
     problem = random_problem(1, 8, 5)
     duration = np.full(7, np.nan)
     duration[3] = solve(problem).time[4] - solve(problem).time[3]
@@ -149,7 +149,7 @@ def test_a_budget_that_is_too_small_is_no_answer() -> None:
     assert "within the budget of 1e-06 s; allow more time" in str(error)
 
 
-def test_a_motion_that_stops_needs_no_time_to_be_found() -> None:
+def test_resting_motion_needs_no_budget() -> None:
     problem = random_problem(1, 8, 5)
     velocity = np.array(problem.velocity)
     velocity[1:-1] = np.nan
@@ -161,7 +161,7 @@ def test_a_motion_that_stops_needs_no_time_to_be_found() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_motion_past_given_velocities_needs_no_time_to_be_found(seed: int) -> None:
+def test_resting_motion_with_given_velocities_needs_no_budget(seed: int) -> None:
     """It comes to rest between the waypoints."""
     rng = np.random.default_rng(seed)
     problem = random_problem(seed, 2 + seed % 9, 1 + seed % 6)
@@ -183,13 +183,13 @@ def test_effort_needs_dynamics() -> None:
         one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))
 
 
-def test_short_times_of_different_intervals_are_named_together() -> None:
+def test_reports_short_times_together() -> None:
     first, second = str(failure(one_joint([0, 1, 3], np.zeros(3), duration=[1.0, 1.5]))).split("\n")
     assert re.match("from 'a' to 'b' 1 s are given; .* joint 'elbow' takes more than 2 s", first)
     assert re.match("from 'b' to 'c' 1.5 s are given; .* takes more than 2.82843 s", second)
 
 
-def test_an_arm_too_heavy_to_hold_still_names_waypoint_joint_and_limit() -> None:
+def test_reports_overloaded_static_hold() -> None:
     def planned(effort: float) -> kw.Plan:
         ends = [
             {"name": name, "joints": {"shoulder": q, "elbow": q}}
@@ -223,14 +223,14 @@ def over_the_top(effort: float, **more: Any) -> kw.Plan:
     return kw.plan({"robot": "planar2", **given})
 
 
-def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> None:
+def test_passes_overloaded_waypoint_in_motion() -> None:
     made = over_the_top(12.0)
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert abs(made.chosen.segments[0].velocity[1, 0]) > 0.5
 
 
-def test_an_arm_too_heavy_to_rest_where_its_velocity_is_free_is_told_with_what_suffices() -> None:
+def test_reports_overloaded_passage_with_sufficient_effort() -> None:
     with pytest.raises(TimingError, match="to rest at 'over' joint 'shoulder' needs a") as heavy:
         over_the_top(4.0)
     error = heavy.value

@@ -27,7 +27,7 @@ def told(given: dict[str, Any], **options: Any) -> list[str]:
     return [str(one) for one in report.tried]
 
 
-def test_a_motion_that_collides_between_two_waypoints_is_told_of_ways() -> None:
+def test_proposes_clear_motion_for_collision() -> None:
     given = across()
     (line,) = told(given)
     assert line.startswith(ONE)
@@ -43,7 +43,7 @@ def fastest(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
     return given
 
 
-def test_a_motion_whose_time_is_chosen_finds_its_way_where_the_fastest_collides(
+def test_takes_clear_motion_if_fastest_collides(
     tmp_path: Path,
 ) -> None:
     plan = kw.plan(fastest(at("back", -250)))
@@ -59,7 +59,7 @@ def test_a_motion_whose_time_is_chosen_finds_its_way_where_the_fastest_collides(
 
 
 @pytest.mark.exhaustive
-def test_a_motion_that_bows_into_something_finds_its_way_through_all_that_it_passes() -> None:
+def test_takes_clear_motion_through_passed_poses() -> None:
     over = [
         {"name": name, "pose": {"position": [450, y, 460], "rpy": DOWN}, "velocity": "free"}
         for name, y in (("over", -60), ("beyond", 60))
@@ -78,7 +78,7 @@ def test_a_motion_that_bows_into_something_finds_its_way_through_all_that_it_pas
 
 
 @pytest.mark.exhaustive
-def test_what_is_proposed_for_poses_that_are_passed_is_accepted() -> None:
+def test_proposal_for_passed_poses_is_accepted() -> None:
     """Ways through them are one motion, which takes no times."""
     passed = [
         {"name": name, "pose": {"position": [450, y, 300], "rpy": DOWN}, "velocity": "free"}
@@ -98,7 +98,7 @@ def test_what_is_proposed_for_poses_that_are_passed_is_accepted() -> None:
 
 
 @pytest.mark.exhaustive
-def test_where_no_way_is_found_that_is_told() -> None:
+def test_reports_missing_clear_motion() -> None:
     given = fastest()
     given["scene"]["objects"] = {
         "right": {"box": [2000, 30, 3000], "position": [1100, 0, 1000]},
@@ -110,18 +110,18 @@ def test_where_no_way_is_found_that_is_told() -> None:
     assert "not tried" not in line
 
 
-def test_all_motions_concerned_are_in_one_line() -> None:
+def test_proposes_all_motions_in_one_line() -> None:
     (line,) = told(across(at("back", -250, after=3), at("still", -250, after=1)))
     assert "way: clear at 'there' and 'back' lets these motions find their way (not tried)" in line
 
 
-def test_nothing_is_proposed_where_a_waypoint_collides_itself() -> None:
+def test_proposes_nothing_if_waypoint_collides() -> None:
     given = across()
     given["scene"]["objects"]["wall"]["box"][1] = 500
     assert not any("way: clear" in line for line in told(given))
 
 
-def test_no_way_is_proposed_through_what_leads_on_to_a_waypoint_that_collides() -> None:
+def test_proposes_nothing_before_colliding_waypoint() -> None:
     """The motion to 'over' could find its way, but one with it leads on into a post."""
     given = across()
     pose = {"position": [450, 100, 300], "rpy": DOWN}
@@ -131,11 +131,11 @@ def test_no_way_is_proposed_through_what_leads_on_to_a_waypoint_that_collides() 
     assert not any("way: clear" in line for line in told(given))
 
 
-def test_nothing_is_proposed_to_a_planner_that_takes_no_way() -> None:
+def test_proposes_nothing_to_other_planner() -> None:
     assert not any("way: clear" in line for line in told(across(), planner="quintic"))
 
 
-def test_only_plans_propose_ways(tmp_path: Path, knotwork: Command) -> None:
+def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
     """A motion from elsewhere does not come from the scenario that would have the way."""
     file = tmp_path / "across.yaml"
     kw.Task(**across()).save(file)
@@ -148,7 +148,7 @@ def test_only_plans_propose_ways(tmp_path: Path, knotwork: Command) -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_can_be_found_is_not_proposed_again() -> None:
+def test_does_not_repeat_proposal() -> None:
     """The way is clear, the motion that follows is not."""
     back = at("back", -250, after=3)
     given = across(back, branch="fixed")
@@ -157,7 +157,7 @@ def test_what_can_be_found_is_not_proposed_again() -> None:
     assert "way: clear at 'back' lets the motion find its way (not tried)" in line
 
 
-def test_the_page_says_where_each_failure_is_and_then_what_helps() -> None:
+def test_page_lists_failures_then_advice() -> None:
     plan = kw.plan(across(at("back", -250, after=3)))
     head = plan.view().html.partition('<ul class="failures">')[2].partition("</header>")[0]
     entries = [unescape(one) for one in head.split("<li>")[1:]]

@@ -42,7 +42,7 @@ def without_way(given: dict[str, Any], seconds: float) -> dict[str, Any]:
     return plain
 
 
-def test_the_motion_leads_past_the_wall_where_the_direct_one_collides() -> None:
+def test_finds_motion_past_wall() -> None:
     made = led()
     direct = kw.plan(without_way(past(), made.trajectory.duration))
     assert not direct.report.ok
@@ -57,7 +57,7 @@ def test_the_same_task_gives_the_same_motion() -> None:
     assert again.polynomial.c.tobytes() == led().trajectory.polynomial.c.tobytes()
 
 
-def test_a_frozen_way_gives_the_same_motion(tmp_path: Path) -> None:
+def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
     made = led()
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
@@ -68,7 +68,7 @@ def test_a_frozen_way_gives_the_same_motion(tmp_path: Path) -> None:
     assert [one.kind for one in again.trajectory.segments] == ["way"]
 
 
-def test_a_straight_motion_is_not_said_to_rest_between_waypoints() -> None:
+def test_straight_clear_motion_is_optimal() -> None:
     ends = [{"joints": OUTSIDE | {"shoulder_pan_joint": q}} for q in (0, 90)]
     made = planned({**past({}), "waypoints": [ends[0], ends[1] | {"way": "clear"}]})
     assert made.chosen is not None
@@ -76,7 +76,7 @@ def test_a_straight_motion_is_not_said_to_rest_between_waypoints() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_rest_between_ways_is_no_way() -> None:
+def test_rest_between_clear_motions_is_given() -> None:
     """The time between equal stops is given; nothing is to be found there."""
     for more in ({"way": "clear"}, {}):
         given = past(None, {"name": "still", "after": 0.5, "stop": True, **more}, ways="clear")
@@ -85,13 +85,13 @@ def test_a_rest_between_ways_is_no_way() -> None:
         assert [one.kind for one in made.trajectory.segments] == ["way", "free motion"]
 
 
-def test_ways_of_the_file_are_ways_at_every_waypoint() -> None:
+def test_ways_key_applies_to_every_waypoint() -> None:
     given = past(ways="clear")
     del given["waypoints"][1]["way"]
     assert planned(given).trajectory.duration == led().trajectory.duration
 
 
-def test_several_ways_in_a_row_end_where_the_next_one_begins() -> None:
+def test_consecutive_clear_motions_meet() -> None:
     back = {
         "name": "back",
         "pose": {"position": [450, -250, 150], "rpy": DOWN},
@@ -103,7 +103,7 @@ def test_several_ways_in_a_row_end_where_the_next_one_begins() -> None:
     assert len(made.scenario.waypoints) == 3
 
 
-def test_solutions_of_both_ends_are_chosen_with_the_way(tmp_path: Path) -> None:
+def test_chooses_solutions_at_both_ends(tmp_path: Path) -> None:
     given = past({"post": box([200, 200, 600], [400, 40, 300])})
     for waypoint, y, z in zip(given["waypoints"], (-350, 350), (340, 220), strict=True):
         waypoint["pose"]["position"] = [450, y, z]
@@ -127,7 +127,7 @@ def through(**keys: Any) -> dict[str, Any]:
     return given
 
 
-def test_a_pose_is_passed_at_the_best_velocity_between_two_ways(tmp_path: Path) -> None:
+def test_passes_pose_between_clear_motions(tmp_path: Path) -> None:
     made = planned(through(velocity="free"))
     assert made.trajectory.duration < kw.plan(through(stop=True)).trajectory.duration
     q = made.trajectory.position(made.scenario.times[1])
@@ -137,7 +137,7 @@ def test_a_pose_is_passed_at_the_best_velocity_between_two_ways(tmp_path: Path) 
     assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
 
 
-def test_a_pose_that_ways_lead_through_must_be_clear() -> None:
+def test_refuses_passed_pose_in_collision() -> None:
     given = through(velocity="free")
     given["waypoints"][1]["pose"]["position"] = [450, 0, 600]
     with pytest.raises(NoWayFoundError, match=r"at .above., ") as caught:
@@ -145,20 +145,20 @@ def test_a_pose_that_ways_lead_through_must_be_clear() -> None:
     assert "beam" in caught.value.names
 
 
-def test_two_ways_are_one_only_where_the_bodies_are_the_same() -> None:
+def test_refuses_passed_pose_where_bodies_change() -> None:
     given = through(velocity="free")
     given["tool"]["holds"] = {"rod": {"from": "above", "to": "there", "box": [20, 20, 20]}}
     with pytest.raises(InputError, match="a body comes or goes here"):
         kw.plan(given)
 
 
-def test_a_way_may_take_a_given_time() -> None:
+def test_clear_motion_takes_given_time() -> None:
     given = past()
     given["waypoints"][1]["after"] = 2
     assert planned(given).trajectory.duration == pytest.approx(2, abs=1e-12)
 
 
-def test_a_way_may_take_a_least_time() -> None:
+def test_clear_motion_keeps_minimum_time() -> None:
     given = past()
     given["waypoints"][1]["after"] = {"fastest": True, "at_least": 1.5}
     assert planned(given).trajectory.duration == pytest.approx(1.5, abs=1e-12)
@@ -171,7 +171,7 @@ def test_a_way_may_take_a_least_time() -> None:
         (0.5, "without a time, the motion finds its way"),
     ],
 )
-def test_a_time_that_is_too_short_is_refused(seconds: float, said: str) -> None:
+def test_refuses_short_time(seconds: float, said: str) -> None:
     given = past()
     given["waypoints"][1]["after"] = seconds
     with pytest.raises(InputError, match=said) as caught:
@@ -182,21 +182,25 @@ def test_a_time_that_is_too_short_is_refused(seconds: float, said: str) -> None:
 MOVING = {"linear": [0, 0, 100]}
 
 
-def test_velocities_at_both_ends_are_kept() -> None:
+@pytest.mark.parametrize("after", ["fastest", 4])
+def test_keeps_velocities_at_both_ends(after: Any) -> None:
     given = past()
     given["waypoints"][0] |= {"velocity": MOVING}
     given["waypoints"][1] |= {"velocity": {"linear": [0, 0, -100]}}
     del given["waypoints"][0]["stop"], given["waypoints"][1]["stop"]
+    given["waypoints"][1]["after"] = after
     made = planned(given)
     for time, z in ((0.0, 0.1), (made.trajectory.end_time, -0.1)):
         q, v = made.trajectory.position(time), made.trajectory.velocity(time)
         twist = made.space.robot.twist(q, v)
         assert np.abs(twist.linear - [0, 0, z]).max() < 1e-9
         assert np.abs(twist.angular).max() < 1e-9
+    if after != "fastest":
+        assert made.trajectory.duration == pytest.approx(after, abs=1e-12)
 
 
 @pytest.mark.parametrize("end", [0, 1])
-def test_joints_come_to_rest_by_themselves_where_they_can_not_straight(end: int) -> None:
+def test_brakes_each_joint_independently(end: int) -> None:
     """Straight, the last joint would go as long as the first, beyond its limit."""
     side = (1.0, -1.0)[end]
     given = past()
@@ -214,7 +218,7 @@ def test_joints_come_to_rest_by_themselves_where_they_can_not_straight(end: int)
     assert v == pytest.approx([90, 0, 0, 0, 0, 10], abs=1e-9)
 
 
-def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
+def test_clear_motion_continues_from_tool_path() -> None:
     along = {
         "name": "along",
         "pose": {"position": [450, -250, 200]},
@@ -230,7 +234,7 @@ def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
 
 
 @pytest.mark.exhaustive
-def test_between_tool_paths_other_solutions_are_tried_where_no_way_is_found() -> None:
+def test_tries_other_solutions_between_tool_paths() -> None:
     """The solutions at both ends come before the way; of the best ones none was found."""
     given = past()
     across = [
@@ -246,7 +250,7 @@ def test_between_tool_paths_other_solutions_are_tried_where_no_way_is_found() ->
     )
 
 
-def test_a_way_past_nothing_that_is_there_yet_has_a_clearance() -> None:
+def test_reports_clearance_without_objects() -> None:
     later = {"box": [100, 100, 100], "position": [450, -400, 60], "appears": "there"}
     given = past({"later": later}, {"name": "stay", "after": 1, "stop": True})
     given["waypoints"][2]["pose"] = {"position": [450, 300, 150], "rpy": DOWN}
@@ -256,13 +260,13 @@ def test_a_way_past_nothing_that_is_there_yet_has_a_clearance() -> None:
 
 
 @pytest.mark.exhaustive
-def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
+def test_tool_speed_limit_costs_time() -> None:
     given = past()
     given["limits"] = {**given["limits"], "tool_speed": 600}
     assert led().trajectory.duration < planned(given).trajectory.duration < 2.5
 
 
-def test_a_limit_of_tool_speed_costs_a_way_in_free_space_no_more_than_another_motion() -> None:
+def test_tool_speed_limit_costs_no_more_in_free_space() -> None:
     """The exchange method once ended at a motion that was slower all along, 40 % too slow."""
     free = past({}, limits={"tool_speed": 600})
     fastest = copy.deepcopy(free)
@@ -273,7 +277,7 @@ def test_a_limit_of_tool_speed_costs_a_way_in_free_space_no_more_than_another_mo
 
 
 @pytest.mark.exhaustive
-def test_a_heavy_load_is_led_only_where_the_arm_can_hold_it() -> None:
+def test_moves_heavy_load_where_arm_can_hold_it() -> None:
     """Straight motions between random configurations once led where gravity alone was too much."""
     bar = {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
     heavy = past()
@@ -287,9 +291,7 @@ def test_a_heavy_load_is_led_only_where_the_arm_can_hold_it() -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("at", "goal"), [(0.2, "there"), (0.3, "aside"), (0.7, "there")])
-def test_a_way_goes_on_from_the_middle_of_one_where_the_arm_can_not_brake_straight(
-    at: float, goal: str
-) -> None:
+def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
     """It stops on its path first, and is no slower than the rest of the motion that it replaces."""
     made = led()
     asked = past(start="home")
@@ -306,13 +308,13 @@ def test_a_way_goes_on_from_the_middle_of_one_where_the_arm_can_not_brake_straig
         assert other.trajectory.duration <= made.trajectory.duration - at + 1e-3
 
 
-def test_limits_of_torque_are_kept() -> None:
+def test_keeps_torque_limits() -> None:
     given = past()
     given["limits"] = {**given["limits"], "effort": {"shoulder_lift_joint": 60}}
     assert planned(given).trajectory.duration >= led().trajectory.duration
 
 
-def test_an_object_that_is_left_stands_in_the_next_way() -> None:
+def test_released_object_blocks_next_motion() -> None:
     """The bar left across the gap is in the way back, which leads past it."""
     given = past(
         {},
@@ -346,9 +348,7 @@ def test_an_object_that_is_left_stands_in_the_next_way() -> None:
         pytest.param(120, 60, "60 mm", marks=pytest.mark.exhaustive),
     ],
 )
-def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
-    room: float | None, kept: float, said: str
-) -> None:
+def test_keeps_requested_clearance_or_a_part(room: float | None, kept: float, said: str) -> None:
     """Rows of the program alone once kept 2 mm where 10 mm were asked for."""
     given = past()
     given["waypoints"][1]["way"] = {"clear": True, "room": room} if room else "clear"
@@ -364,7 +364,7 @@ def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
             assert (f"with {said} of extra clearance, minimum clearance" in text) == bool(said)
 
 
-def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:
+def test_uses_resolution_of_check() -> None:
     given = past()
     given["collisions"] = {"resolution": 8}
     assert planned(given).report.ok
@@ -388,7 +388,7 @@ def test_reports_that_no_motion_was_found() -> None:
     assert caught.value.names == ()
 
 
-def test_an_end_in_something_names_the_pair_and_the_depth() -> None:
+def test_reports_colliding_end_with_depth() -> None:
     block = {"block": box([100, 100, 100], [450, 250, 130])}
     with pytest.raises(NoWayFoundError) as caught:
         kw.plan(past(block))
@@ -404,14 +404,14 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
 )
 
 
-def test_a_short_budget_gives_a_motion_that_is_proved() -> None:
+def test_short_budget_gives_proved_motion() -> None:
     made = kw.plan(past(), budget=1e-3)
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert made.chosen.duration >= led().trajectory.duration
 
 
-def test_gaps_change_with_the_joints_as_finite_differences_say() -> None:
+def test_gap_gradients_match_finite_differences() -> None:
     robot = kw.load_robot("panda")
     limits = robot.lower_position_limit, robot.upper_position_limit
     given = TimingLimits(robot.velocity_limit, lower=limits[0], upper=limits[1])

@@ -92,11 +92,11 @@ def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> P
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
-        from knotwork.planning.choosing.free_task import with_ways
+        from knotwork.planning.choosing.free_task import with_clear_motions
 
         ends = [i for i in ends if i not in timed]
         try:
-            scenario = with_ways(planner.scenario, timed)
+            scenario = with_clear_motions(planner.scenario, timed)
             detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")

@@ -40,7 +40,7 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
     return resolved(scenario.task.replace(knots="optimal"), scenario.places)
 
 
-def with_ways(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
     waypoints = list(scenario.task.waypoints)
     for place in (scenario.index[i] for i in ends):
