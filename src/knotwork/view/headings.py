@@ -49,7 +49,6 @@ def write_around(
     *,
     titles: Sequence[str] = ("",),
     overlaid: bool = False,
-    apart: bool = False,
     grows: bool = True,
 ) -> None:
     """Mark segments and contacts in drawn panels, and write titles, names and legends around them.
@@ -60,19 +59,18 @@ def write_around(
         title: Title of the picture.
         curves: Names of the curves, in the order of colours.
         titles: Titles of the columns.
-        overlaid: The curves are motions, whose failures are named.
-        apart: Each motion has its own column.
+        overlaid: The curves are motions, whose failures are named; otherwise each motion has its
+            own column.
         grows: Let the figure grow if names and legends leave its panels too low.
     """
     columns = len(titles)
     tops = figure.axes[:columns]
-    _add_curve_legend(
-        figure, curves, title, [one.failure_text for one in motions] if overlaid else ()
-    )
+    reasons = [motion.failure_text for motion in motions] if overlaid else ()
+    _add_curve_legend(figure, curves, title, reasons)
     for axes in tops:
         _mark_segments(axes, motions[0])
     for i, motion in enumerate(motions):
-        _mark_contacts(figure.axes[i :: len(motions)] if apart else figure.axes, motion)
+        _mark_contacts(figure.axes if overlaid else figure.axes[i :: len(motions)], motion)
     _add_mark_legend(figure, motions[0])
     _set_times(figure.axes, motions)
     for axes in figure.axes[-columns:]:

@@ -87,7 +87,6 @@ def plot_joints(
             names if in_columns else labels,
             titles=titles if len(drawn) > 1 else [""],
             overlaid=not in_columns,
-            apart=in_columns,
             grows=page is None,
         )
     return figure

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
@@ -14,14 +12,14 @@ from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
 from knotwork.planning.choosing.path_speeds import NoSpeedsError, SpeedBound
 from knotwork.planning.timing.timing_problem import with_margin
-from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
+from knotwork.scenario import FreeTimes, ScenarioPath
 from knotwork.units import rounded_down, rounded_up
 
 LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
-MAX_SPEED_SHARE = 5e-4
-"""Largest share of the limit for a given speed at a waypoint: the solver needs the rest."""
+SOLVER_SPEED_MARGIN = 5e-4
+"""Fraction of the limit that a given speed at a waypoint must leave to the solver."""
 
 ADVISED_MARGIN = 0.002
 """Fraction of the limit that an advised speed leaves to the motion around the waypoint."""
@@ -29,23 +27,27 @@ ADVISED_MARGIN = 0.002
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
     """Errors for waypoints with a given tool speed near or above its limit."""
-    scenario, free = task.scenario, task.free
-    limit, robot = scenario.motion_limits.tool_speed, task.space.robot
+    scenario, robot = task.scenario, task.space.robot
+    limit, margin = scenario.motion_limits.tool_speed, scenario.task.limits.margin
     if limit is None or robot is None:
         return
+
+    def text(speed: float) -> str:
+        return scenario.units.text(speed, "m/s")
+
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     for i, row in enumerate(task.rows):
-        if free.speed[i] != "given" or i in on_paths:
+        if task.free.speed[i] != "given" or i in on_paths:
             continue
         q, v = task.waypoints.position[row], task.waypoints.velocity[row]
         speed = float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
-        most = (1.0 - ADVISED_MARGIN) * limit
-        if speed > limit * (1.0 - MAX_SPEED_SHARE):
+        if speed > limit * (1.0 - SOLVER_SPEED_MARGIN):
+            accepted = (1.0 - ADVISED_MARGIN) * limit
             error = InputError(
                 f"{waypoint_text(scenario.waypoints[i].name)}: the tool is given a speed of "
-                f"{_speed_text(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
-                f"accepted: at most {_speed_text(scenario, most)}, "
-                f"{rounded_down(most / speed, 3):g} times that speed, or a higher limit"
+                f"{text(speed)}, and tool_speed is {with_margin(text, limit, margin)}; accepted: "
+                f"at most {text(accepted)}, {rounded_down(accepted / speed, 3):g} times that "
+                "speed, or a higher limit"
             )
             yield task.locate(error, i)
 
@@ -133,15 +135,3 @@ def _key(task: FreeTask, i: int) -> str:
     """Key of the speed of the stretch to a waypoint."""
     waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
-
-
-def _speed_text(scenario: Scenario, speed: float) -> str:
-    """A speed [m/s] in the units of the scenario."""
-    scale, unit = scenario.shown_length
-    return f"{rounded_down(scale * speed, 6):.6g} {unit}/s"
-
-
-def _tool_limit(scenario: Scenario) -> str:
-    """The limit of the tool's speed, with its value before the margin."""
-    limit = scenario.motion_limits.tool_speed or math.inf
-    return with_margin(partial(_speed_text, scenario), limit, scenario.task.limits.margin)

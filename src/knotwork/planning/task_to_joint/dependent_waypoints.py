@@ -174,7 +174,7 @@ class GroupSolver:
         if guided := self._follow_guided(group, first, tracks):
             return guided
         if any(track.chain.is_hard for track in tracks):
-            softened = [track._replace(chain=track.chain.softened) for track in tracks]
+            softened = [track._replace(chain=track.chain.with_soft_limits) for track in tracks]
             with contextlib.suppress(_BlockedPathError):
                 return self._follow(group, first, softened)
         raise self._following_error(blocked)

@@ -52,7 +52,7 @@ class FreedomChain(NamedTuple):
         return any(not joint.soft and np.isfinite(joint.upper - joint.lower) for joint in joints)
 
     @property
-    def softened(self) -> FreedomChain:
+    def with_soft_limits(self) -> FreedomChain:
         """If `is_hard`, the chain with virtual joints that slow down before their limits."""
         if not self.is_hard:
             return self

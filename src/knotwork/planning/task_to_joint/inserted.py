@@ -49,7 +49,7 @@ def join_rows(parts: Sequence[JointRows]) -> JointRows:
     return JointRows(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def completed_waypoints(
+def complete_waypoints(
     scenario: Scenario,
     space: JointSpace,
     positions: FloatArray,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 COLLISION_SAMPLES = 24
 """Number of times along a path at which candidates are tested; the check gives the proof."""
 
-CONTACT_PRECISION = 1e-6
+CONTACT_TIME_PRECISION = 1e-6
 """Precision of the time at which a contact begins [s]."""
 
 ENOUGH_CLEARANCE = 0.1
@@ -152,7 +152,7 @@ class Obstacles:
         def sign(t: float) -> float:
             return -1.0 if self.collides(motion(t), t) else 1.0
 
-        return float(bisect(sign, *time[rows], xtol=CONTACT_PRECISION)), text
+        return float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)), text
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair minus its required margin, and the pair."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
-from knotwork.planning.task_to_joint.inserted import completed_waypoints
+from knotwork.planning.task_to_joint.inserted import complete_waypoints
 from knotwork.planning.task_to_joint.solution import Step, TaskSolution
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
@@ -86,7 +86,7 @@ def solve_task(
     hopeless = bool(infeasibilities) or chosen.cost[CostLevel.COLLISIONS] > 0.0
     tracks = {track.path.first: track for track in search.tracks}
     solution = TaskSolution(
-        completed_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
+        complete_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
         infeasibilities,
         describe_choices(search, chosen),
         None if hopeless else chosen.positions,
@@ -104,7 +104,7 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
         from knotwork.planning.task_to_joint.obstacles import Obstacles
 
         Obstacles(scenario, space, space.robot).check_start(positions[0])
-    waypoints = completed_waypoints(scenario, space, positions, velocities, knots)
+    waypoints = complete_waypoints(scenario, space, positions, velocities, knots)
     return _with_chosen_velocities(TaskSolution(waypoints), space)
 
 
