@@ -48,11 +48,13 @@ _ALL = (
     JointQuantity("effort", "efforts", None, {"rad": "N m", "m": "N"}, "magnitude"),
 )
 
-JOINT_QUANTITIES: Mapping[str, JointQuantity] = MappingProxyType({one.name: one for one in _ALL})
+JOINT_QUANTITIES: Mapping[str, JointQuantity] = MappingProxyType(
+    {quantity.name: quantity for quantity in _ALL}
+)
 """All quantities by name."""
 
-DERIVATIVES = tuple(one.name for one in _ALL if one.order is not None)
+DERIVATIVES = tuple(quantity.name for quantity in _ALL if quantity.order is not None)
 """Names of position and its derivatives; the index is the order."""
 
-MAGNITUDES = tuple(one.name for one in _ALL if one.limit == "magnitude")
+MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magnitude")
 """Names of the quantities that are limited to the same magnitude on both sides."""

@@ -20,14 +20,14 @@ IndexArray = NDArray[np.intp]
 
 
 def read_only(
-    values: ArrayLike, shape: tuple[int, ...], what: str, *, unknown: bool = False
+    values: ArrayLike, shape: tuple[int, ...], subject: str, *, unknown: bool = False
 ) -> FloatArray:
     """Copy values into a read-only array of floats of the given shape.
 
     Args:
         values: Numbers, as for NumPy.
         shape: Required shape.
-        what: Description of the values, for the error.
+        subject: Description of the values, for the error.
         unknown: Whether NaN is accepted, for unknown values.
 
     Raises:
@@ -36,14 +36,18 @@ def read_only(
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError) as error:
-        raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
+        raise WaypointDataError(
+            f"{subject} must be numbers, not {values!r}", value=values
+        ) from error
     if array.shape != shape:
-        raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
+        raise WaypointDataError(
+            f"{subject} must have shape {shape}, not {array.shape}", value=array
+        )
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
         raise WaypointDataError(
-            f"{what}{list(index)} is {array[index]}; every value must be finite",
+            f"{subject}{list(index)} is {array[index]}; every value must be finite",
             waypoint=index[0] if index else None,
             value=array[index],
         )

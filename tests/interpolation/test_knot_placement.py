@@ -78,7 +78,7 @@ def test_each_waypoint_lies_between_its_knots(rule, doubled_ends, h):
     ],
 )
 def test_misplaced_knots_name_their_interval(knots, waypoint, interval):
-    with pytest.raises(KnotError, match=f"waypoints {waypoint} and .*strictly between") as caught:
+    with pytest.raises(KnotError, match="strictly between") as caught:
         placed(X, knots)
     assert (caught.value.waypoint, caught.value.interval) == (waypoint, interval)
 

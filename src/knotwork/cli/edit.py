@@ -16,7 +16,7 @@ from knotwork.editing.session import Session, draft_of
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
 
-_EPILOG = """
+_EDIT_EPILOG = """
 In the page, click a waypoint, via point or object, then drag it, turn it or enter numbers;
 the task is planned again after each change. Ctrl+Z undoes an edit, Ctrl+S saves.
 
@@ -42,7 +42,7 @@ class _Edited(Files):
         return super().changed() or seen != self._seen
 
 
-@click.command(epilog=_EPILOG)
+@click.command(epilog=_EDIT_EPILOG)
 @click.option(
     "--copy",
     "copy",
@@ -75,10 +75,10 @@ def edit(
     files = _Edited(draft)
 
     def made() -> tuple[dict[str, Any], list[Path], str] | None:
-        found = session.renew()
-        if found is None:
+        renewed = session.renew()
+        if renewed is None:
             return None
-        scene, plan = found
+        scene, plan = renewed
         verdict = "passed" if plan.report.ok else "FAILED"
         others = [path for path in source_files(plan) if path != draft.file]
         return scene, others, f"{verdict}: {plan.report.summary}"

@@ -51,26 +51,26 @@ class Files:
 
 def _stamp(path: Path) -> Stamp:
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:  # an editor may be replacing the file
         return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
-def follow(server: LiveServer, files: Files, made: Made) -> None:
+def follow(server: LiveServer, files: Files, make: Made) -> None:
     """Serve a scene and rebuild it after each change of a file, until Ctrl-C.
 
     Args:
         server: Server of the page.
         files: Source files known before the first scene.
-        made: Builds the scene; returns it with its source files and a line to print, or `None` to
+        make: Builds the scene; returns it with its source files and a line to print, or `None` to
             build another one at once.
     """
     serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     serving.start()
     try:
         while True:
-            _renew(server, files, made)
+            _renew(server, files, make)
             while not files.changed():
                 time.sleep(PERIOD)
     except KeyboardInterrupt:
@@ -79,11 +79,11 @@ def follow(server: LiveServer, files: Files, made: Made) -> None:
         server.shutdown()
 
 
-def _renew(server: LiveServer, files: Files, made: Made) -> None:
+def _renew(server: LiveServer, files: Files, make: Made) -> None:
     start = time.perf_counter()
     server.start()
     try:
-        found = made()
+        built = make()
     except Exception as error:
         known = isinstance(error, KnotworkError)
         if not known and os.environ.get("KNOTWORK_TRACEBACK"):
@@ -92,9 +92,9 @@ def _renew(server: LiveServer, files: Files, made: Made) -> None:
         server.refuse(text)
         echo(f"{time.strftime('%H:%M:%S')} {'error: ' if known else ''}{text}", err=True)
         return
-    if found is None:
+    if built is None:
         return
-    scene, paths, line = found
+    scene, paths, line = built
     files.follow(paths)
     server.show(scene)
     echo(f"{time.strftime('%H:%M:%S')} {line} ({time.perf_counter() - start:.2f} s)")

@@ -66,8 +66,8 @@ def _answering(address: str) -> Iterator[None]:
     Raises:
         InputError: No server is at the address, or it does not answer.
     """
-    found = re.fullmatch(r"tcp://([^:/]+|\[[^\]]+\]):(\d{1,5})/?", address)
-    if found is None:
+    match = re.fullmatch(r"tcp://([^:/]+|\[[^\]]+\]):(\d{1,5})/?", address)
+    if match is None:
         raise InputError(
             f"--meshcat {address}: not the ZMQ address of a Meshcat server; accepted: for example "
             "tcp://127.0.0.1:6000, which meshcat-server prints as zmq_url (give the scenario "
@@ -79,7 +79,7 @@ def _answering(address: str) -> Iterator[None]:
     ViewerWindow.context.setsockopt(zmq.RCVTIMEO, round(1e3 * PATIENCE))
     ViewerWindow.context.setsockopt(zmq.LINGER, 0)
     try:
-        socket.create_connection((found[1].strip("[]"), int(found[2])), PATIENCE).close()
+        socket.create_connection((match[1].strip("[]"), int(match[2])), PATIENCE).close()
         with ViewerWindow.context.socket(zmq.REQ) as asked:
             asked.connect(address)
             asked.send(b"url")

@@ -24,7 +24,7 @@ from knotwork.planning import Plan
 from knotwork.view.picture_files import checked_picture_path
 from knotwork.view.plotted_motions import choose_quantities
 
-_EPILOG = """
+_PLOT_EPILOG = """
 Figures of the paper:
 
 \b
@@ -44,7 +44,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 """
 
 
-@click.command(epilog=_EPILOG)
+@click.command(epilog=_PLOT_EPILOG)
 @click.option(
     "--out",
     "-o",

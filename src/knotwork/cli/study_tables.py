@@ -7,7 +7,7 @@ from typing import Any
 from knotwork.cli import tables
 from knotwork.cli.terminal import cell, echo
 from knotwork.sweeps import Study
-from knotwork.sweeps.outcome import CRASHED, WRONG_INPUT
+from knotwork.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
 
 MOST_REASONS = 12
@@ -39,7 +39,7 @@ def print_study(study: Study) -> None:
     tables.print_table(table)
     if len(study.reasons) > MOST_REASONS:
         echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
-    for reason in (WRONG_INPUT, CRASHED):  # faults of the study, or of Knotwork
+    for reason in (ROW_WRONG_INPUT, ROW_CRASHED):  # faults of the study, or of Knotwork
         if reason in study.reasons:
             row = study["reason"].index(reason)
             line = f"{reason}, first in row {study['row'][row]}: {study['message'][row]}"

@@ -45,7 +45,7 @@ Made = Callable[[Mapping[str, Any] | None], tuple[dict[str, Any], Motion]]
 INSTEAD = ", or its robot with --robot"
 """Alternatives to a scenario, for messages."""
 
-_EPILOG = """
+_VIEW_EPILOG = """
 In the page: space plays and pauses, the arrow keys step by frame, the mouse turns the scene,
 c shows the collision shapes of the links.
 FILE.html#t=2.5 opens at that time, FILE.html#paused at the start.
@@ -54,7 +54,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 """
 
 
-@click.command(epilog=_EPILOG)
+@click.command(epilog=_VIEW_EPILOG)
 @html_option()
 @click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show as well.")
 @click.option(
@@ -158,7 +158,7 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
     if out is not None:
         command = f"knotwork view {shlex.quote(source)}"
         page, count = map_page(study, scene, command)
-        moving = sum(one in ("passed", "failed") for one in study["verdict"])
+        moving = sum(verdict in ("passed", "failed") for verdict in study["verdict"])
         others = "" if count == moving else f"; {command} shows the others"
         echo(f"wrote {page.save(out)}, with the motions of {count} of {moving} rows{others}")
         return PASSED
@@ -167,10 +167,10 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
 
 def _beside(source: str, other: str, reference: str | None, options: PlanOptions) -> Page:
     """The page of two motions."""
-    shown = checked_motions([read_motions(one, reference, options)[0] for one in (source, other)])
+    shown = checked_motions([read_motions(name, reference, options)[0] for name in (source, other)])
     if len(shown) < 2:
         raise InputError("side by side, two motions need their tasks: give --scenario")
-    names = [one.scenario.name for one in shown]
+    names = [motion.scenario.name for motion in shown]
     return side_by_side(shown, names if names[0] != names[1] else [source, other])
 
 
@@ -190,7 +190,9 @@ def _scene(
     first, *others = shown
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
-        compared = {one.trajectory.planner: one.trajectory for one in checked_motions(others)}
+        compared = {
+            motion.trajectory.planner: motion.trajectory for motion in checked_motions(others)
+        }
         return scene_of(first, compared, before)
     if robot is None:
         raise InputError(
@@ -201,12 +203,12 @@ def _scene(
 
 
 def _watch(
-    source: str, reference: str | None, made: Made, port: int | None, no_open: bool, ghosts: bool
+    source: str, reference: str | None, make: Made, port: int | None, no_open: bool, ghosts: bool
 ) -> int:
     """Serve a page that follows its files."""
 
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
-        scene, motion = made(server.scene)
+        scene, motion = make(server.scene)
         if isinstance(motion, JointTrajectory):
             return scene, [], "shown"
         verdict = "passed" if motion.report.ok else "FAILED"

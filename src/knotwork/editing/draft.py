@@ -129,7 +129,7 @@ class Draft:
             mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
             ends = b"\r\n" if b"\r\n" in old else b"\n"
             text = mark + self.text.encode().replace(b"\n", ends)
-            storage.write_file(self.file.resolve(), text, what="a scenario")
+            storage.write_file(self.file.resolve(), text, kind="a scenario")
             self._disk, self._gesture = self.text, ""
 
     def _set_text(self, text: str, gesture: str = "") -> None:

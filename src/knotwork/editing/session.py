@@ -65,14 +65,14 @@ class DraftReading:
         """Read a draft.
 
         Raises:
-            KnotworkError: It can't be read.
+            KnotworkError: The draft can't be read.
         """
         revision, document = draft.revision, draft.document()
         scenario = resolved(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         by_place = {handle.at: handle for handle in reversed(all_handles)}
-        in_file = [one for one in by_place.values() if part_of(document.data, one.at)]
+        in_file = [place for place in by_place.values() if part_of(document.data, place.at)]
         return cls(
             revision,
             scenario,
@@ -171,7 +171,7 @@ class Session:
         if reading is not None:
             more |= {"handled": reading.revision, "units": reading.units}
             if draft["build"] == reading.build:
-                shown = [{**one.to_dict(), "build": reading.build} for one in reading.handles]
+                shown = [{**handle.to_dict(), "build": reading.build} for handle in reading.handles]
                 more |= {"handles": shown, "names": reading.names}
         return {"draft": {**draft, **more, "verdict": self._verdict}}
 
@@ -180,7 +180,7 @@ class Session:
         if "build" in request:
             self._same_build(request)
         changes = request.get("changes")
-        if not isinstance(changes, list) or not all(isinstance(one, dict) for one in changes):
+        if not isinstance(changes, list) or not all(isinstance(change, dict) for change in changes):
             raise InputError("an edit needs changes: a list of mappings with at and value")
         self.draft.apply(changes, str(request.get("gesture", "")))
 
@@ -196,7 +196,9 @@ class Session:
         data, reading = self._same_build(request), self._last_reading()
         place = tuple(request.get("at", ())), request.get("name")
         known = [] if reading is None else reading.handles
-        handle = next((one for one in known if (one.at, one.name) == place), None)
+        handle = next(
+            (candidate for candidate in known if (candidate.at, candidate.name) == place), None
+        )
         if handle is None or reading is None:
             raise InputError(f"there is no handle at {request.get('at')!r}")
         if _axes(data) != reading.axes:
@@ -247,7 +249,7 @@ class Session:
             if "after" in request:
                 place, share = tuple(request["after"]), 0.5
                 places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
-                inside = [i for i, one in enumerate(places) if one[: len(place)] == place]
+                inside = [i for i, known in enumerate(places) if known[: len(place)] == place]
                 after = max(inside, default=after)
             joints = request.get("what") == "joints"
             changes = waypoint_here(scenario, robot, q, after, share=share, joints=joints)
@@ -284,9 +286,9 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
 def _names(scenario: Scenario) -> dict[str, str]:
     """Names of waypoints in the scene, by location in the file; only the first repetition."""
     named: dict[str, str] = {}
-    for i, one in zip(scenario.index, scenario.waypoints, strict=True):
+    for i, waypoint in zip(scenario.index, scenario.waypoints, strict=True):
         if i >= 0:
-            named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), one.name)
+            named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), waypoint.name)
     return named
 
 
@@ -320,4 +322,4 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     document = read(source)
     folders = source.parent.resolve(), copy.parent.resolve()
     text = edited_text(Draft(source).text, moved_paths(document.data, *folders))
-    return Draft(storage.write_file(copy, text, what="a scenario", replace=False))
+    return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))

@@ -10,12 +10,12 @@ import numpy as np
 from knotwork.errors import InputError, shown
 
 
-def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = False) -> float:
+def finite_number(value: Any, subject: str, unit: str = "", *, positive: bool = False) -> float:
     """Return a number as a float.
 
     Args:
         value: The given value. `True` and text are not numbers.
-        what: Name of the quantity, for the error.
+        subject: Name of the quantity, for the error.
         unit: Its unit, for the error.
         positive: Require a value above 0.
 
@@ -31,20 +31,20 @@ def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = Fal
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
         of = f" [{unit}]" if unit else ""
-        raise InputError(f"{what} is {shown(value)}; it must be a {kind}{of}")
+        raise InputError(f"{subject} is {shown(value)}; it must be a {kind}{of}")
     return number
 
 
-def flag(value: Any, what: str) -> bool:
+def flag(value: Any, subject: str) -> bool:
     """Return a flag as a bool.
 
     Args:
         value: The given value. Text, such as "no", is refused.
-        what: Name of the flag, for the error.
+        subject: Name of the flag, for the error.
 
     Raises:
         InputError: The value is neither `True` nor `False`.
     """
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{what} is {shown(value)}; it must be True or False")
+        raise InputError(f"{subject} is {shown(value)}; it must be True or False")
     return bool(value)

@@ -147,7 +147,7 @@ class Problem:
         return f"{where}{field}{self.message}{accepted}"
 
 
-MOST_PROBLEMS = 50
+MOST_PRINTED_PROBLEMS = 50
 """Number of problems that a message lists."""
 
 
@@ -172,9 +172,9 @@ class DocumentError(InputError):
         """List the problems; without `complete` there may be more of them."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
-        lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PROBLEMS]]
-        if len(self.problems) > MOST_PROBLEMS:
-            more = len(self.problems) - MOST_PROBLEMS
+        lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PRINTED_PROBLEMS]]
+        if len(self.problems) > MOST_PRINTED_PROBLEMS:
+            more = len(self.problems) - MOST_PRINTED_PROBLEMS
             lines.append(f"{name}: and {'' if complete else 'at least '}{more} more problems")
         super().__init__("\n".join(lines))
 

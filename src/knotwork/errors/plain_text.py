@@ -17,7 +17,7 @@ def plain(text: str) -> str:
     >>> print(plain("PASSED \x1b[8m but not"))
     PASSED \x1b[8m but not
     """
-    return _CONTROLS.sub(lambda found: ascii(found.group())[1:-1], text)
+    return _CONTROLS.sub(lambda match: ascii(match.group())[1:-1], text)
 
 
 def one_line(text: str) -> str:

@@ -156,7 +156,9 @@ class Interpolation:
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError) and error.waypoint is not None:
-                error.locate(f"at {waypoint_text(waypoints.names[error.waypoint])}")
+                count = 1 if error.interval is None else 2
+                names = map(waypoint_text, waypoints.names[error.waypoint :][:count])
+                error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
             if isinstance(error, KnotError | OptionError):
                 field = _FIELDS.get(getattr(error, "option", "knots"), field)
             if field[0] in self.replaced:

@@ -168,7 +168,7 @@ def nearest_of_bodies(
         origin: Origins of all joints [m], shape (n + 1, 3).
     """
     pairs = _pairs(first, second, rotation, origin)
-    return min((meter.nearest(a, b) for a, b in pairs), key=lambda one: one.distance)
+    return min((meter.nearest(a, b) for a, b in pairs), key=lambda nearest: nearest.distance)
 
 
 def nearer_than(

@@ -20,7 +20,7 @@ from knotwork.sweeps.child import (
     by_children,
 )
 from knotwork.sweeps.folder import RESUME_ADVICE, own_version
-from knotwork.sweeps.outcome import CRASHED, TIME_LIMIT, Outcome, outcome_of
+from knotwork.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcome_of
 
 BATCHES_PER_THREAD = 3
 """Batches handed to each thread of a Dask worker: one is planned, the others wait."""
@@ -83,7 +83,7 @@ def _in_child(child: Child, task: RowTask) -> tuple[int, Outcome]:
         limit = task.time_limit
         return task.row, child.call(outcome_of, task.document, task.edits, limit=limit)
     except (ChildTimeoutError, ChildCrashedError) as error:
-        verdict = TIME_LIMIT if isinstance(error, ChildTimeoutError) else CRASHED
+        verdict = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
         plan_time = time.perf_counter() - begin
         return task.row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
 

@@ -18,7 +18,7 @@ from knotwork.sweeps.child import (
     by_children,
     refuse_own_checks,
 )
-from knotwork.sweeps.run import TIME_LIMIT
+from knotwork.sweeps.run import DEFAULT_TIME_LIMIT
 from knotwork.task import Task
 
 
@@ -26,7 +26,7 @@ def plan_many(
     scenarios: Iterable[str | Path | Mapping[str, Any] | Task | Scenario],
     *,
     workers: int | None = None,
-    time_limit: float = TIME_LIMIT,
+    time_limit: float = DEFAULT_TIME_LIMIT,
 ) -> list[Plan | KnotworkError]:
     """Plan and check many scenarios, in several processes of this machine.
 

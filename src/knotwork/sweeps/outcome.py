@@ -12,11 +12,11 @@ from knotwork.planning import Plan, plan
 from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.shared_rest import row_figures
 
-PASSED, FAILED, REFUSED = "passed", "failed", "refused"
+ROW_PASSED, ROW_FAILED, ROW_REFUSED = "passed", "failed", "refused"
 """Verdicts: all checks pass; one fails; there is no motion."""
-TIME_LIMIT, CRASHED = "time limit", "crashed"
+ROW_TIME_LIMIT, ROW_CRASHED = "time limit", "crashed"
 """Verdicts: the time limit was exceeded; the process crashed."""
-WRONG_INPUT = "wrong input"
+ROW_WRONG_INPUT = "wrong input"
 # The first matching class decides.
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.OutOfReachError, "out of reach"),
@@ -27,7 +27,7 @@ _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.TimingError, "no time found"),
     (errors.PathError, "path not made"),
     (errors.TaskError, "task"),
-    (errors.InputError, WRONG_INPUT),
+    (errors.InputError, ROW_WRONG_INPUT),
 )
 
 
@@ -63,16 +63,16 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
 def _with_motion(motion: Plan, varied: Collection[Location], plan_time: float) -> Outcome:
     figures, failures = row_figures(motion, varied), motion.report.failures
     if failures:
-        return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+        return Outcome(ROW_FAILED, failures[0].title, str(failures[0]), figures, plan_time)
     sampled = len(motion.report.sampled)
     are = "is" if sampled == 1 else "are"
     message = f"{sampled} of its requirements {are} sampled only" if sampled else ""
-    return Outcome(PASSED, "", message, figures, plan_time)
+    return Outcome(ROW_PASSED, "", message, figures, plan_time)
 
 
 def _without_motion(error: Exception, plan_time: float) -> Outcome:
     for kind, reason in _REASONS:
         if isinstance(error, kind):
-            return Outcome(REFUSED, reason, str(error), {}, plan_time)
+            return Outcome(ROW_REFUSED, reason, str(error), {}, plan_time)
     message = f"internal error: {type(error).__name__}: {error}"
-    return Outcome(CRASHED, CRASHED, message, {}, plan_time)
+    return Outcome(ROW_CRASHED, ROW_CRASHED, message, {}, plan_time)

@@ -19,13 +19,13 @@ from knotwork.sweeps.child import refuse_own_checks
 from knotwork.sweeps.executors import RowTask
 from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
-from knotwork.sweeps.outcome import PASSED
+from knotwork.sweeps.outcome import ROW_PASSED
 from knotwork.sweeps.spec import StudySpec, scenario_document
 from knotwork.sweeps.study import Study
 from knotwork.sweeps.variations import make_axes
 from knotwork.task import Task
 
-TIME_LIMIT = 60.0
+DEFAULT_TIME_LIMIT = 60.0
 """Default time limit of a row [s]."""
 
 
@@ -75,7 +75,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     stop_after: int | None = None,
-    time_limit: float = TIME_LIMIT,
+    time_limit: float = DEFAULT_TIME_LIMIT,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> Study:
     """Plan and check a scenario with varied values, one row per combination.
@@ -154,7 +154,7 @@ def _plan_missing(
 ) -> None:
     """Plan the rows that are not finished, until enough pass; each is kept at once."""
     spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
-    passed = sum(row["verdict"] == PASSED for row in folder.rows.values())
+    passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
     missing = [row for row in range(len(spec)) if row not in folder.rows]
     if passed >= most or not missing:
         return
@@ -162,7 +162,7 @@ def _plan_missing(
     with closing(executors.plan_rows(tasks, len(missing), workers, scheduler)) as results:  # type: ignore[type-var]
         for row, outcome in results:
             folder.add(row, outcome)
-            passed += outcome.verdict == PASSED
+            passed += outcome.verdict == ROW_PASSED
             if progress is not None:
                 seconds = time.monotonic() - begin
                 progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))

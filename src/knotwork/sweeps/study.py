@@ -16,7 +16,7 @@ from knotwork.scenario import Scenario
 from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
-from knotwork.sweeps.outcome import PASSED
+from knotwork.sweeps.outcome import ROW_PASSED
 from knotwork.task.si_units import unit_at
 from knotwork.units import Units
 
@@ -112,7 +112,7 @@ class Study:
     @property
     def passed(self) -> int:
         """Number of rows that pass all checks."""
-        return self["verdict"].count(PASSED)
+        return self["verdict"].count(ROW_PASSED)
 
     @property
     def reasons(self) -> dict[str, int]:
@@ -128,7 +128,9 @@ class Study:
         """
         asked = figure_named(figure)
         known = [
-            row for row in self.rows() if row["verdict"] == PASSED and row[asked.name] is not None
+            row
+            for row in self.rows()
+            if row["verdict"] == ROW_PASSED and row[asked.name] is not None
         ]
         if not known:
             why = f"none of them has {figure}" if self.passed else "no row passes"

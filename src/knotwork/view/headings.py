@@ -120,7 +120,9 @@ def _set_times(axes: Sequence[Axes], motions: Sequence[ShownMotion]) -> None:
 def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
     """Mark tool paths, clear motions, waits and events on the upper edge of a panel."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
-    times = {"event": [one.time for one in motion.trajectory.events if start <= one.time <= end]}
+    times = {
+        "event": [event.time for event in motion.trajectory.events if start <= event.time <= end]
+    }
     for segment in motion.trajectory.segments:
         low, high = max(segment.start, start), min(segment.end, end)
         if segment.kind in SEGMENTS and low < high:
@@ -180,7 +182,7 @@ def _add_mark_legend(figure: Figure, motion: ShownMotion) -> None:
     """Explain the marks of the panels below them, and name the events."""
     from matplotlib.lines import Line2D
 
-    artists = [one for axes in figure.axes for one in (*axes.lines, *axes.collections)]
+    artists = [artist for axes in figure.axes for artist in (*axes.lines, *axes.collections)]
     artists += [patch for axes in figure.axes for patch in axes.patches]
     drawn = {str(artist.get_gid()).partition(":")[0] for artist in artists}
     handles = [Line2D([], [], **look) for kind, look in MARK_LOOKS.items() if kind in drawn]

@@ -99,13 +99,20 @@ def _groups(report: Report) -> list[dict[str, Any]]:
     at_top = report.tried if report.failures else ()
     groups = []
     for title, findings in report.groups.items():
-        shown = [_in_units(one, report.units) for one in findings if one not in at_top]
+        shown = [_in_units(finding, report.units) for finding in findings if finding not in at_top]
         numbers = [finding for finding in shown if finding.value is not None]
         required = [finding for finding in shown if finding.required]
         rows = [finding for finding in numbers if finding.limit is not None or finding.required]
         free = [finding for finding in numbers if finding not in rows]
-        met = f"{sum(one.ok for one in required)} of {len(required)} met" if required else ""
-        group = {"title": title, "rows": rows, "met": met, "ok": all(one.ok for one in shown)}
+        met = (
+            f"{sum(finding.ok for finding in required)} of {len(required)} met" if required else ""
+        )
+        group = {
+            "title": title,
+            "rows": rows,
+            "met": met,
+            "ok": all(finding.ok for finding in shown),
+        }
         group["vectors"] = any(finding.requested is not None for finding in rows)
         group["free"] = [_free_text(finding) for finding in free]
         group["sentences"] = [str(finding) for finding in shown if finding.value is None]

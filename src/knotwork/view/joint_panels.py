@@ -66,7 +66,7 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
     colour if another joint has others.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         quantity: Name of the quantity.
         series: The curves, of joints with one unit.
         units: Displayed units.

@@ -101,7 +101,13 @@ def _overlaid(motions: list[ShownMotion], names: list[str], kinds: list[str]) ->
     check_distinct(motions)
     return [
         [
-            (kind, [Series(one, name, i, printable(one.label)) for i, one in enumerate(motions)])
+            (
+                kind,
+                [
+                    Series(motion, name, i, printable(motion.label))
+                    for i, motion in enumerate(motions)
+                ],
+            )
             for name in names
         ]
         for kind in kinds

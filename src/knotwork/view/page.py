@@ -51,7 +51,7 @@ class Page:
         Raises:
             InputError: The file can't be written, is a folder, or has another suffix.
         """
-        return write_file(checked_page_path(path), self.html, what="a page")
+        return write_file(checked_page_path(path), self.html, kind="a page")
 
     def _repr_html_(self) -> str:
         return frame(self.html, height="520px")
@@ -133,15 +133,15 @@ def _environment() -> Environment:
     """Jinja's environment: everything put into a page is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    made = Environment(
+    environment = Environment(
         loader=FileSystemLoader(ASSETS),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
     )
-    made.filters["coded"] = _mark_code
-    made.filters["short"] = lambda value: f"{float(f'{value:.3g}'):g}"
-    return made
+    environment.filters["coded"] = _mark_code
+    environment.filters["short"] = lambda value: f"{float(f'{value:.3g}'):g}"
+    return environment
 
 
 def _mark_code(text: object) -> Markup:

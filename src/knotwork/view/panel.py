@@ -63,7 +63,7 @@ class Panel:
     """Curves of one quantity over time.
 
     Attributes:
-        axes: Where it is drawn.
+        axes: Axes of the panel.
         title: Name of the quantity.
         unit: Displayed unit.
         factor: Factor from the SI unit to the displayed one.
@@ -144,7 +144,7 @@ def set_ranges(panels: Sequence[Panel]) -> None:
     spans = np.array([panel.axes.dataLim.intervaly for panel in panels])
     low, high = float(spans[:, 0].min()), float(spans[:, 1].max())
     middle, scale = 0.5 * (low + high), max(1.0, 0.5 * abs(low + high))
-    limits = [abs(level.value) for one in panels for level in one.levels]
+    limits = [abs(level.value) for panel in panels for level in panel.levels]
     sizes = (panels[0].factor, scale, *(size for size in limits if np.isfinite(size)))
     if high - low < CONSTANT_RANGE * max(sizes):
         low, high = middle - 0.5 * SHOWN_RANGE * scale, middle + 0.5 * SHOWN_RANGE * scale

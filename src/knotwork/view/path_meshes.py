@@ -41,7 +41,9 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
     """
     along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
     targets = () if along else shown.given_velocities
-    given_speeds = sorted((float(np.linalg.norm(one.linear)) for one in targets), reverse=True)
+    given_speeds = sorted(
+        (float(np.linalg.norm(target.linear)) for target in targets), reverse=True
+    )
     # A failing tool may be slower than required: the scale shows both speeds.
     high = max([float(path.speed.max()), *given_speeds, shown.fastest])
     marks: list[float] = []

@@ -80,7 +80,7 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     picture = io.BytesIO()
     with settings():
         figure.savefig(picture, format=suffix[1:], metadata=_UNDATED[suffix])
-    return write_file(path, picture.getvalue(), what="a picture")
+    return write_file(path, picture.getvalue(), kind="a picture")
 
 
 _METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
@@ -109,7 +109,7 @@ def inline_svg_text(text: str) -> str:
     """Make the text of an SVG file an element of HTML, like `inline_svg`."""
     named = _PART.sub(' data-part="', _LEFT_OUT.sub("", text[text.index("<svg") :]))
     head, tag, body = named.partition(">")
-    body = _COLOUR.sub(lambda found: f": {_variable(found[1])}", body)
+    body = _COLOUR.sub(lambda match: f": {_variable(match[1])}", body)
     return _SIZE.sub("", head) + tag + re.sub(r"\s*\n\s*", "\n", body)
 
 

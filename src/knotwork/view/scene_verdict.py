@@ -39,9 +39,12 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     """
     kinds = group_alike(report.failures)
     others = [failure for _, *more in kinds for failure in more]
-    ordered = [*(worst for worst, *_ in kinds), *sorted(others, key=lambda one: one.at or 0.0)]
+    ordered = [
+        *(worst for worst, *_ in kinds),
+        *sorted(others, key=lambda failure: failure.at or 0.0),
+    ]
     failure_texts = [_failure(failure, report.units, scenario) for failure in ordered]
-    collisions = (i for i, one in enumerate(ordered) if one.bodies and not one.remedy)
+    collisions = (i for i, failure in enumerate(ordered) if failure.bodies and not failure.remedy)
     first = next(collisions, 0)
     for text in map(str, report.tried if failure_texts else ()):
         advice, _, tried = text.partition("; tried: ")

@@ -188,14 +188,20 @@ class ShownMotion:
     def tool_findings(self) -> tuple[Finding, ...]:
         """Findings on limits of tool and links, and on the nearest surroundings."""
         nearest = nearest_around(self.findings)
-        limits = (one for one in self.findings if one.group in LIMITS and one.subject != "joint")
+        limits = (
+            finding
+            for finding in self.findings
+            if finding.group in LIMITS and finding.subject != "joint"
+        )
         return (*limits, *([] if nearest is None else [nearest]))
 
     @property
     def contacts(self) -> list[tuple[float, float]]:
         """Time intervals of contacts [s]."""
         return list(
-            unite_intervals(span for one in self.failures if one.bodies for span in one.spans)
+            unite_intervals(
+                span for failure in self.failures if failure.bodies for span in failure.spans
+            )
         )
 
     def units(self, degrees: bool | None) -> Units:

@@ -102,7 +102,7 @@ def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
         "message": study["message"],
         "palette": drawn.palette,
         "figures": {
-            label: [float(one) if np.isfinite(one) else None for one in values]
+            label: [float(value) if np.isfinite(value) else None for value in values]
             for label, values in figures.items()
             if np.isfinite(values).any()
         },
@@ -118,5 +118,8 @@ def _axis(value: VariedValue, *, cells: bool) -> dict[str, Any]:
     at, names = value.at.tolist(), list(value.names)
     if cells and not names:
         distinct = sorted(set(at))
-        at, names = [distinct.index(one) for one in at], [rounded_text(one, 4) for one in distinct]
+        at, names = (
+            [distinct.index(value) for value in at],
+            [rounded_text(value, 4) for value in distinct],
+        )
     return {"title": value.title, "at": at, "names": names}

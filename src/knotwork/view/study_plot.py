@@ -26,7 +26,7 @@ PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
 EQUAL_FIGURES = 1e-3
 """Relative difference below which figures of rows are equal."""
-TITLE_LETTERS = 40
+STUDY_LABEL_LETTERS = 40
 """Number of letters in a line of a title."""
 MOST_DOTS = 1000
 """Largest number of dots drawn one by one in a vector file."""
@@ -147,7 +147,7 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
             panels = new_axes(figure, len(rows), 1)[:, 0]
             for axes, name in zip(panels, rows, strict=True):
                 _draw_curve(axes, drawn, name)
-            panels[-1].set_xlabel(textwrap.fill(drawn.varied[0].title, TITLE_LETTERS))
+            panels[-1].set_xlabel(textwrap.fill(drawn.varied[0].title, STUDY_LABEL_LETTERS))
         _write_around(drawn, figure)
     return figure
 
@@ -157,14 +157,14 @@ def _write_around(study: DrawnStudy, figure: Figure) -> None:
     from matplotlib.patches import Patch
 
     counts = Counter(study.kinds.tolist())
-    (name,) = shorten_names([study.name], TITLE_LETTERS)
+    (name,) = shorten_names([study.name], STUDY_LABEL_LETTERS)
     figure.suptitle(f"{name}: {counts[PASSED_ROW]} of {len(study.kinds)} rows pass", fontsize=LARGE)
     shown = {kind: colour for kind, colour in study.palette.items() if counts[kind]}
     handles = [
         Patch(color=colour, label=f"{printable(kind)} ({counts[kind]})")
         for kind, colour in shown.items()
     ]
-    columns = 2 if max(map(len, shown)) > TITLE_LETTERS // 2 else 4
+    columns = 2 if max(map(len, shown)) > STUDY_LABEL_LETTERS // 2 else 4
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
 
 
@@ -179,7 +179,7 @@ def _draw_curve(axes: Axes, study: DrawnStudy, name: str) -> None:
         order = np.argsort(x.at, kind="stable")
         style = "o" if x.names else ".-"  # words have no order in which to join them
         axes.plot(x.at[order], study.values(name)[order], style, color=DARK)
-        axes.set_ylabel(textwrap.fill(study.label(name), TITLE_LETTERS // 2))
+        axes.set_ylabel(textwrap.fill(study.label(name), STUDY_LABEL_LETTERS // 2))
         axes.margins(y=0.12)
     else:
         axes.set_yticks([])
@@ -205,13 +205,13 @@ def _draw_map(axes: Axes, study: DrawnStudy, name: str) -> None:
     }
     dots = axes.scatter(x.at, y.at, rasterized=len(x.at) > MOST_DOTS, **look)
     for value, axis in ((x, axes.xaxis), (y, axes.yaxis)):
-        axis.set_label_text(textwrap.fill(value.title, TITLE_LETTERS))
+        axis.set_label_text(textwrap.fill(value.title, STUDY_LABEL_LETTERS))
         if value.names:
             axis.set_ticks(range(len(value.names)), value.names)
     axes.label_outer()
     if name:
         bar = axes.figure.colorbar(dots, ax=axes, pad=0.02, format=lambda at, _: number(at))
-        bar.set_label(textwrap.fill(study.label(name), TITLE_LETTERS))
+        bar.set_label(textwrap.fill(study.label(name), STUDY_LABEL_LETTERS))
 
 
 def _differ(values: FloatArray) -> bool:

@@ -210,8 +210,8 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     ]
     places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     places += [
-        (f"speed of {one.frame}", one.frame, one.speed, 1, "frame_speed")
-        for one in limits.frame_speeds
+        (f"speed of {limit.frame}", limit.frame, limit.speed, 1, "frame_speed")
+        for limit in limits.frame_speeds
     ]
     for title, frame, limit, order, quantity in places:
         if limit is not None:

@@ -83,7 +83,7 @@ def edited_text(text: str, edits: Edits) -> str:
     places = dict(places_of(yaml.compose(text, Loader=yaml.SafeLoader)))
     changes = with_comments(text, list(_changes(text, places, edits)))
     result = text
-    for start, end, new in sorted(changes, key=lambda one: one[:2], reverse=True):
+    for start, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         result = result[:start] + new + result[end:]
     return written(result, wanted, ", ".join(field_path(location) for location in list(edits)[:3]))
 

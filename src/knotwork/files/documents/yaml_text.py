@@ -196,7 +196,7 @@ def _with_whole_characters(text: str) -> str:
         json.loads(text)
     except (ValueError, RecursionError):
         return text
-    return _HALVES.sub(lambda found: found[1] + json.loads(f'"{found[2]}"'), text)
+    return _HALVES.sub(lambda match: match[1] + json.loads(f'"{match[2]}"'), text)
 
 
 @contextmanager

@@ -89,10 +89,10 @@ def _columns(rows: Rows, joints: Joints) -> list[Column]:
             problems.append(Problem(rows.head, f"column {i + 1}", message, error.accepted))
             continue
         if content.quantity and (content.quantity, content.joint) in contents:
-            what = content.quantity
+            quantity = content.quantity
             if content.joint is not None:
-                what = f"the {what} of joint {joints.names[content.joint]!r}"
-            message = f"{what} is given twice"
+                quantity = f"the {quantity} of joint {joints.names[content.joint]!r}"
+            message = f"{quantity} is given twice"
             problems.append(Problem(rows.head, f"column {i + 1}", message))
         columns.append(content)
         contents.add((content.quantity, content.joint))

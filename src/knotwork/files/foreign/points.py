@@ -31,7 +31,7 @@ QUANTITY_KEYS: dict[str, tuple[str, ...]] = {
 }
 """Keys under which a mapping may give each quantity."""
 
-NANOSECONDS = 1_000_000_000
+NANOSECONDS_PER_SECOND = 1_000_000_000
 MOST_SECONDS = 2**32
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
@@ -59,7 +59,7 @@ class _Duration(StrictModel):
     sec: Annotated[int, Field(strict=True, ge=-MOST_SECONDS, le=MOST_SECONDS)] = Field(
         default=0, validation_alias=AliasChoices("sec", "secs")
     )
-    nanosec: Annotated[int, Field(strict=True, ge=0, lt=NANOSECONDS)] = Field(
+    nanosec: Annotated[int, Field(strict=True, ge=0, lt=NANOSECONDS_PER_SECOND)] = Field(
         default=0, validation_alias=AliasChoices("nanosec", "nsecs", "nsec")
     )
 
@@ -98,7 +98,7 @@ class _Point(StrictModel):
     acceleration: _Row = _quantity("acceleration", required=False)
 
 
-class _Points(StrictModel):
+class _PointColumns(StrictModel):
     """A message with points."""
 
     names: list[Text] = Field(validation_alias=AliasChoices(*_NAME_KEYS))
@@ -138,7 +138,7 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
     motion = _unwrap(document)
     has_points, columns = "points" in motion.data, dict[str, Any]()
     if has_points:
-        message = validate(_Points, motion)
+        message = validate(_PointColumns, motion)
         names, points = message.names, message.points
         columns = {key: [getattr(point, key) for point in points] for key in QUANTITY_KEYS}
     else:
@@ -190,7 +190,7 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
 def _seconds(value: float | _Duration) -> float:
     """A time [s]."""
     if isinstance(value, _Duration):
-        return (value.sec * NANOSECONDS + value.nanosec) / NANOSECONDS
+        return (value.sec * NANOSECONDS_PER_SECOND + value.nanosec) / NANOSECONDS_PER_SECOND
     return value
 
 

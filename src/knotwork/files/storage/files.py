@@ -39,7 +39,7 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
 
 
 def write_file(
-    path: Path | str, content: str | bytes, *, what: str = "", replace: bool = True
+    path: Path | str, content: str | bytes, *, kind: str = "", replace: bool = True
 ) -> Path:
     """Write one file, whole or not at all; an existing one is replaced.
 
@@ -49,7 +49,7 @@ def write_file(
     Args:
         path: Path of the file; its folder is created if it does not exist.
         content: Text, written in UTF-8, or bytes.
-        what: Kind of content, for the error, such as `"a picture"`.
+        kind: Kind of content, for the error, such as `"a picture"`.
         replace: Replace an existing file; without it, only one of several writers succeeds.
 
     Raises:
@@ -57,7 +57,7 @@ def write_file(
     """
     path = Path(path)
     accepted = "give a file in a folder that can be made and written to"
-    with _refusing(f"can't write {what + ' ' if what else ''}to {path}", accepted):
+    with _refusing(f"can't write {kind + ' ' if kind else ''}to {path}", accepted):
         return _write(path.parent, {path.name: content}, replace)[0]
 
 

@@ -89,7 +89,7 @@ class PathSpeeds:
         self.unit = task.scenario.shown_length[0]
         self.shares = LimitShares(task, path)
         speeds = (*path.asked.speeds, *(cap for cap, _ in caps.values()))
-        fastest = max((one for one in speeds if one and math.isfinite(one)), default=1.0)
+        fastest = max((speed for speed in speeds if speed and math.isfinite(speed)), default=1.0)
         self.along = SharesAlongPath(task, path, self.shares, fastest)
         self._ratio = np.ones((3 * len(path.stretches), len(self.shares.limits)))
         self._ratio[0::3] = self._ratio[2::3] = RAMP_RATIO ** (self.shares.orders - 1.0)

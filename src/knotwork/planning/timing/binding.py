@@ -61,7 +61,7 @@ def binding_limits(
             for name, share in shares.items()
             for k in np.flatnonzero(share[i] >= MIN_ACTIVE_SHARE)
         ]
-        at_limit.sort(key=lambda one: -one[0])
+        at_limit.sort(key=lambda entry: -entry[0])
         if not at_limit and (problem.free[i] or problem.total is not None):
             name = max(peaks, key=lambda name: float(peaks[name][i].max()))
             k = int(peaks[name][i].argmax())

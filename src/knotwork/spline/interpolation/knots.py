@@ -187,8 +187,8 @@ def _check_order(
             f"{t:.15g} s" for t in (right[i], left[i + 1]) if t not in (x[0], x[-1])
         )
         raise KnotError(
-            f"the knots between waypoints {i} and {i + 1} are at {knots}; they must lie strictly "
-            f"between {low:.15g} s and {high:.15g} s, in order",
+            f"knots at {knots} must lie strictly between {low:.15g} s and {high:.15g} s, the times "
+            "of two neighbouring waypoints, in order",
             waypoint=i,
             interval=(low, high),
         )

@@ -14,7 +14,7 @@ from knotwork.scenario import ScenarioPath
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-LINE_SAMPLES = 40
+DEVIATION_SAMPLES = 40
 RADIAN_LENGTH = 0.1
 """Length equivalent to a radian where the tool moves and turns at once [m]."""
 
@@ -58,7 +58,7 @@ def straight_path_deviation(
     deviations = [
         deviation_from_line(robot.forward(q), before.pose, after.pose)
         for before, after in straight_legs(waypoints, paths)
-        for q in trajectory.position(np.linspace(before.time, after.time, LINE_SAMPLES + 1))
+        for q in trajectory.position(np.linspace(before.time, after.time, DEVIATION_SAMPLES + 1))
     ]
     return PathDeviation(*np.max(deviations, axis=0).tolist()) if deviations else None
 
