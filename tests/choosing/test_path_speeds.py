@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -105,6 +109,37 @@ def test_path_acceleration_bounds_speed() -> None:
     assert speeds(made) == [pytest.approx(5.164, rel=1e-3)]
     (said,) = made.report.select(quantity="binding_limits")
     assert "at path.acceleration, 0.1 mm/s², bounds the speed along the path" in str(said)
+
+
+@pytest.mark.parametrize(
+    ("length", "acceleration"),
+    mostly_exhaustive([(0.1, 10), (0.1, 1), (0.01, 10), (0.01, 100), (1, 1)], (0.1, 10)),
+)
+def test_plans_slow_speed_of_short_line(length: float, acceleration: float, tmp_path: Path) -> None:
+    """Less than 1 mm/s, from rest to rest; in another process, so that an endless search fails."""
+    bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": acceleration}}
+    task = along(line("a", length - 200), **bounds)
+    file = tmp_path / "task.yaml"
+    file.write_text(json.dumps(task))
+    command = [sys.executable, "-m", "knotwork", "plan", str(file)]
+    subprocess.run(command, capture_output=True, timeout=60, check=True)
+    (speed,) = speeds(kw.plan(task))
+    assert speed == pytest.approx((2 / 3 * length * acceleration) ** 0.5, rel=1e-3)
+    assert speed < 1.0
+
+
+def test_several_short_lines_between_stops() -> None:
+    ends = [line("a", -199.9, stop=True), line("b", -199.8, stop=True), line("c", -198.8)]
+    made = kw.plan(along(*ends, limits={"acceleration": 800}, path={"acceleration": 10}))
+    made.report.raise_if_failed()
+    assert speeds(made) == pytest.approx([0.8165, 0.8165, 2.582], rel=1e-3)
+
+
+def test_bound_below_least_speed_holds() -> None:
+    bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": 10}}
+    made = kw.plan(along(line("a", -199, {"at_most": 0.5}), **bounds))
+    made.report.raise_if_failed()
+    assert speeds(made) == [pytest.approx(0.5)]
 
 
 @pytest.mark.parametrize("limits", [LIMITS, {**LIMITS, "acceleration": 600, "jerk": 20000}])

@@ -111,8 +111,8 @@ class FollowingError(TaskError):
 
     Attributes:
         arc_length: Length that can be followed [m].
-        cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
-        joint: Name of the joint that would be beyond its limit; empty at a singularity.
+        cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
+        joint: Name of the joint that would be beyond its limit; empty without one.
         part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
     """
 
@@ -126,7 +126,8 @@ class NoWayFoundError(InputError):
     """No collision-free motion to a waypoint was found, which does not prove that there is none.
 
     Attributes:
-        end: `"start"` or `"goal"` if the fault is known to be at one of them; else empty.
+        end: `"start"`, `"goal"` or the number of a waypoint between them (`"1"`, ...), if the
+            fault is known to be there; else empty.
         names: Two bodies that are too close there.
         depth: Depth of the bodies within the margin there [m].
         waypoints: Indices of the two waypoints without a motion, if only one solution of each
@@ -158,7 +159,7 @@ class TimingError(InputError):
         interval: Whether the fault is in the interval from that waypoint to the next one.
         joint: Name of the joint at fault; empty without a particular one.
         limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
-            `"duration"` or `"budget"`; empty without a particular one.
+            `"duration"`, `"budget"` or `"rounds"`; empty without a particular one.
         value: The requested value, in SI units, or `None`.
         bound: The nearest feasible value, in SI units, or `None` if unknown.
     """

@@ -112,7 +112,7 @@ class AskedTiming:
             PathError: At no speed is there room along the stretches with a given speed.
         """
         speeds = dict(chosen)
-        while True:
+        for _ in range(SPEED_ROUNDS * len(self.lengths)):
             try:
                 self.timed(speeds)
             except RampError as error:
@@ -122,6 +122,8 @@ class AskedTiming:
                 speeds[error.stretch] = error.highest_speed
             else:
                 return speeds
+        self.timed(speeds)
+        return speeds
 
     def provisional(self) -> tuple[Timing, tuple[float, ...]]:
         """Provisional timing and speeds: low speeds, with quick changes to them.

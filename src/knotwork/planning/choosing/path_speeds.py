@@ -30,7 +30,10 @@ SPEED_DIGITS = 4
 """Number of digits that speeds are rounded down to."""
 
 MIN_SPEED = 1e-3
-"""Lower bound of chosen speeds [m/s]."""
+"""Speed below which none is lowered to keep a limit [m/s]."""
+
+FIT_ROUNDS = 100
+"""Largest number of rounds until rounded speeds have room for changes of speed."""
 
 EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
 """Largest used share of each limit, as expected and as planned."""
@@ -102,7 +105,9 @@ class PathSpeeds:
             NoSpeedsError: No speeds are feasible.
         """
         bounds = self.along.greatest_speeds(EXPECTED_SHARE / self._ratio[1::3])
-        speeds = self._fit({k: min(float(bounds[k]), cap) for k, (cap, _) in self.caps.items()})
+        speeds = self._fit(
+            {k: min(max(float(bounds[k]), MIN_SPEED), cap) for k, (cap, _) in self.caps.items()}
+        )
         while (used := self._expected_shares(speeds)).max() > 1.0:
             speeds = self._fit(self._slow_down(speeds, of_stretches(used)))
         self.speeds = speeds
@@ -149,18 +154,17 @@ class PathSpeeds:
         for k, speed in speeds.items():
             if math.isinf(speed):
                 raise NoSpeedsError(self.path, k, SpeedBound.NOTHING)
-        while True:
-            bounded = {
-                k: round_speed(self.unit * max(speed, MIN_SPEED)) / self.unit
-                for k, speed in speeds.items()
-            }
+        stretch, cause = 0, None
+        for _ in range(FIT_ROUNDS):
+            bounded = {k: round_speed(self.unit * v) / self.unit for k, v in speeds.items()}
             try:
                 speeds = self.asked.fitted(bounded)
             except PathError as error:
-                stretch = getattr(error, "stretch", None) or 0
-                raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from error
+                stretch, cause = getattr(error, "stretch", None) or 0, error
+                break
             if speeds == bounded:
                 return speeds
+        raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from cause
 
     def lower_caps(self) -> None:
         """Lower all speeds because the arm can't follow the path at the chosen ones."""

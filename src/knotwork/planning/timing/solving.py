@@ -34,7 +34,7 @@ def solve(
 
     Sections between waypoints with known velocity and acceleration are independent and solved
     separately; a section of more than 24 intervals is solved in windows of 8, each with 4 intervals
-    ahead of it. The optimum is local: the solver (IPOPT) starts from at most three plain cubics. If
+    ahead of it. The optimum is local: the solver (IPOPT) starts from one or two plain cubics. If
     none converges, the arm comes to rest in each interval.
 
     Args:

@@ -111,10 +111,6 @@ class Configurations:
         for request, distance in zip(self._found.collisionRequests, limits.tolist(), strict=True):
             request.security_margin = distance
 
-    def within_limits(self, q: FloatArray) -> bool:
-        """Whether a configuration is within the position limits."""
-        return bool((q >= self.lower).all() and (q <= self.upper).all())
-
     def is_free(self, q: FloatArray) -> bool:
         """Whether a configuration keeps every margin and the clearance of `keep_away`."""
         self.checks += 1
