@@ -130,7 +130,8 @@ def test_the_planner_and_the_knots_can_be_overridden() -> None:
 
 def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
     with pytest.raises(
-        KnotError, match=r"scenario: knots: between waypoint 'B' and waypoint 'C': .*strictly between"
+        KnotError,
+        match=r"scenario: knots: between waypoint 'B' and waypoint 'C': .*strictly between",
     ) as caught:
         kw.plan(TASK, knots=[0, 0.5, 0.9, 3])
     assert caught.value.waypoint == 1
