@@ -167,6 +167,9 @@ class ExecutedMotion(PlannedMotion):
             | ({"do": actions[name]} if actions[name] else {})
             for name, time in placed.items()
         ]
+        if scenario.paths:
+            fact = "the tool is not checked against the tool paths of the task in this motion"
+            known = [*known, Finding("Warnings", "motion", "", "path", "warning", fact)]
         first, last = motion.x[[0, -1]].tolist()
         changed = resolved(
             _without_file(task, scenario).replace(
