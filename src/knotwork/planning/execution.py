@@ -139,8 +139,50 @@ class ExecutedMotion(PlannedMotion):
             ends: Names of the waypoints at the ends, where the task has none.
             known: Findings to report.
         """
-        scenario, space = self.scenario, self.space
+        space = self.space
         arrivals = self._arrivals(motion, clock, span, ends)
+        if self.scenario.paths:
+            fact = "the tool is not checked against the tool paths of the task in this motion"
+            known = [*known, Finding("Warnings", "motion", "", "path", "warning", fact)]
+        changed = self._scenario_of(motion, clock, span, arrivals)
+        changed_space, times = joint_space(changed), np.array([*arrivals.values()])
+        carrying = changed_space.carrying
+        trajectory = replace(
+            self.trajectory,
+            polynomial=motion,
+            waypoint_times=times,
+            events=tuple(asked.event for asked in changed.events),
+            loads=carrying.loads(float(motion.x[0])) if carrying else (),
+            segments=segments(changed) if clock is None else self._segments(clock),
+        )
+        return replace(
+            self,
+            scenario=changed,
+            space=changed_space,
+            joint_waypoints=JointWaypoints(
+                space.joint_names,
+                times,
+                motion(times),
+                motion(times, 1),
+                joint_units=space.joint_units,
+            ),
+            trajectory=trajectory,
+            report=check(trajectory, changed, space=changed_space, known=known),
+            left_out=(),
+            solution=None,
+            chosen=None,
+            sequences=1,
+        )
+
+    def _scenario_of(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        span: tuple[float, float],
+        arrivals: Mapping[str, float],
+    ) -> Scenario:
+        """The task of another motion: its states at the waypoints that it reaches."""
+        scenario, space = self.scenario, self.space
         names = list(arrivals)
         task = scene_from(scenario, space.robot, self.trajectory, span, (names[0], names[-1]))
         waits = {
@@ -167,44 +209,13 @@ class ExecutedMotion(PlannedMotion):
             | ({"do": actions[name]} if actions[name] else {})
             for name, time in placed.items()
         ]
-        if scenario.paths:
-            fact = "the tool is not checked against the tool paths of the task in this motion"
-            known = [*known, Finding("Warnings", "motion", "", "path", "warning", fact)]
         first, last = motion.x[[0, -1]].tolist()
-        changed = resolved(
+        return resolved(
             _without_file(task, scenario).replace(
                 **dict.fromkeys(PLANNING_KEYS),
                 waypoints=waypoints,
                 end_acceleration={"start": values(first, 2), "end": values(last, 2)},
             )
-        )
-        changed_space, times = joint_space(changed), np.array([*arrivals.values()])
-        carrying = changed_space.carrying
-        trajectory = replace(
-            self.trajectory,
-            polynomial=motion,
-            waypoint_times=times,
-            events=tuple(asked.event for asked in changed.events),
-            loads=carrying.loads(first) if carrying else (),
-            segments=segments(changed) if clock is None else self._segments(clock),
-        )
-        return replace(
-            self,
-            scenario=changed,
-            space=changed_space,
-            joint_waypoints=JointWaypoints(
-                space.joint_names,
-                times,
-                motion(times),
-                motion(times, 1),
-                joint_units=space.joint_units,
-            ),
-            trajectory=trajectory,
-            report=check(trajectory, changed, space=changed_space, known=known),
-            left_out=(),
-            solution=None,
-            chosen=None,
-            sequences=1,
         )
 
     def _arrivals(

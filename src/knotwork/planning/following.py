@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import finite_number
-from knotwork.kinematics.following.insertion import with_waypoints_inserted
+from knotwork.kinematics.following.insertion import FollowedPath, with_waypoints_inserted
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.path_proof import PathTolerance
 from knotwork.kinematics.solutions.pose import solve_pose_ik
@@ -80,16 +80,22 @@ def follow_path(
         _tolerance(speed_tolerance, "speed_tolerance", ""),
     )
     pull = finite_number(pull_to_middle, "pull_to_middle", "1/s")
-    q = arm.configuration("home") if start is None else read_only(start, (arm.dof,), "start")
-    tool_path = _tool_path(arm, path, q, rotation)
-    if start is None:
-        q = solve_pose_ik(arm, tool_path.pose(0.0), q).q
+    tool_path, q = _path_and_start(arm, path, start, rotation)
     motion = _timed_path(
         tool_path, finite_number(speed, "speed", "m/s", positive=True), acceleration
     )
     _check_start(arm, motion, q)
     joints = JointsOnPath(arm, motion, q, pull)
-    followed = with_waypoints_inserted(joints, allowed)
+    return _interpolate(joints, with_waypoints_inserted(joints, allowed))
+
+
+def _interpolate(joints: JointsOnPath, followed: FollowedPath) -> JointTrajectory:
+    """The motion through the waypoints along a path.
+
+    Raises:
+        FollowingError: The motion exceeds a limit of a joint.
+    """
+    arm = joints.robot
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,
@@ -101,6 +107,18 @@ def follow_path(
     trajectory = get_planner("modified-hermite")(waypoints)
     joints.check_curve(trajectory.polynomial)
     return trajectory
+
+
+def _path_and_start(
+    robot: Robot, path: ToolPath | Curve, start: ArrayLike | None, rotation: ArrayLike | None
+) -> tuple[ToolPath, FloatArray]:
+    """The path of the tool, and the joint positions at its start."""
+    if start is not None:
+        q = read_only(start, (robot.dof,), "start")
+        return _tool_path(robot, path, q, rotation), q
+    home = robot.configuration("home")
+    tool_path = _tool_path(robot, path, home, rotation)
+    return tool_path, solve_pose_ik(robot, tool_path.pose(0.0), home).q
 
 
 def _tolerance(value: float, name: str, unit: str) -> float:

@@ -22,7 +22,7 @@ def infeasible(limit: Infeasibility, units: Units) -> Finding:
         name=limit.waypoint,
         quantity="joint_velocity_needed",
         verdict="failed",
-        fact=limit.sentence.removesuffix(f"; {limit.remedy}"),
+        fact=limit.fact,
         value=limit.velocity,
         limit=limit.limit,
         margin=limit.limit - limit.velocity,

@@ -123,15 +123,7 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if isinstance(knots, str) and knots == "optimal":
-        from knotwork.planning.choosing import with_optimal_knots
-
-        base, ruled = planner_and_rule(planner or scenario.planner)
-        if "chosen" not in PLANNER_SPECS[base].supports or "knots" in ruled:
-            raise InputError(
-                f"{scenario.name}: knots: optimal are those of modified-hermite, which "
-                f"{planner or scenario.planner!r} does not take; give one of the two"
-            )
-        scenario, knots = with_optimal_knots(scenario), None
+        scenario, knots = _with_optimal_knots(scenario, planner or scenario.planner), None
     if scenario.free is None:
         return _best_plan(ScenarioPlanner(scenario, planner, knots))
     from knotwork.planning.choosing import with_times_met
@@ -145,6 +137,23 @@ def plan(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )
     return _best_plan(replace(timed, scenario=scenario))
+
+
+def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
+    """The scenario with knots to be chosen.
+
+    Raises:
+        InputError: The planner takes no chosen knots, or has knots of its own.
+    """
+    from knotwork.planning.choosing import with_optimal_knots
+
+    base, ruled = planner_and_rule(planner)
+    if "chosen" not in PLANNER_SPECS[base].supports or "knots" in ruled:
+        raise InputError(
+            f"{scenario.name}: knots: optimal are those of modified-hermite, which "
+            f"{planner!r} does not take; give one of the two"
+        )
+    return with_optimal_knots(scenario)
 
 
 def _best_plan(planner: ScenarioPlanner) -> Plan:

@@ -90,20 +90,26 @@ def scene_from(
         objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
     present = {name: item for name, item in objects.items() if item}
-    frames = {
-        name: frame
-        if frame.moves is None
-        else frame.replace(moves=frame.moves.replace(at=frame.moves.at - first))
-        for name, frame in task.frames.items()
-    }
     robots = {
         name: other.replace(delay=other.delay - first) for name, other in task.scene.robots.items()
     }
     scene = task.scene.replace(objects=present or None, robots=robots or None)
-    # without a robot there is no scene, not even an empty one
     return task.replace(
-        tool=tool, frames=frames or None, scene=scene if present or robots else None
+        tool=tool,
+        frames=_frames_from(task, first) or None,
+        # without a robot there is no scene, not even an empty one
+        scene=scene if present or robots else None,
     )
+
+
+def _frames_from(task: Task, start: float) -> dict[str, Any]:
+    """The frames of a task, with those that move a time later [s]."""
+    return {
+        name: frame
+        if frame.moves is None
+        else frame.replace(moves=frame.moves.replace(at=frame.moves.at - start))
+        for name, frame in task.frames.items()
+    }
 
 
 def _put_down(

@@ -149,7 +149,7 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
         turns: Whether each joint is revolute; otherwise prismatic.
     """
     n = len(placements)
-    turned = np.array([0.0, *(float(placement) for placement in turns)])
+    turned = np.array([0.0, *(float(revolute) for revolute in turns)])
     return JointTree(
         (0, *range(n)),
         (-1, *range(n)),

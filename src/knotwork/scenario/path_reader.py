@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -113,22 +113,7 @@ class PathReader:
                 for turn, length in zip(turns, lengths, strict=True)
             ]
             orientation = OrientationCurve.joined(turned)
-        try:
-            path = ToolPath(pieces, orientation)
-        except CornerError as error:
-            where = float(path_start(pieces, error.junction + 1))
-            k = int(np.abs(ends - where).argmin())
-            lines = all(kind_of(step) == "line" for step in steps[k : k + 2])
-            is_hairpin = error.angle > np.pi - HAIRPIN_ANGLE
-            name = steps[k].name or str(first + 2 + k)
-            raise self.curves.places.error(
-                ("waypoints", first + 1 + k),
-                f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
-                "blend: a length, or stop: true" if lines and not is_hairpin else "stop: true",
-            ) from error
-        except PathError:
-            with self.curves.errors(last):
-                raise
+        path = self._tool_path(first, steps, pieces, ends, orientation)
         asked = self._asked_timing(first, lengths, steps, start)
         timing, speeds = self._solve_timing(first, asked, steps)
         # The waypoint at a rounded corner is passed at its middle.
@@ -158,6 +143,32 @@ class PathReader:
                 for stretch, weave in zip(stretches, weaves, strict=True)
             )
         return ScenarioPath(first, motion, stretches, asked)
+
+    def _tool_path(
+        self,
+        first: int,
+        steps: Sequence[PathWaypoint],
+        pieces: list[Curve],
+        ends: FloatArray,
+        orientation: OrientationCurve,
+    ) -> ToolPath:
+        """Join the pieces of a path, which end at the given arc lengths [m]."""
+        try:
+            return ToolPath(pieces, orientation)
+        except CornerError as error:
+            where = float(path_start(pieces, error.junction + 1))
+            k = int(np.abs(ends - where).argmin())
+            lines = all(kind_of(step) == "line" for step in steps[k : k + 2])
+            is_hairpin = error.angle > np.pi - HAIRPIN_ANGLE
+            name = steps[k].name or str(first + 2 + k)
+            raise self.curves.places.error(
+                ("waypoints", first + 1 + k),
+                f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
+                "blend: a length, or stop: true" if lines and not is_hairpin else "stop: true",
+            ) from error
+        except PathError:
+            with self.curves.errors(first + len(steps)):
+                raise
 
     def _durations(self, first: int, steps: list[PathWaypoint], start: float) -> list[float | None]:
         """Given durations of the stretches [s]."""

@@ -10,6 +10,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.spline.polynomial.endless import EndlessCurve
+from knotwork.tool_paths.rotations import multiply
 from knotwork.waypoints import FloatArray
 
 
@@ -76,12 +77,12 @@ class FrameDerivatives(NamedTuple):
         r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
         a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
         inverse = R.transpose(0, 2, 1)
-        linear = _multiply(dR, r) + dp + _multiply(R, v)
-        angular = _skew_vector(dR @ inverse) + _multiply(R, w)
-        faster = _multiply(ddR, r) + ddp + 2.0 * _multiply(dR, v) + _multiply(R, a)
-        spin = _skew_vector(ddR @ inverse) + _multiply(dR, w) + _multiply(R, b)
+        linear = multiply(dR, r) + dp + multiply(R, v)
+        angular = _skew_vector(dR @ inverse) + multiply(R, w)
+        faster = multiply(ddR, r) + ddp + 2.0 * multiply(dR, v) + multiply(R, a)
+        spin = _skew_vector(ddR @ inverse) + multiply(dR, w) + multiply(R, b)
         return ToolMotion(
-            _multiply(R, r) + p,
+            multiply(R, r) + p,
             R @ tool.rotation,
             np.hstack((linear, angular)),
             np.hstack((faster, spin)),
@@ -98,9 +99,9 @@ class FrameDerivatives(NamedTuple):
             velocity: Velocities in the base frame, shape (k, 3).
         """
         inverse = self.place[:, :3, :3].transpose(0, 2, 1)
-        place = _multiply(inverse, position - self.place[:, :3, 3])
-        slip = velocity - self.rate[:, :3, 3] - _multiply(self.rate[:, :3, :3], place)
-        return place, inverse @ rotation, _multiply(inverse, slip)
+        place = multiply(inverse, position - self.place[:, :3, 3])
+        slip = velocity - self.rate[:, :3, 3] - multiply(self.rate[:, :3, :3], place)
+        return place, inverse @ rotation, multiply(inverse, slip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,10 +187,6 @@ def add_weave(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
     """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
     return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
-
-
-def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    return (matrices @ vectors[:, :, None])[..., 0]
 
 
 def _skew_vector(matrices: FloatArray) -> FloatArray:

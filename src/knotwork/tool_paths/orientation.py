@@ -32,7 +32,7 @@ from knotwork.tool_paths.orientation_junctions import (
     match_rates,
     two_sided,
 )
-from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
+from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm, multiply
 from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
 
@@ -107,13 +107,13 @@ class OrientationCurve:
         h, inverse = self._steps[:, None], self.rotations.transpose(0, 2, 1)
         start, end = inverse[:-1], inverse[1:]
         turns = start @ self.rotations[1:]
-        a, b = h * _multiply(start, self.rates[:-1, 1]), h * _multiply(end, self.rates[1:, 0])
-        change_a = h**2 * _multiply(start, self.changes[:-1, 1])
-        change_b = h**2 * _multiply(end, self.changes[1:, 0])
+        a, b = h * multiply(start, self.rates[:-1, 1]), h * multiply(end, self.rates[1:, 0])
+        change_a = h**2 * multiply(start, self.changes[:-1, 1])
+        change_b = h**2 * multiply(end, self.changes[1:, 0])
         v = np.zeros((len(h), 5, 3))
         v[:, 0], v[:, 1] = a / 5.0, a / 5.0 + change_a / 20.0
         v[:, 4] = b / 5.0
-        v[:, 3] = v[:, 4] - _multiply(exponentials(v[:, 4]), change_b) / 20.0
+        v[:, 3] = v[:, 4] - multiply(exponentials(v[:, 4]), change_b) / 20.0
         E = exponentials(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
         middle = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ turns
         middle = middle @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
@@ -346,8 +346,3 @@ class OrientationCurve:
         np.maximum.at(bounds[0], row, rate / step)
         np.maximum.at(bounds[1], row, change / step**2)
         return bounds
-
-
-def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Matrices (k, 3, 3) times vectors (k, 3)."""
-    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])

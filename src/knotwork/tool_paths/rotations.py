@@ -33,6 +33,11 @@ def exponentials(vectors: FloatArray) -> FloatArray:
     return np.asarray(R)
 
 
+def multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Matrices, shape (n, 3, 3), times vectors, shape (n, 3)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
+
+
 def logarithm(R: FloatArray) -> FloatArray:
     """Rotation vector of a rotation matrix [rad], shape (3,)."""
     return np.asarray(pin.log3(np.ascontiguousarray(R)), dtype=float)

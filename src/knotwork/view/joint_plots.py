@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
 from knotwork.view.joint_panels import Series, joint_panel
 from knotwork.view.panel import new_axes, new_figure, page_size, set_ranges
@@ -73,13 +74,7 @@ def plot_joints(
     with settings():
         figure = new_figure(len(rows), len(titles), page)
         grid = new_axes(figure, len(rows), len(titles), shared=in_columns)
-        for line, row in zip(grid, rows, strict=True):
-            panels = [joint_panel(axes, *cell, units) for axes, cell in zip(line, row, strict=True)]
-            for group in [panels] if in_columns else [[panel] for panel in panels]:
-                set_ranges(group)
-        if in_columns:
-            for axes in grid[:, 1:].flat:
-                axes.set_ylabel("")
+        _draw_panels(grid, rows, units, shared=in_columns)
         write_around(
             figure,
             drawn,
@@ -90,6 +85,17 @@ def plot_joints(
             grows=page is None,
         )
     return figure
+
+
+def _draw_panels(grid: Any, rows: Sequence[_Row], units: Units, *, shared: bool) -> None:
+    """Draw the panels; those of a row may share their range and the name of their quantity."""
+    for line, row in zip(grid, rows, strict=True):
+        panels = [joint_panel(axes, *cell, units) for axes, cell in zip(line, row, strict=True)]
+        for group in [panels] if shared else [[panel] for panel in panels]:
+            set_ranges(group)
+    if shared:
+        for axes in grid[:, 1:].flat:
+            axes.set_ylabel("")
 
 
 _Row = list[tuple[str, list[Series]]]

@@ -71,10 +71,9 @@ def make_scene(
         InputError: A trajectory has other joints than the robot, or is too long.
     """
     robot, compared = shown.robot, others or {}
-    names, units = robot.joint_names, robot.joint_units
+    joints, owner = (robot.joint_names, robot.joint_units), f"robot {robot.name!r}"
     motions = {
-        name: motion.reordered(names, units, owner=f"robot {robot.name!r}").polynomial
-        for name, motion in compared.items()
+        name: motion.reordered(*joints, owner=owner).polynomial for name, motion in compared.items()
     }
     stops, base = find_stops(shown), base_joints(robot)
     task = _at_start(shown, _task_points(shown))
@@ -109,16 +108,15 @@ def make_scene(
             before["view"]["from"] if same_robot and before is not None else None,
         ),
         **verdict(shown.report, shown.scenario, robot, base.count),
-        "others": [
-            {"name": name, "failures": list(map(str, _check(shown, motion).failures))}
-            for name, motion in compared.items()
-        ],
+        "others": [_failures(shown, name, motion) for name, motion in compared.items()],
         "warnings": [*parts.warnings, *unread],
     }
 
 
-def _check(shown: ShownMotion, motion: JointTrajectory) -> Any:
-    return check(motion, shown.scenario, space=shown.space)
+def _failures(shown: ShownMotion, name: str, motion: JointTrajectory) -> dict[str, Any]:
+    """Name and failures of another motion for the same scenario."""
+    report = check(motion, shown.scenario, space=shown.space)
+    return {"name": name, "failures": list(map(str, report.failures))}
 
 
 def _at_start(shown: ShownMotion, points: FloatArray) -> FloatArray:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -148,43 +148,62 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
         if not columns["time"] and arrays.step is not None:
             columns["time"] = [start_time + i * arrays.step for i in range(len(arrays.position))]
     _check_names(motion, names, joints)
-    order = [names.index(name) for name in joints.names]
-
-    def location(quantity: str, row: int | None) -> Location:
-        """Location of the values of a row, or of all rows."""
-        if has_points and (row is None or not quantity):
-            return ("points",)
-        part = motion.data["points"][row] if has_points else motion.data
-        keys = QUANTITY_KEYS[quantity or "time"]
-        key = next((key for key in keys if key in part), keys[0])
-        return ("points", row or 0, key) if has_points else (key, *(() if row is None else (row,)))
-
-    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        where = location(quantity, row if quantity else None)
-        where = where if joint is None else (*where, order[joint])
-        return lambda message, accepted: motion.error(where, message, accepted)
-
+    places = _PointPlaces(motion, has_points, [names.index(name) for name in joints.names])
     if not columns["time"] and not has_points:
-        raise motion.error(location("time", None), "is missing", "time and positions, or points")
+        raise motion.error(places.of("time", None), "is missing", "time and positions, or points")
     count = len(columns["time"])
     has, values = dict[str, Any](), dict[str, Any]()
     for quantity in QUANTITIES:
         rows = columns[quantity] or [()] * count
         if len(rows) != count:
             fault = f"has {len(rows)} rows"
-            raise motion.error(location(quantity, None), fault, f"{count}, as times")
+            raise motion.error(places.of(quantity, None), fault, f"{count}, as times")
         has[quantity] = np.array([len(row) > 0 for row in rows], bool)
         table = np.full((count, len(names)), np.nan)
         for i, row in enumerate(rows):
             if len(row) not in (len(names), 0 if quantity != "position" else -1):
                 fault = f"has {len(row)} values"
-                raise motion.error(location(quantity, i), fault, f"{len(names)}, as joint names")
+                raise motion.error(places.of(quantity, i), fault, f"{len(names)}, as joint names")
             table[i] = row if len(row) else np.nan
-        values[quantity] = table[:, order]
+        values[quantity] = table[:, places.order]
     time = np.array([_seconds(value) for value in columns["time"]], float)
-    relative = [location("time", i)[-1 if has_points else 0] for i in range(count)]
+    relative = [places.of("time", i)[-1 if has_points else 0] for i in range(count)]
     time[[key == "time_from_start" for key in relative]] += start_time
-    return PointTable(joints, time, values, has, place)
+    return PointTable(joints, time, values, has, places.error_at)
+
+
+@dataclass(frozen=True)
+class _PointPlaces:
+    """Locations of the values in a file, for errors.
+
+    Attributes:
+        motion: The mapping.
+        has_points: Whether it has a list of points, not arrays.
+        order: Index in the file of each known joint.
+    """
+
+    motion: Document
+    has_points: bool
+    order: Sequence[int]
+
+    def of(self, quantity: str, row: int | None) -> Location:
+        """Location of the values of a row, or of all rows."""
+        if self.has_points and (row is None or not quantity):
+            return ("points",)
+        part = self.motion.data["points"][row] if self.has_points else self.motion.data
+        keys = QUANTITY_KEYS[quantity or "time"]
+        key = next((key for key in keys if key in part), keys[0])
+        if self.has_points:
+            return ("points", row or 0, key)
+        return (key,) if row is None else (key, row)
+
+    def error_at(
+        self, row: int, quantity: str, joint: int | None
+    ) -> Callable[[str, str], DocumentError]:
+        """Maker of errors at a value: takes the fault and the accepted values."""
+        where = self.of(quantity, row if quantity else None)
+        where = where if joint is None else (*where, self.order[joint])
+        return lambda message, accepted: self.motion.error(where, message, accepted)
 
 
 def _seconds(value: float | _Duration) -> float:

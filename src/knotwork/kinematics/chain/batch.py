@@ -125,7 +125,7 @@ def solve_batch(
     checkpoint = states.square
     for iteration in count():
         converged = np.maximum(states.distance, states.angle) <= tolerance
-        leaving = converged | (factor > MAX_FACTOR)
+        leaving = converged | (factor > MAX_FACTOR) | (iteration >= max_iterations)
         if group is not None and converged.any():
             leaving |= np.isin(group[index], group[index[converged]])
         if iteration % check_every == check_every - 1:
@@ -133,7 +133,6 @@ def solve_batch(
             checkpoint = states.square
         if iteration == STRAGGLER_ITERATIONS:
             leaving |= states.square > STRAGGLER_ERROR**2
-        leaving |= iteration >= max_iterations
         if leaving.any():
             rows, staying = index[leaving], ~leaving
             q[rows] = states.q[:, leaving].T
@@ -146,8 +145,7 @@ def solve_batch(
         iterations += 1
         trial = _evaluate(robot, clip(states.q + _steps(states, box, factor), box), targets)
         better = trial.square < states.square
-        columns: Any = map(partial(np.where, better), trial, states)
-        states = _SearchStates(*columns)
+        states = states.replace_where(better, trial)
         factor = np.where(better, np.maximum(0.2 * factor, least_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
@@ -162,6 +160,11 @@ class _SearchStates(NamedTuple):
     distance: FloatArray
     angle: FloatArray
     square: FloatArray
+
+    def replace_where(self, better: Any, trial: _SearchStates) -> _SearchStates:
+        """The states of `trial` where it is better, shape (n,)."""
+        columns: Any = map(partial(np.where, better), trial, self)
+        return _SearchStates(*columns)
 
 
 def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:

@@ -66,12 +66,7 @@ def solution_or_reason(
         UnreachablePoseError: No joint positions reach the pose.
     """
     robot = search.robot
-    beyond = closest_poses(search, near, no_limits(robot))
-    limits, minima = turning_limits(robot), beyond
-    if np.isfinite(limits).any():  # else it is the same search
-        pulled = [turn_inside(robot, s.q, near) for s in beyond]
-        minima = closest_poses(search, near, limits, pulled)
-    inside = [search.measure(turn_inside(robot, s.q, near)) for s in minima]
+    beyond, inside = _search_everywhere(search, near)
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
@@ -86,11 +81,8 @@ def solution_or_reason(
     at_pose = [nearest_turns(robot, s.q, near) for s in beyond if s.converged]
     if at_pose:
         joints = _least_outside(robot, at_pose, near)
-        sentence = (
-            "the pose is reachable only outside the joint limits: the solution found that is least "
-            f"outside has {_joints_outside(robot, joints, units)}"
-            f"{_closest_sentence(closest, held, units)}"
-        )
+        sentence = _outside_sentence(robot, joints, units)
+        sentence += _closest_sentence(closest, held, units)
         raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
     # Searches that ignore the limits may miss this minimum.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=squared_error)
@@ -112,6 +104,19 @@ def solution_or_reason(
     )
 
 
+def _search_everywhere(
+    search: PoseSearch, near: FloatArray
+) -> tuple[list[LocalSolution], list[LocalSolution]]:
+    """The closest configurations without limits, and those inside the limits."""
+    robot = search.robot
+    beyond = closest_poses(search, near, no_limits(robot))
+    limits, minima = turning_limits(robot), beyond
+    if np.isfinite(limits).any():  # else it is the same search
+        pulled = [turn_inside(robot, s.q, near) for s in beyond]
+        minima = closest_poses(search, near, limits, pulled)
+    return beyond, [search.measure(turn_inside(robot, s.q, near)) for s in minima]
+
+
 def _least_outside(
     robot: Robot, solutions: list[FloatArray], near: FloatArray
 ) -> list[tuple[str, float, float, float]]:
@@ -130,9 +135,10 @@ def _least_outside(
     ]
 
 
-def _joints_outside(
+def _outside_sentence(
     robot: Robot, joints: list[tuple[str, float, float, float]], units: Units
 ) -> str:
+    """Sentence about the solution with the given joints outside their limits."""
     parts = []
     for name, value, low, high in joints:
         kind = robot.joint_units[robot.joint_names.index(name)]
@@ -141,7 +147,10 @@ def _joints_outside(
         # too small to appear in the printed digits
         excess = f" by {units.text(by, kind, '.3g')}" if by < 1e-4 else ""
         parts.append(f"{name} at {units.text(value, kind)}, outside [{range_}]{excess}")
-    return "; ".join(parts)
+    return (
+        "the pose is reachable only outside the joint limits: the solution found that is least "
+        f"outside has {'; '.join(parts)}"
+    )
 
 
 def _miss_sentence(

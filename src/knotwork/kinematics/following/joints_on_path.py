@@ -47,8 +47,8 @@ class JointsOnPath:
         path: Poses of the tool over time.
         start: Joint positions near the start of the path [rad or m], shape (d,).
         pull: See `JointField`.
-        found: The continuation from there with the same pull, if known. For a redundant arm it is
-            recomputed if its steps are too long.
+        continuation: The continuation from there with the same pull, if known. For a redundant arm
+            it is recomputed if its steps are too long.
 
     Attributes:
         robot, path: The arguments.

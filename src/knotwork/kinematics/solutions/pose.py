@@ -126,9 +126,8 @@ def solve_pose_ik(
     check_count(max_restarts, "max_restarts")
     first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
-    search = PoseSearch(
-        robot, pose, TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
-    )
+    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
+    search = PoseSearch(robot, pose, *tolerances)
     best = _NearestSolution(search, goal, nearest)
     best.search_from(first, HASTY_EFFORT)
     kind = f"{'nearest' if nearest else 'first'} solution"

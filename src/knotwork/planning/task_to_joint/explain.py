@@ -112,16 +112,14 @@ def _infeasibility(
     worst, note = fast[0], _other_choices_text(search)
     if first < last:
         duration = search.steps[first].duration
-        sentence = (
-            f"from {names[0]!r} to {names[1]!r} {needs} on average; {note}; "
+        fact = f"from {names[0]!r} to {names[1]!r} {needs} on average; {note}"
+        remedy = (
             f"{duration * excess[worst]:.4g} s or more is sufficient for the mean, and they have "
             f"{duration:.4g} s"
         )
     else:
-        sentence = (
-            f"at {names[0]!r} {needs} for the tool's velocity; {note}; "
-            f"{1.0 / excess[worst]:.3g} of that velocity is feasible"
-        )
+        fact = f"at {names[0]!r} {needs} for the tool's velocity; {note}"
+        remedy = f"{1.0 / excess[worst]:.3g} of that velocity is feasible"
     return Infeasibility(
         waypoint=names[0],
         until=names[1] if first < last else "",
@@ -131,7 +129,8 @@ def _infeasibility(
         velocity=float(speed[worst]),
         limit=float(limit[worst]),
         unit=units[worst],
-        sentence=sentence,
+        fact=fact,
+        remedy=remedy,
     )
 
 

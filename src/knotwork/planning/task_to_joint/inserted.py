@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import PathError
-from knotwork.planning.task_to_joint.solution import PathStart
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.kinematics.chain.joint_ranges import BoolArray
-    from knotwork.kinematics.following.continuation import Continuation
     from knotwork.planning.task_to_joint.dependent_waypoints import PathTrack
 
 
@@ -84,16 +82,8 @@ def complete_waypoints(
     done = 0
     for path in scenario.paths:
         _hold(rows, space.waits)
-        track, start = (tracks or {})[path.first], rows.position[path.first]
-        begin = track.start(start)
-        known = track.continuation_from(begin.q)
-        followed = _insert_waypoints(scenario, path, begin, knots, known)
-        followed = followed._replace(
-            position=track.chain.scatter(followed.position),
-            velocity=track.chain.scatter(followed.velocity),
-            acceleration=track.chain.scatter(followed.acceleration),
-        )
-        followed.position[0] = start  # without a rounding difference to a wait before the path
+        track = (tracks or {})[path.first]
+        followed = _insert_waypoints(scenario, path, track, rows.position[path.first], knots)
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
         joined = any(following.first == path.last for following in scenario.paths)
@@ -123,18 +113,18 @@ def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
 def _insert_waypoints(
     scenario: Scenario,
     path: ScenarioPath,
-    start: PathStart,
+    track: PathTrack,
+    start: FloatArray,
     knots: Any,
-    continuation: Continuation | None = None,
 ) -> JointRows:
     """Rows along a path, with inserted waypoints.
 
     Args:
         scenario: The task.
         path: The path.
-        start: The arm at its start.
+        track: The arm along the path.
+        start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
-        continuation: The continuation from the start, if it is known.
     """
     from knotwork.kinematics.following.insertion import with_waypoints_inserted
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
@@ -143,8 +133,10 @@ def _insert_waypoints(
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = path.times
+    begin = track.start(start)
+    continuation = track.continuation_from(begin.q)
     try:
-        joints = JointsOnPath(start.robot, path.motion, start.q, start.pull, continuation)
+        joints = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
         followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
@@ -155,11 +147,16 @@ def _insert_waypoints(
     names, k = np.empty(len(along), dtype=object), path.first - 1
     for row, is_asked in enumerate(asked):
         if is_asked:
-            k, begin = k + 1, along[row]
+            k, passed = k + 1, along[row]
         name = scenario.waypoints[k].name
-        names[row] = name if is_asked else f"{name} + {along[row] - begin:.4g} {unit}"
+        names[row] = name if is_asked else f"{name} + {along[row] - passed:.4g} {unit}"
     velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
     for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stops
-    return JointRows(followed.time, names, followed.position, velocity, acceleration, asked)
+    scatter = track.chain.scatter
+    position = scatter(followed.position)
+    position[0] = start  # without a rounding difference to a wait before the path
+    return JointRows(
+        followed.time, names, position, scatter(velocity), scatter(acceleration), asked
+    )

@@ -55,7 +55,8 @@ class Infeasibility:
         velocity: The speed that the joint needs [rad/s or m/s].
         limit: The joint's velocity limit [rad/s or m/s].
         unit: `rad/s` or `m/s`.
-        sentence: Message with every joint beyond its limit and the feasible value.
+        fact: Sentence with every joint beyond its limit.
+        remedy: Feasible values, as a sentence.
     """
 
     waypoint: str
@@ -66,7 +67,8 @@ class Infeasibility:
     velocity: float
     limit: float
     unit: str
-    sentence: str
+    fact: str
+    remedy: str
 
     @property
     def fraction(self) -> float:
@@ -74,9 +76,9 @@ class Infeasibility:
         return self.limit / self.velocity
 
     @property
-    def remedy(self) -> str:
-        """Feasible values, from the end of the sentence."""
-        return self.sentence.rpartition("; ")[2]
+    def sentence(self) -> str:
+        """The fact with its remedy."""
+        return f"{self.fact}; {self.remedy}"
 
     def __str__(self) -> str:
         return self.sentence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from knotwork.planning.task_to_joint.inserted import complete_waypoints
 from knotwork.planning.task_to_joint.solution import Step, TaskSolution
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 
 def solve_task(
@@ -63,6 +66,13 @@ def solve_task(
         waypoints = zip(scenario.waypoints, space.targets, strict=True)
         first = next(waypoint for waypoint, target in waypoints if target is None)
         raise UnknownNameError("robot", "", (), where=first.where)
+    return _solve_poses(scenario, space, space.robot, knots, avoided)
+
+
+def _solve_poses(
+    scenario: Scenario, space: JointSpace, robot: Robot, knots: Any, avoided: Sequence[Step]
+) -> TaskSolution:
+    """The solution if a waypoint is a pose."""
     from knotwork.kinematics.sequence.cost import CostLevel
     from knotwork.planning.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.planning.task_to_joint.free_poses import (
@@ -73,7 +83,7 @@ def solve_task(
     from knotwork.planning.task_to_joint.solution_search import SolutionSearch
     from knotwork.planning.task_to_joint.unit_slips import suggest_unit
 
-    chains = FreedomChains(scenario, space.robot)
+    chains = FreedomChains(scenario, robot)
     extended = with_virtual_joints(scenario, space, chains)
     search = SolutionSearch(scenario, extended, chains, avoided)
     try:

@@ -52,7 +52,7 @@ class Configurations:
         robot: Pinocchio model of the arm.
         model: Bodies and their pairs.
         limits: Limits of positions and efforts.
-        loaded: Pinocchio model of the arm with its load, if efforts are limited.
+        loaded_robot: Pinocchio model of the arm with its load, if efforts are limited.
 
     Attributes:
         checks: Number of configurations checked so far.

@@ -71,8 +71,7 @@ def check_log(
         tolerances: Tolerances of the log relative to its plan, or `None`.
     """
     report, units = check(alignment.trajectory, scenario, space=space), scenario.units
-    required = scenario.task.continuity >= 0
-    compared = compare_log(alignment, space.robot, units, tolerances, required=required)
+    compared = compare_log(alignment, space.robot, units, tolerances)
     findings = list(compared.findings)
     undecided = 0
     for finding in report.findings:
