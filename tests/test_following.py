@@ -127,7 +127,7 @@ def test_reports_limiting_constraint() -> None:
 
 @pytest.mark.parametrize("reached", [0.0097, 0.0292, 0.054, 0.0793])
 def test_reports_arc_length_of_joint_limit(reached: float) -> None:
-    """Where the path comes to the limit by inverse kinematics."""
+    """Where the path comes to the limit by inverse kinematics, to the digits printed."""
     there = pin.SE3(AT.rotation, LINE.position([reached])[0])
     q = kw.solve_pose_ik(ARM, there, HOME).q
     joint = ARM.joint_names.index("shoulder_pan_joint")
@@ -135,7 +135,7 @@ def test_reports_arc_length_of_joint_limit(reached: float) -> None:
     with pytest.raises(FollowingError) as error:
         kw.follow_path(narrow, LINE, 0.02, start=HOME)
     assert error.value.cause == "joint limit"
-    assert error.value.arc_length == pytest.approx(reached, abs=2e-5)
+    assert error.value.arc_length == pytest.approx(reached, abs=1e-6)
 
 
 def test_reports_arc_length_of_velocity_limit_and_feasible_speed() -> None:
@@ -149,7 +149,7 @@ def test_reports_arc_length_of_velocity_limit_and_feasible_speed() -> None:
     q = kw.solve_pose_ik(ARM, there, HOME).q
     v = np.linalg.solve(ARM.jacobian(q), [0, 1.0, 0, 0, 0, 0])
     j = ARM.joint_names.index(one.joint)
-    assert abs(v[j]) == pytest.approx(ARM.velocity_limit[j], rel=5e-3)
+    assert abs(v[j]) == pytest.approx(ARM.velocity_limit[j], rel=1e-3)
     assert one.part_of_speed is not None
     kw.follow_path(ARM, straight, one.part_of_speed, start=HOME)
     with pytest.raises(FollowingError):

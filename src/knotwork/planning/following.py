@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import finite_number
-from knotwork.kinematics.following.insertion import FollowedPath, with_waypoints_inserted
+from knotwork.kinematics.following.insertion import with_waypoints_inserted
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.path_proof import PathTolerance
 from knotwork.kinematics.solutions.pose import solve_pose_ik
@@ -85,17 +85,17 @@ def follow_path(
         tool_path, finite_number(speed, "speed", "m/s", positive=True), acceleration
     )
     _check_start(arm, motion, q)
-    joints = JointsOnPath(arm, motion, q, pull)
-    return _interpolate(joints, with_waypoints_inserted(joints, allowed))
+    return _follow(JointsOnPath(arm, motion, q, pull), allowed)
 
 
-def _interpolate(joints: JointsOnPath, followed: FollowedPath) -> JointTrajectory:
-    """The motion through the waypoints along a path.
+def _follow(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
+    """The motion along a path, checked against the limits.
 
     Raises:
         FollowingError: The motion exceeds a limit of a joint.
     """
-    arm = joints.robot
+    joints.check()
+    arm, followed = joints.robot, with_waypoints_inserted(joints, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE
 from knotwork.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
@@ -31,6 +32,8 @@ from knotwork.waypoints import FloatArray
 # Largest motion of a joint in a step with self-motion [rad or m], which the projection onto the
 # path does not correct: it is then exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
+# If limits are violated, each step is divided into this many parts.
+STEP_PARTS = 8
 # Tolerance on limits of a curve that is close to the path [rad or m, relative].
 CURVE_TOLERANCE = 1e-6
 
@@ -79,6 +82,7 @@ class JointsOnPath:
         constraint = continuation.limiting_constraint(robot, 0, np.zeros(robot.dof))
         if constraint is not None and np.isfinite(continuation.lost[0]):
             raise self._error(constraint)
+        self._exceeds_limits = constraint is not None
         # where a piece ends and the next begins there are two steps at one time
         steps = np.flatnonzero(np.diff(continuation.time) > 0.0)
         rows = np.append(steps, len(continuation.time) - 1)
@@ -107,19 +111,43 @@ class JointsOnPath:
             )
         return two_point_coefficients(time, (q, v, a))[:, ::2]
 
+    def check(self) -> None:
+        """Check the limits between the steps of the integral, if they are violated at the steps.
+
+        Raises:
+            FollowingError: A limit is violated.
+        """
+        constraint = self._constraint_between_steps() if self._exceeds_limits else None
+        if constraint is not None:
+            raise self._error(constraint)
+
     def check_curve(self, curve: PiecewisePolynomial) -> None:
         """Check that a cubic curve along the whole path keeps the limits, between steps too.
 
         Raises:
             FollowingError: A limit is violated.
         """
-        extrema, still = curve.extrema(), np.zeros(self.robot.dof)
+        extrema = curve.extrema()
         time = distinct(curve.x, extrema.minimum_time, extrema.maximum_time)
-        q, full = curve(time), at_full_speed(self.path, time)
-        steps = Steps(time, q, curve(time, 1), still, self.field.smallest(q), full)
-        constraint = limiting_constraint(self.robot, steps, np.inf, np.nan, CURVE_TOLERANCE)
+        constraint = self._constraint(time, curve(time), curve(time, 1), CURVE_TOLERANCE)
         if constraint is not None:
-            raise self._error(constraint)
+            raise self._error(self._constraint_between_steps() or constraint)
+
+    def _constraint_between_steps(self) -> LimitingConstraint | None:
+        """The limiting constraint on the path itself, at more times than the steps."""
+        starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
+        inner = (starts + lengths * np.arange(STEP_PARTS) / STEP_PARTS).ravel()
+        time = np.append(inner, self.time[-1])
+        q = self.positions(time)
+        return self._constraint(time, q, self.rates(time, q)[0], LIMIT_TOLERANCE)
+
+    def _constraint(
+        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float
+    ) -> LimitingConstraint | None:
+        """The limiting constraint of a motion given at times."""
+        still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
+        steps = Steps(time, q, v, still, self.field.smallest(q), full)
+        return limiting_constraint(self.robot, steps, np.inf, np.nan, slack)
 
     def _error(self, constraint: LimitingConstraint) -> FollowingError:
         """The error that names the limiting constraint."""
