@@ -54,7 +54,7 @@ from knotwork.planning.timing import (
     TimingLimits,
     TimingProblem,
     solve,
-    windows,
+    solving,
 )
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.spline.interpolation.modified_hermite_spline import ModifiedHermiteSpline
@@ -217,10 +217,10 @@ def sizes(seed: int) -> list[dict[str, Any]]:
         problem = random_motion(np.random.default_rng([seed, n]), n)
         motion, seconds = solved_in(problem)
         loss = None
-        if windows.MAX_INTERVALS < n <= WHOLE:
-            longest, windows.MAX_INTERVALS = windows.MAX_INTERVALS, n
+        if solving.MAX_INTERVALS < n <= WHOLE:
+            longest, solving.MAX_INTERVALS = solving.MAX_INTERVALS, n
             loss = round(motion.duration / solve(problem).duration - 1.0, 6)
-            windows.MAX_INTERVALS = longest
+            solving.MAX_INTERVALS = longest
         rows.append({"waypoints": n, "seconds": round(seconds, 3), "loss": loss})
     return rows
 

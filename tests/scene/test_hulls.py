@@ -14,8 +14,14 @@ import knotwork as kw
 from knotwork.scenario import PlacedShape
 from knotwork.scene.building import robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.hulls import MOST_GROWTH, MOST_NEIGHBOURS, SHEET_THICKNESS, convex_hull
-from knotwork.scene.solids import Placed, solid
+from knotwork.scene.solids import (
+    MOST_GROWTH,
+    MOST_NEIGHBOURS,
+    SHEET_THICKNESS,
+    Placed,
+    convex_hull,
+    solid,
+)
 
 URDF = (
     '<robot name="r"><link name="a"/><link name="b"><collision><geometry>'

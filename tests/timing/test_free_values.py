@@ -142,7 +142,7 @@ def test_windows_cost_little_duration(monkeypatch: pytest.MonkeyPatch) -> None:
     long = random_problem(8, 32, 2)
     windows = solve(long)
     assert_kept(long, windows)
-    monkeypatch.setattr("knotwork.planning.timing.windows.MAX_INTERVALS", 1000)
+    monkeypatch.setattr("knotwork.planning.timing.solving.MAX_INTERVALS", 1000)
     assert windows.duration < 1.01 * solve(long).duration
 
 

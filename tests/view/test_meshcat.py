@@ -136,7 +136,7 @@ def test_what_is_no_viewer_is_refused(plan: kw.Plan, knotwork: Any) -> None:
 def test_an_address_that_never_answers_is_given_up(
     knotwork: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.cli.meshcat_viewer.PATIENCE", 0.2)
+    monkeypatch.setattr("knotwork.cli.view.PATIENCE", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         ran = knotwork("view", "planar2_closed_form", "--meshcat", address)
@@ -150,7 +150,7 @@ def test_a_viewer_of_the_commands_own_looks_at_the_arm(
     window = Window()
     window.web_url = "http://127.0.0.1/"  # type: ignore[attr-defined]
     viewer = meshcat.Visualizer(window=window)
-    monkeypatch.setattr("knotwork.cli.meshcat_viewer._viewer", lambda: viewer)
+    monkeypatch.setattr("knotwork.cli.view._viewer", lambda: viewer)
     monkeypatch.setattr("time.sleep", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
     ran = knotwork("view", "planar2_closed_form", "--no-open", "--meshcat")
     assert ran.out.endswith("until Ctrl-C\nstopped\n")

@@ -214,7 +214,7 @@ def with_images(folder: Path, names: Iterable[str]) -> None:
 def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
     arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.view.images.MOST_PIXELS", 5000)
+    monkeypatch.setattr("knotwork.view.scene_data.MOST_PIXELS", 5000)
     names = ("a.png", "b.png", "large.png", "c.eps")
     for name, side in zip(names, (50, 60, 80, 10), strict=True):
         Image.new("RGB", (side, side)).save(tmp_path / name)

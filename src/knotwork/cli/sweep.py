@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from knotwork import sweeps
+from knotwork.cli import tables
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
@@ -19,15 +20,20 @@ from knotwork.cli.parameters import (
     package_path_option,
 )
 from knotwork.cli.progress_display import show_sweep
-from knotwork.cli.study_tables import print_best, print_study, study_to_dict
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import cell, echo
 from knotwork.errors import InputError
+from knotwork.sweeps import Study
 from knotwork.sweeps.figures import figure_named
 from knotwork.sweeps.folder import is_study
+from knotwork.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
+from knotwork.units import readable
 from knotwork.view.picture_files import checked_picture_path, save_figure
 
 STUDY_PICTURE = "study.png"
 """Picture in the folder of a study, if `--plot` names no file."""
+
+
+MOST_REASONS = 12
 
 
 @click.command(
@@ -198,3 +204,53 @@ def _refuse_planning(source: str, options: dict[str, Any]) -> None:
                 f"--{option}: {source} is the folder of a study, which is not planned again; "
                 "to plan, give the scenario"
             )
+
+
+def study_to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:
+    """The printed results of a study as plain data, ready for JSON."""
+    return {
+        "ok": study.passed > 0,
+        "scenario": study.name,
+        "rows": len(study.spec),
+        "finished": len(study),
+        "passed": study.passed,
+        "reasons": study.reasons,
+        "best": None if best is None else {"figure": figure, "row": best},
+        "folder": str(study.folder) if study.folder is not None else None,
+    }
+
+
+def print_study(study: Study) -> None:
+    """Print the number of passing rows, and the reasons of the others."""
+    count, total = len(study), len(study.spec)
+    done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
+    table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
+    counted = {"passed": study.passed, **study.reasons}
+    for reason, number in list(counted.items())[: 1 + MOST_REASONS]:
+        style = "" if reason == "passed" else "[red]"
+        table.add_row(f"{style}{cell(reason)}", str(number), f"{100 * number / max(1, count):.1f}")
+    tables.print_table(table)
+    if len(study.reasons) > MOST_REASONS:
+        echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
+    for reason in (ROW_WRONG_INPUT, ROW_CRASHED):  # faults of the study, or of Knotwork
+        if reason in study.reasons:
+            row = study["reason"].index(reason)
+            line = f"{reason}, first in row {study['row'][row]}: {study['message'][row]}"
+            tables.print_wrapped(line, "", "  ")
+    if study.folder is not None:
+        echo(f"{study.folder}: {count} of {total} rows")
+
+
+def print_best(study: Study, figure: str, best: dict[str, Any] | None) -> None:
+    """Print the best row by a figure, if there is one."""
+    if best is not None:
+        pairs = ((name, best[name]) for name in study.varied)
+        values = ", ".join(
+            f"{name} = {readable(value, '.6g') if isinstance(value, float) else value}"
+            for name, value in pairs
+        )
+        known = study.figures[figure]
+        shown = study.units.text(best[figure], known.unit)
+        tables.print_wrapped(
+            f"best {known.title}: {shown} in row {best['row']}, {values}", "", "  "
+        )

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import PathError, did_you_mean
+from knotwork.errors import InputError, PathError, did_you_mean
 from knotwork.files.documents import Location, Places
-from knotwork.scenario.frame_motion import move_frame
-from knotwork.task import Frame, Placement, SeamTorch
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import EndlessCurve
+from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
 from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray, rotation_fault
@@ -21,6 +26,19 @@ from knotwork.waypoints import FloatArray, rotation_fault
 FILE_ROTATION_TOLERANCE = 1e-3
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+FRAME_JOINTS = {
+    "x": ("m", "x"),
+    "y": ("m", "y"),
+    "z": ("m", "z"),
+    "yaw": ("rad", "z"),
+    "pitch": ("rad", "y"),
+    "roll": ("rad", "x"),
+}
+"""Accepted joints of a file with a frame's motion, in kinematic order: unit and
+axis."""
+FRAME_JOINTS_TEXT = "x, y, z [m], yaw, pitch, roll [rad]"
 
 
 def rotation(placement: Placement, places: Places, location: Location) -> FloatArray:
@@ -164,3 +182,70 @@ class Frames:
             return name
         choices = [*self._placements, *also]
         raise self._places.error(location, f"unknown frame {name!r}", did_you_mean(name, choices))
+
+
+def move_frame(
+    frame: MovingFrame, motion: FrameMotion, places: Places, place: Location
+) -> MovingFrame:
+    """A frame in motion.
+
+    Args:
+        frame: The frame without its own motion.
+        motion: Its motion, in SI.
+        places: Places in the file, for errors.
+        place: Location of the motion.
+
+    Raises:
+        DocumentError: The file is missing, or has other joints.
+    """
+    if motion.file is not None:
+        return _move_by_file(frame, motion.file, motion.at, places, place)
+    axes, turns, rates = [], [], []
+    for vector, turn in ((motion.linear, False), (motion.angular, True)):
+        rate = float(np.linalg.norm(vector or (0.0,)))
+        if rate > 0.0:
+            axes.append(np.array(vector) / rate)
+            turns.append(turn)
+            rates.append(rate)
+    if not rates:
+        return frame
+    c = np.array([[rates], [np.zeros(len(rates))]])
+    steady = EndlessCurve(PiecewisePolynomial(c, [0.0, 1.0]), stands=False, delay=motion.at)
+    return frame.with_joints(np.array(axes), tuple(turns), steady)
+
+
+def _move_by_file(
+    frame: MovingFrame, file: str, begin: float, places: Places, place: Location
+) -> MovingFrame:
+    folder = places.file.parent if places.file is not None else Path()
+    try:
+        motion = _read_motion(folder / os.path.expanduser(file))
+    except InputError as error:
+        raise places.error((*place, "file"), str(error)) from error
+    order = [motion.joint_names.index(name) for name in FRAME_JOINTS if name in motion.joint_names]
+    names = [motion.joint_names[i] for i in order]
+    curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
+    axes = np.eye(3)[["xyz".index(FRAME_JOINTS[name][1]) for name in names]]
+    turns = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
+    return frame.with_joints(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
+
+
+def _read_motion(path: Path) -> JointTrajectory:
+    from knotwork.files.documents.csv_rows import read_rows
+    from knotwork.files.foreign.trajectory_files import CSV, read_trajectory
+
+    names = list(FRAME_JOINTS)
+    if path.suffix.lower() in CSV:
+        words = {word for head in read_rows(path).headings for word in re.split("[^a-z]+", head)}
+        names = [name for name in FRAME_JOINTS if name in words]
+    units = [FRAME_JOINTS[name][0] for name in names]
+    motion, faults = read_trajectory(path, names, units, owner="a moving frame")
+    known = zip(motion.joint_names, motion.joint_units, strict=True)
+    faults += [
+        f"{name} [{unit}]" for name, unit in known if FRAME_JOINTS.get(name, ("", ""))[0] != unit
+    ]
+    if faults:
+        raise InputError(
+            f"{path}: {', '.join(faults)}; accepted: joints {FRAME_JOINTS_TEXT}, or some of them"
+        )
+    return motion

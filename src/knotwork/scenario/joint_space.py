@@ -6,17 +6,18 @@ Planning and checking both start here; only here joint values are converted from
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
-from knotwork.scenario import JointTarget, Scenario
-from knotwork.scenario.dwells import waits
+from knotwork.scenario import JointTarget
 from knotwork.scenario.payloads import Carrying, robots_with_loads
+from knotwork.scenario.scenario import Scenario
 from knotwork.task import ChosenMotion, PoseWaypoint
 from knotwork.task.si_units import si_factors
 from knotwork.units import Units
@@ -24,6 +25,10 @@ from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+
+
+SAME_PLACE_TOLERANCE = 1e-12
+"""Poses and joint positions nearer than this [m, rad] are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,3 +352,31 @@ class _JointReader:
         position = self.array(target.joints, *target.location)
         place = (*target.location[:-1], "velocity")
         return JointState(position, self.array(target.velocity, *place, missing=0.0))
+
+
+def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
+    """Indices of waypoints at rest that are followed by an equal one without a tool path.
+
+    Args:
+        scenario: The scenario.
+        positions: Joint positions at its waypoints, shape (d,); `None` where the joints move,
+            or for a pose.
+    """
+    moved = {i for path in scenario.paths for i in range(path.first, path.last)}
+    if scenario.free is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.free.speed)
+        moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
+    places = [
+        waypoint.pose.homogeneous
+        if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any()
+        else position
+        for waypoint, position in zip(scenario.waypoints, positions, strict=True)
+    ]
+    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    for i, (first, second) in enumerate(pairwise(places)):
+        if stands[i] != stands[i + 1]:
+            continue
+        if i in moved or first is None or second is None or first.shape != second.shape:
+            continue
+        if np.abs(first - second).max() <= SAME_PLACE_TOLERANCE:
+            yield i

@@ -8,8 +8,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import collisions
-from knotwork.verification.continuity import continuity, resolution
-from knotwork.verification.cycles import cycles
+from knotwork.verification.continuity import continuity, cycles, resolution
 from knotwork.verification.effort_checks import effort_limits
 from knotwork.verification.event_checks import events, parts
 from knotwork.verification.finding import Finding

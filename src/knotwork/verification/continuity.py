@@ -9,6 +9,7 @@ import numpy as np
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.scenario.repetitions import turns
 from knotwork.spline.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
@@ -81,3 +82,20 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 f"known to {scenario.units.text(value, unit, '.3g')} only, not to "
                 f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,
             )  # fmt: skip
+
+
+def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report the time from the first waypoint of a turn to that of the next."""
+    for rows in turns(scenario):
+        starts = scenario.times[rows]
+        if len(rows) < 2:
+            continue
+        durations = np.diff(starts)
+        first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
+        text = f"{len(rows)} turns, {durations.mean():.4g} s from one to the next"
+        if np.ptp(durations) > 1e-3:
+            text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
+        yield Finding(
+            "Cycles", "cycle", first, "cycle", "information", f"{text}, from {first!r} to {last!r}",
+            brief=text, interval=(float(starts[0]), float(starts[-1])),
+        )  # fmt: skip

@@ -8,16 +8,33 @@ continuity.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
-from knotwork.errors import InputError
+from knotwork.errors import CheckFailedError, InputError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.spline.trajectory import JointTrajectory
+from knotwork.units import Units
+from knotwork.verification.brief import (
+    BRIEF_INDENT,
+    NOTABLE_USE,
+    BriefLine,
+    group_lines,
+    use_text,
+    worst_lines,
+    wrap,
+)
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
-from knotwork.verification.finding import Finding
-from knotwork.verification.report import Report
+from knotwork.verification.finding import TRIED, Finding
 from knotwork.verification.waypoint_checks import motion_finding
+
+REPORT_VERSION = 2
+"""Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
+REPORT_WIDTH = 80
+MOST_FAILURE_KINDS = 8
+MOST_WARNING_KINDS = 3
 
 
 def check(
@@ -67,3 +84,183 @@ def check(
         findings=(*faults, *known, *findings),
         units=scenario.units,
     )
+
+
+@dataclass(frozen=True, repr=False)
+class Report:
+    """The verdict on a trajectory, finding by finding; printed, it is a few lines.
+
+    >>> import knotwork as kw
+    >>> report = kw.plan("paper_case").report
+    >>> report.ok, len(report.failures)
+    (True, 0)
+    >>> [finding.name for finding in report.select(quantity="joint_position")][:2]
+    ['A', 'B']
+
+    Attributes:
+        scenario: Name of the scenario.
+        robot: Name of the robot, or `None`.
+        planner: Planner of the trajectory, as stored in it.
+        start_time, end_time: Start and end of the trajectory [s].
+        findings: All findings, in the order of the checks.
+        units: Units of the scenario, for text; findings are in SI.
+    """
+
+    scenario: str
+    robot: str | None
+    planner: str
+    start_time: float
+    end_time: float
+    findings: tuple[Finding, ...]
+    units: Units = field(default_factory=Units)
+
+    def __str__(self) -> str:
+        """The verdict and the tightest cases, in some 15 lines of 80 characters."""
+        return "\n".join(line.text for line in self.brief())
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        import html
+
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing fails."""
+        return all(finding.ok for finding in self.findings)
+
+    @property
+    def failures(self) -> tuple[Finding, ...]:
+        """Findings that fail, in the order of the report."""
+        return tuple(finding for finding in self.findings if not finding.ok)
+
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """Warnings of plausible mistakes; they never fail."""
+        return tuple(finding for finding in self.findings if finding.verdict == "warning")
+
+    @property
+    def sampled(self) -> tuple[Finding, ...]:
+        """Findings that are met at samples only."""
+        return tuple(finding for finding in self.findings if finding.only_sampled)
+
+    @property
+    def tried(self) -> tuple[Finding, ...]:
+        """Findings that list remedies already tried."""
+        return tuple(finding for finding in self.findings if finding.quantity == TRIED)
+
+    @property
+    def groups(self) -> dict[str, list[Finding]]:
+        """Findings by their group, in the order of the report."""
+        groups: dict[str, list[Finding]] = {}
+        for finding in self.findings:
+            groups.setdefault(finding.group, []).append(finding)
+        return groups
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Numbers of requirements met, and of requirements."""
+        required = [finding for finding in self.findings if finding.required]
+        return sum(finding.ok for finding in required), len(required)
+
+    @property
+    def tightest(self) -> tuple[Finding, ...]:
+        """The finding with the largest use of its limit for each requirement met, largest first.
+
+        >>> report = kw.plan("ur5_deburring").report
+        >>> [f"{finding.title} {finding.use:.0%}" for finding in report.tightest[:2]]
+        ['tool speed 81%', 'position 77%']
+        """
+        met = [
+            finding
+            for finding in self.findings
+            if finding.verdict == "met" and finding.use is not None and not finding.detail
+        ]
+        worst: dict[tuple[str, str], Finding] = {}
+        for finding in sorted(met, key=lambda finding: -(finding.use or 0.0)):
+            worst.setdefault((finding.subject, finding.quantity), finding)
+        return tuple(worst.values())
+
+    @property
+    def reservations(self) -> str:
+        """Text of the numbers of undecided and only sampled requirements; mostly empty."""
+        undecided = sum(finding.verdict == "undecided" for finding in self.findings)
+        counted = {"undecided": undecided, "sampled only": len(self.sampled)}
+        return "".join(f", {count} {word}" for word, count in counted.items() if count)
+
+    @property
+    def summary(self) -> str:
+        """One line with the number of requirements met and the tightest case.
+
+        >>> kw.plan("ur5_deburring").report.summary
+        '102 of 102 met; tightest 81 %: ...'
+        """
+        met, required = self.counts
+        tight = [item for item in self.tightest if (item.use or 0.0) >= NOTABLE_USE]
+        tightest = f"; tightest {use_text(tight[0], self.units)}" if tight and self.ok else ""
+        return f"{met} of {required} met{self.reservations}{tightest}"
+
+    def brief(self, width: int = REPORT_WIDTH) -> list[BriefLine]:
+        """The report in some 15 lines: the verdict, failures, the tightest case of each group.
+
+        Args:
+            width: Width of the lines in characters, exceeded only by longer words.
+        """
+        met, required = self.counts
+        failed = f", {required - met} failed" if required > met else ""
+        verdict = (
+            f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {met} of {required} "
+            f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
+        )
+        lines = wrap("passed" if self.ok else "failed", verdict, width, BRIEF_INDENT)
+        for kind, mark, findings, most in (
+            ("failure", "FAIL ", self.failures, MOST_FAILURE_KINDS),
+            ("tried", "", self.tried, MOST_FAILURE_KINDS),
+            ("sampled", "not proved: ", self.sampled, MOST_WARNING_KINDS),
+            ("warning", "warning: ", self.warnings, MOST_WARNING_KINDS),
+        ):
+            lines += worst_lines(kind, mark, findings, most, self.units, width)
+        return [*lines, *group_lines(self.groups, self.units, width, ok=self.ok)]
+
+    def select(self, **wanted: object) -> tuple[Finding, ...]:
+        """Find findings by their attributes, for example `subject="joint", quantity="velocity"`.
+
+        Raises:
+            AttributeError: A finding has no such attribute.
+        """
+        return tuple(
+            finding
+            for finding in self.findings
+            if all(getattr(finding, key) == value for key, value in wanted.items())
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the report as plain data, ready for JSON."""
+        return {
+            "version": REPORT_VERSION,
+            "ok": self.ok,
+            "failures": [str(finding) for finding in self.failures],
+            "warnings": [str(finding) for finding in self.warnings],
+            "sampled": [str(finding) for finding in self.sampled],
+            "tried": [str(finding) for finding in self.tried],
+            "scenario": self.scenario,
+            "robot": self.robot,
+            "planner": self.planner,
+            "start_time": self.start_time,
+            "end_time": self.end_time,
+            "findings": [finding.to_dict() for finding in self.findings],
+        }
+
+    def raise_if_failed(self) -> None:
+        """Raise an error if a requirement is not met; for use in tests.
+
+        Raises:
+            CheckFailedError: A requirement fails; the error lists all failures and is an
+                `AssertionError`, too.
+        """
+        failures = self.failures
+        if failures:
+            lines = "\n".join(f"  {failure}" for failure in failures)
+            raise CheckFailedError(self, f"{self.scenario}: {len(failures)} failed:\n{lines}")

@@ -5,20 +5,25 @@ Everything is in the axes of the URDF's root, z up, in m and s.
 
 from __future__ import annotations
 
+import base64
+import io
+import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from knotwork.errors import InputError
+from knotwork.robot.joint_tree import joint_tree, place_joints
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import check
-from knotwork.view.arm_at_waypoints import find_stops
 from knotwork.view.base_joints import base_joints, drawn_joints
 from knotwork.view.camera import views
-from knotwork.view.images import image_addresses
 from knotwork.view.known_joints import draw_other_robots, joint_origins, known_joints
-from knotwork.view.mesh import coarse
+from knotwork.view.mesh import box_corners, coarse
 from knotwork.view.path_meshes import asked_points, draw_paths
 from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
 from knotwork.view.scene_parts import SceneParts, pack_mesh
@@ -33,6 +38,22 @@ GHOST_DETAIL = 0.015
 """Size of the finest detail of faint copies of the arm, relative to the scene's size."""
 ROBOT_PARTS = ("joints", "shapes", "images", "coarse")
 """Parts of a scene that depend only on the robot: most of the data."""
+
+
+LARGEST_SIDE, LEAST_SIDE = 1024, 128
+"""Longest side of an image on a page of few images, and of very many [pixels]."""
+FEW_IMAGES = 8
+"""Number of images above which they become smaller, so that all together stay about as large."""
+MOST_PIXELS = 2**26
+"""Largest number of pixels of an image."""
+# Other formats run programs, or are not used for materials of meshes.
+IMAGE_FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF", "WEBP")
+MOST_STOPS = 200
+# Copies of the arm closer to each other than this, relative to the scene's size, hide each other.
+LEAST_DISTANCE = 0.12
+MOST_COPIES = 4
+# Number of samples of the arm along the motion.
+PASSED_SAMPLES = 40
 
 
 def scene_of(
@@ -211,3 +232,103 @@ def _extreme_points(points: FloatArray, most: int = 800) -> FloatArray:
     """Points that are extreme in some direction."""
     turns = np.random.default_rng(0).normal(size=(most, 3))
     return np.asarray(points[np.unique((turns @ points.T).argmax(axis=1))])
+
+
+def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]:
+    """Read images as data addresses.
+
+    Args:
+        paths: Their files.
+
+    Returns:
+        For each its address, or `None` if unreadable; and the unreadable ones with reasons.
+    """
+    unread: list[str] = []
+    addresses: list[str | None] = []
+    side = max(LEAST_SIDE, int(LARGEST_SIDE * min(1.0, FEW_IMAGES / max(len(paths), 1)) ** 0.5))
+    for path in paths:
+        try:
+            addresses.append(_image_address(path, side))
+        except Exception as error:  # Pillow raises any error for a broken file
+            reason = f"image {path} can't be read: {error}"
+            unread.append(f"{reason}; its surfaces are drawn grey")
+            addresses.append(None)
+    return addresses, unread
+
+
+def _image_address(path: Path, side: int) -> str:
+    """An image, with limited sides, as an address.
+
+    Raises:
+        InputError: The image has too many pixels.
+    """
+    from PIL import Image
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        opened = Image.open(path, formats=IMAGE_FORMATS)
+    with opened:
+        pixels = opened.width * opened.height
+        if pixels > MOST_PIXELS:
+            raise InputError(f"it has {pixels} pixels; at most {MOST_PIXELS} are accepted")
+        clear = "A" in opened.getbands() or "transparency" in opened.info
+        image = opened.convert("RGBA" if clear else "RGB")
+    image.thumbnail((side, side))
+    file, kind = io.BytesIO(), "png" if clear else "jpeg"
+    image.save(file, format=kind, quality=85)
+    return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
+
+
+@dataclass(frozen=True, eq=False)
+class Stops:
+    """The arm at the waypoints, in world axes.
+
+    Attributes:
+        position: Joint positions at each waypoint [rad or m], shape (s, d).
+        outlines: Corners of bounding boxes of the links at each waypoint [m], shape (s, n, 3).
+        passed: Corners along the motion, which must also be in view, shape (k, n, 3).
+    """
+
+    position: FloatArray
+    outlines: FloatArray
+    passed: FloatArray
+
+    def distinct(self, size: float) -> list[int]:
+        """Indices of distinct ones, so that copies of the arm can be distinguished.
+
+        Args:
+            size: Extent of the scene [m].
+        """
+        chosen = [0]
+        apart = np.full(len(self.outlines), np.inf)
+        while len(chosen) < MOST_COPIES:
+            moved = np.linalg.norm(self.outlines - self.outlines[chosen[-1]], axis=2).max(axis=1)
+            apart = np.minimum(apart, moved)
+            if apart.max() <= LEAST_DISTANCE * size:
+                break
+            chosen.append(int(apart.argmax()))
+        return chosen
+
+
+def find_stops(shown: ShownMotion) -> Stops:
+    """The arm at the waypoints, or without any at both ends of the motion."""
+    robot, curve, times = shown.robot, shown.curve, shown.times
+    start, end = curve.x[[0, -1]]
+    times = times[(times >= start) & (times <= end)]
+    times = times[:: len(times) // MOST_STOPS + 1] if len(times) else curve.x[[0, -1]]
+    position = np.asarray(curve(times))
+    boxes = [mesh if mesh is None else box_corners(mesh.vertices) for mesh in shown.shapes.shapes]
+    joints = joint_tree(robot.model)
+
+    def outlines(q: FloatArray) -> FloatArray:
+        rotation, origin = place_joints(joints, q)
+        placed = [
+            box @ rotation[:, i].swapaxes(1, 2) + origin[:, i, np.newaxis]
+            for i, box in enumerate(boxes)
+            if box is not None
+        ]
+        return base_joints(robot).to_world(q, np.concatenate(placed, axis=1))
+
+    return Stops(
+        position, outlines(position), outlines(curve(np.linspace(start, end, PASSED_SAMPLES)))
+    )

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError
+from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import (
     LIMIT_TOLERANCE,
+    Limits,
+    clip,
     held_joints,
+    joint_distances,
     limits_of,
     nearest_turns,
     no_limits,
+    spread_starts,
     turn_inside,
     turning_limits,
 )
-from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
-from knotwork.kinematics.diagnosis.closest import (
-    closest_poses,
-    come_close,
-    distinct_minima,
-    squared_error,
-    starts_from,
+from knotwork.kinematics.chain.levenberg_marquardt import (
+    PATIENT_EFFORT,
+    LocalSolution,
+    PoseSearch,
 )
 from knotwork.kinematics.pose_arguments import FINEST_TOLERANCE
 from knotwork.robot import Robot
@@ -40,6 +43,18 @@ BLOCKING_SHARE = 1e-6
 # turning the tool.
 POINT_SEARCHES = 30
 POINT_REFINED = 5
+
+
+# Searches in one batch, with limits and without. They stop near a minimum; `MAX_REFINED` of the
+# best, with at least this distance between them [rad or m], are refined.
+CLOSEST_SEARCHES = 120
+MAX_REFINED = 8
+SAME_MINIMUM = 0.1
+# A search that ends within this error [m, rad] may still converge at simultaneous singularities.
+SMALL_ERROR = 1e-2
+# Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
+MINIMISER_STEPS = 500
+FLAT_GRADIENT = 1e-10
 
 
 def solution_or_reason(
@@ -238,3 +253,77 @@ def _angle_text(value: float, units: Units) -> str:
     value = value if value > FINEST_TOLERANCE else 0.0
     in_degrees = f" ({readable(np.degrees(value), '.3g')}°)" if units.angle == "rad" else ""
     return f"{units.text(value, 'rad', '.4g')}{in_degrees}"
+
+
+def squared_error(solution: LocalSolution) -> float:
+    """The minimised quantity: distance² + angle², one metre counting as one radian."""
+    return solution.position_error**2 + solution.orientation_error**2
+
+
+def closest_poses(
+    search: PoseSearch, near: FloatArray, limits: Limits, more: Iterable[FloatArray] = ()
+) -> list[LocalSolution]:
+    """Find the poses closest to one that limits allow, from starts all over joint space.
+
+    Args:
+        search: The pose, and the robot.
+        near: Preferred configuration, shape (d,).
+        limits: Joint limits.
+        more: Additional starts, shape (d,) each.
+
+    Returns:
+        The closest minima found, the closest first.
+    """
+    robot = search.robot
+    begin = np.vstack(
+        [starts_from(robot, near, limits, CLOSEST_SEARCHES), *(q[None] for q in more)]
+    )
+    ended = solve_batch(
+        robot, Targets.from_poses([search.pose]), begin, tolerance=1e-9, limits=limits
+    )
+    size = ended.position_error**2 + ended.orientation_error**2
+    ends = distinct_minima(robot, ended.q[np.argsort(size, kind="stable")], MAX_REFINED)
+    return sorted((come_close(search, q, limits) for q in ends), key=squared_error)
+
+
+def starts_from(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
+    """A configuration and others spread over a box around it within limits, shape (n, d)."""
+    return np.vstack([near, spread_starts(robot, limits, count, around=near)])
+
+
+def distinct_minima(
+    robot: Robot, configurations: Iterable[FloatArray], most: int
+) -> list[FloatArray]:
+    """Select configurations in order, without those close to one selected before."""
+    revolute = joint_axes(robot).revolute
+    selected: list[FloatArray] = []
+    for q in configurations:
+        if all(joint_distances(q, p, revolute) > SAME_MINIMUM for p in selected):
+            selected.append(q)
+            if len(selected) == most:
+                break
+    return selected
+
+
+def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSolution:
+    """Minimise the pose error from a configuration, to a true minimum.
+
+    Damped least squares converges to a solution if there is one. Otherwise it is slow, and |e|²/2
+    is minimised with its exact gradient instead (L-BFGS-B).
+
+    Args:
+        search: The pose, weighted, and the robot.
+        q: Start, shape (d,).
+        limits: Joint limits.
+    """
+    solution = search.solve(q, limits)
+    if not solution.converged and squared_error(solution) < SMALL_ERROR**2:
+        solution = search.solve(solution.q, limits, PATIENT_EFFORT)
+    if solution.converged:
+        return solution
+    from scipy.optimize import minimize
+
+    options = {"ftol": 0.0, "gtol": FLAT_GRADIENT, "maxiter": MINIMISER_STEPS}
+    bounds, least = np.transpose(limits), search.value_and_gradient
+    ended = minimize(least, solution.q, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return search.measure(clip(ended.x, limits))

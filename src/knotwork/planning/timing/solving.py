@@ -9,19 +9,32 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import TimingError, together
-from knotwork.planning.timing.attempts import Attempt
-from knotwork.planning.timing.binding import binding_limits
+from knotwork.planning.timing.attempts import Attempt, resting_motion, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.exact_curve import concatenate_curves
+from knotwork.planning.timing.exact_curve import concatenate_curves, concatenate_knots
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
-from knotwork.planning.timing.objective_terms import terms
-from knotwork.planning.timing.timed_motion import Progress, Status, TimedMotion, status_of
+from knotwork.planning.timing.objective_terms import objective_value, terms
+from knotwork.planning.timing.timed_motion import Binding, Progress, Status, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
-from knotwork.planning.timing.windows import solve_windows
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
+
+WINDOW_INTERVALS = 8
+"""Intervals of each window that are kept."""
+INTERVALS_AHEAD = 4
+"""Additional intervals ahead that are solved with them."""
+MAX_INTERVALS = 24
+"""Maximum number of intervals of a motion that is solved at once."""
+BINDING_SAMPLES = 100
+"""Samples in each interval."""
+ACTIVE_LIMIT_DISTANCE = 1e-3
+"""Relative distance within which a joint is at a limit."""
+MIN_ACTIVE_SHARE = 0.02
+"""Minimum fraction of an interval for which an active limit is reported, if there are others."""
+TOUCH_DISTANCE = 0.02
+"""Relative distance within which a limit counts as touched."""
 
 
 def solve(
@@ -163,3 +176,103 @@ def sections(problem: TimingProblem) -> list[tuple[int, int]]:
     known = problem.velocity_known & problem.acceleration_known
     known &= problem.total is None
     return list(pairwise([0, *(np.flatnonzero(known[1:-1]) + 1).tolist(), len(known) - 1]))
+
+
+def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
+    """Solve a section, window by window if it is long.
+
+    Args:
+        problem: The section.
+        budget: Progress and budget.
+
+    Returns:
+        The motion, or `None` if there is none.
+    """
+    last = len(problem.position) - 1
+    if last <= MAX_INTERVALS or problem.total is not None:
+        with budget.part(last):
+            return solve_section(problem, budget)
+    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
+    along = np.array(problem.along)
+    windows: list[Attempt] = []
+    first = 0
+    while first < last:
+        end = (
+            last
+            if last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
+            else first + WINDOW_INTERVALS + INTERVALS_AHEAD
+        )
+        start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
+        count = end - first if end == last else WINDOW_INTERVALS
+        with budget.part(count):
+            attempt = solve_section(part_of(start_known, first, end), budget)
+        if attempt is None:
+            # the start state may be the reason
+            budget.solved -= first + count
+            with budget.part(last):
+                return solve_section(problem, budget)
+        windows.append(replace(attempt, knots=attempt.knots.first_intervals(count)))
+        knots = windows[-1].knots
+        first += count
+        velocity[first], along[first] = knots.velocity[-1], False
+        acceleration[first] = knots.acceleration[-1, -1]
+    knots = concatenate_knots([attempt.knots for attempt in windows])
+    status = status_of(attempt.status for attempt in windows)
+    attempt = Attempt(knots, status)
+    # one motion with rests may be far faster than its parts
+    rests = resting_motion(problem, status) if status != "optimal" else None
+    if rests is None:
+        return attempt
+    return min((attempt, rests), key=lambda attempt: objective_value(problem, attempt.knots.curve))
+
+
+def binding_limits(
+    problem: TimingProblem, time: FloatArray, curve: PiecewisePolynomial
+) -> tuple[Binding, ...]:
+    """Find the active limits of each interval, those that are active longest first.
+
+    Args:
+        problem: The waypoints and the limits.
+        time: Times of the waypoints [s], shape (n,).
+        curve: Joint positions.
+    """
+    places = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
+    times = time[:-1, None] + places * np.diff(time)[:, None]
+    limits = problem.limits
+    active: list[Binding] = []
+    uses = {
+        name: np.abs(curve(times, order)) / getattr(limits, name)
+        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
+    }
+    q = curve(times)
+    if problem.dynamics is not None and np.isfinite(limits.effort).any():
+        efforts = problem.dynamics.effort(q, curve(times, 1), curve(times, 2))
+        uses["effort"] = np.abs(efforts) / limits.effort
+    if problem.dynamics is not None and np.isfinite(limits.tool_speed):
+        speed = problem.dynamics.tool_speed(q, curve(times, 1)) / limits.tool_speed
+        uses["tool speed"] = speed[:, :, None]
+    peaks = {name: use.max(axis=1) for name, use in uses.items()}
+    shares = {
+        name: np.mean(use >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1) for name, use in uses.items()
+    }
+    width = ACTIVE_LIMIT_DISTANCE * np.where(
+        np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 0
+    )
+    shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
+    for i in range(len(problem.position) - 1):
+        at_limit = [
+            (float(share[i, k]), name, int(k))
+            for name, share in shares.items()
+            for k in np.flatnonzero(share[i] >= MIN_ACTIVE_SHARE)
+        ]
+        at_limit.sort(key=lambda entry: -entry[0])
+        if not at_limit and (problem.free[i] or problem.total is not None):
+            name = max(peaks, key=lambda name: float(peaks[name][i].max()))
+            k = int(peaks[name][i].argmax())
+            if peaks[name][i, k] >= 1.0 - TOUCH_DISTANCE:
+                at_limit = [(float(shares[name][i, k]), name, k)]
+        for part, name, k in at_limit:
+            joint = "" if name == "tool speed" else problem.joint_names[k]
+            ends = problem.names[i], problem.names[i + 1]
+            active.append(Binding(*ends, joint, name, round(part, 2)))
+    return tuple(active)

@@ -1,8 +1,8 @@
 from .clock import Profile as Profile
 from .clock import checked_profile as checked_profile
 from .clock import inverse_time as inverse_time
-from .composition import compose as compose
-from .composition import cubic_through as cubic_through
+from .stops import compose as compose
+from .stops import cubic_through as cubic_through
 from .stops import first_rest as first_rest
 from .stops import joint_stop as joint_stop
 from .stops import keeps_joint_limits as keeps_joint_limits

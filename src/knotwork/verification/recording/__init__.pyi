@@ -1,9 +1,9 @@
 from .alignment import Alignment as Alignment
+from .alignment import PlanResidual as PlanResidual
 from .alignment import aligned as aligned
 from .deviations import LogTolerances as LogTolerances
 from .deviations import deviation_findings as deviation_findings
 from .lateness import Delay as Delay
-from .likeness import PlanResidual as PlanResidual
 from .log_check import check_log as check_log
 from .log_check import compare_log as compare_log
 from .log_reading import Recording as Recording
