@@ -99,7 +99,7 @@ def find_candidates(
     redundant = robot.dof > 6
     hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
     for i in hopeless[:1]:  # the reason, before the others are solved
-        _solution(robot, waypoints[i], references[i], units, nearest=False)
+        _solution(robot, waypoints[i], references[i], units)
     solve = _track_self_motion if redundant else find_branches
     turns: list[tuple[list[FloatArray], bool]] = []
     previous: FloatArray | None = None
@@ -122,10 +122,9 @@ def find_candidates(
             solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
         copies = [all_turns(robot, q) for q in solutions]
         if sampled or not copies:
-            # Refined later: any solution nearby is sufficient at first.
-            near = reference if previous is None else previous
-            previous = _solution(robot, waypoint, near, units, nearest=not sampled)
-            copies.insert(0, all_turns(robot, previous))
+            for near in (reference,) if previous is None else (reference, previous):
+                previous = _solution(robot, waypoint, near, units)
+                copies.insert(0, all_turns(robot, previous))
         turns.append((copies, sampled))
     return _evaluate(robot, waypoints, turns)
 
@@ -138,26 +137,20 @@ def nearest_candidate(
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
-    q = _solution(robot, waypoint, near, units, nearest=True)
+    q = _solution(robot, waypoint, near, units)
     return _evaluate(robot, [waypoint], [([q[None]], False)])[0]
 
 
-def candidates_of(robot: Robot, waypoint: CartesianWaypoint, q: FloatArray) -> Candidates:
-    """Candidates of one solution of a redundant arm at a waypoint, with its turns."""
-    return _evaluate(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
-
-
 def _solution(
-    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units, *, nearest: bool
+    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units
 ) -> FloatArray:
-    """A solution of a waypoint's pose near a configuration, shape (d,)."""
+    """The solution of a waypoint's pose nearest a configuration, shape (d,)."""
     from knotwork.kinematics.solutions.pose import solve_pose_ik
 
     return solve_pose_ik(
         robot,
         waypoint.pose,
         near,
-        nearest=nearest,
         waypoint=waypoint.name,
         where=waypoint.where,
         units=units,

@@ -64,31 +64,29 @@ def solution_or_reason(
         OutsideLimitsError: Only joint positions outside their limits reach the pose.
         UnreachablePoseError: No joint positions reach the pose.
     """
-    robot = search.robot
-    limits = turning_limits(robot)
-    begin = _search_batch(search, near, limits)
-    ended = [search.solve(q, limits, PATIENT_EFFORT) for q in begin]
-    turned = [search.measure(turn_inside(robot, s.q, near)) for s in ended]
-    solutions = [s.q for s in turned if s.converged]
+    robot, limits, endless = search.robot, turning_limits(search.robot), no_limits(search.robot)
+    beyond: list[FloatArray] = []
+    if joint_axes(robot).certain_miss(search.pose.translation) <= search.tolerances[0]:
+        ends = [
+            search.solve(q, endless, PATIENT_EFFORT) for q in _search_batch(search, near, endless)
+        ]
+        beyond = [nearest_turns(robot, end.q, near) for end in ends if end.converged]
+    starts = [*_search_batch(search, near, limits), *beyond]
+    ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
+    closest = _closest_pose(search, [end.q for end in ends], limits)
+    ends.append(search.solve(closest.q, limits, PATIENT_EFFORT))
+    inside = [search.measure(turn_inside(robot, end.q, near)) for end in ends]
+    solutions = [end.q for end in inside if end.converged]
     if solutions:
         return min(solutions, key=lambda q: float(np.linalg.norm(q - near)))
-    if joint_axes(robot).certain_miss(search.pose.translation) <= search.tolerances[0]:
-        endless = no_limits(robot)
-        searched = [search.solve(q, endless) for q in _search_batch(search, near, endless)]
-        beyond = [nearest_turns(robot, s.q, near) for s in searched if s.converged]
-        pulled = [search.solve(q, limits_of(robot), PATIENT_EFFORT) for q in beyond]
-        solutions = [s.q for s in pulled if s.converged]
-        if solutions:
-            return min(solutions, key=lambda q: float(np.linalg.norm(q - near)))
-        if beyond:
-            raise OutsideLimitsError(
-                waypoint,
-                _least_outside(robot, beyond, near),
-                joint_units=dict(zip(robot.joint_names, robot.joint_units, strict=True)),
-                where=where,
-                units=units,
-            )
-    closest = _closest_pose(search, [*(s.q for s in ended), *begin], limits)
+    if beyond:
+        raise OutsideLimitsError(
+            waypoint,
+            _least_outside(robot, beyond, near),
+            joint_units=dict(zip(robot.joint_names, robot.joint_units, strict=True)),
+            where=where,
+            units=units,
+        )
     raise UnreachablePoseError(
         waypoint,
         closest=turn_inside(robot, closest.q, near).tolist(),
@@ -160,4 +158,8 @@ def _closest_pose(search: PoseSearch, starts: list[FloatArray], limits: Limits) 
         )
         for q in starts
     ]
-    return search.measure(clip(min(ends, key=lambda end: float(end.fun)).x, limits))
+    q = clip(min(ends, key=lambda end: float(end.fun)).x, limits)
+    # the angle still draws the tool off a point that can be reached
+    point = PoseSearch(search.robot, search.pose, *search.tolerances, orientation_weight=0.0)
+    at_point = point.solve(q, limits)
+    return search.measure(at_point.q if at_point.converged else q)

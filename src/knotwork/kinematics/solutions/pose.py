@@ -20,6 +20,7 @@ from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.diagnosis import solution_or_reason
+from knotwork.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
@@ -197,6 +198,8 @@ class _NearestSolution:
             return True
         q, within = self.best, TWIN_DISTANCE_FACTOR * self.distance
         U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
+        if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
+            return False
         bends = [
             abs(float(lost @ self.search.bend(q, along)))
             for lost, along in zip(U.T, Vt, strict=True)

@@ -37,7 +37,7 @@ def solve_task(
 
     With `near` the nearest sequence to that replaces minimum travel, whole turns aside. `branch`
     restricts the candidates. Where nothing is feasible, the sequence with the smallest excess over
-    the velocity limits is chosen. Samples of a redundant arm's self-motion are refined later.
+    the velocity limits is chosen.
 
     Args:
         scenario: The task.
