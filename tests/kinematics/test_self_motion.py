@@ -70,7 +70,7 @@ def test_pull_to_middle_at_passing_speed() -> None:
     middle = 0.5 * (PANDA.lower_position_limit + PANDA.upper_position_limit)
     scale = PANDA.velocity_limit
     assert (extra[1] / scale) @ ((middle - q[1]) / scale) > 0
-    wild = kw.plan({**PASSING, "pull_to_middle": 100}).joint_waypoints.velocity[1]
+    wild = kw.plan({**PASSING, "pull_to_middle": 1000}).joint_waypoints.velocity[1]
     use = np.abs(wild) / PANDA.velocity_limit
     assert use.max() == pytest.approx(1.0)  # as far as the velocity limits let it
 

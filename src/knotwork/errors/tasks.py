@@ -151,13 +151,15 @@ class FollowingError(TaskError):
         arc_length: Length that can be followed [m].
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
         joint: Name of the joint that would be beyond its limit; empty without one.
-        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
+        value: Position or speed that the joint would have [rad or m, or per second], or `None`.
+        bound: Limit that it exceeds, likewise.
     """
 
     arc_length: float = 0.0
     cause: str = ""
     joint: str = ""
-    part_of_speed: float | None = None
+    value: float | None = None
+    bound: float | None = None
 
 
 class NoWayFoundError(InputError):

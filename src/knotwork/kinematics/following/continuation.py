@@ -38,8 +38,6 @@ REPEAT_FACTOR = 2.0
 MIN_STEPS = 4
 # The path is evaluated for this many steps at once.
 STEPS_AT_ONCE = 16
-# The tool is at full speed within this relative tolerance.
-FULL_SPEED_TOLERANCE = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
 ACCELERATION_DIFFERENCE = 2e-3
 
@@ -52,7 +50,6 @@ class Continuation(NamedTuple):
         time: Time of every step [s], shape (n,).
         position: Joint positions at the steps [rad or m], shape (n, m, d).
         velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
-        full: Whether the tool has the full speed of its stretch at each step, shape (n,).
         lost: Time at which each start is blocked [s], shape (m,); infinite if it reaches the end.
         smallest_lost: Smallest singular values at those times, shape (m,).
     """
@@ -61,7 +58,6 @@ class Continuation(NamedTuple):
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
-    full: NDArray[np.bool_]
     lost: FloatArray
     smallest_lost: FloatArray
 
@@ -110,7 +106,7 @@ class Continuation(NamedTuple):
         """
         steps = Steps(
             self.time, self.position[:, start], self.velocity[:, start], turns,
-            JointField(robot).smallest(self.position[:, start]), self.full,
+            JointField(robot).smallest(self.position[:, start]),
         )  # fmt: skip
         return limiting_constraint(
             robot, steps, float(self.lost[start]), float(self.smallest_lost[start])
@@ -174,9 +170,7 @@ def continue_along(
         steps.append((now, q.copy(), v))
         result[times == end] = q
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
-    return Continuation(
-        result, time, positions, velocities, at_full_speed(path, time), lost, smallest_lost
-    )
+    return Continuation(result, time, positions, velocities, lost, smallest_lost)
 
 
 def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:
@@ -189,16 +183,6 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
     parts = min(parts, STEPS_AT_ONCE)
     last = end if now + (parts + 0.5) * h > end else now + parts * h
     return h, np.linspace(now, last, 2 * parts + 1)
-
-
-def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
-    """Whether the tool has the full speed of its stretch at times, shape (k,).
-
-    The speed of a carried path includes that of its frame, which does not depend on the stretch.
-    """
-    if path.carrier is not None:
-        return np.zeros(time.shape, dtype=bool)
-    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.speed_asked_for(time))
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:

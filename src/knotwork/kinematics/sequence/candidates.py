@@ -67,15 +67,6 @@ class Candidates(NamedTuple):
         return self._replace(**columns)
 
 
-def concatenate(parts: Sequence[Candidates]) -> Candidates:
-    """Candidates at one waypoint from several arrays of rows."""
-    fields = Candidates._fields[:-2]
-    columns: dict[str, Any] = {
-        key: np.concatenate([getattr(part, key) for part in parts]) for key in fields
-    }
-    return parts[0]._replace(**columns)
-
-
 def find_candidates(
     robot: Robot,
     waypoints: Sequence[CartesianWaypoint],
