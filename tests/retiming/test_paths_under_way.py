@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.planning.speed_override import change_speed
 from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.retiming import cubic_through
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
 
@@ -85,12 +85,12 @@ def test_missed_path_fails(
     """The first joint is off by an offset [rad] at all times."""
 
     def shifted(*args: Any) -> Any:
-        motion, clock, known = change_speed(*args)
+        motion, gap = cubic_through(*args)
         c = np.array(motion.c)
         c[-1, :, 0] += offset
-        return PiecewisePolynomial(c, motion.x), clock, known
+        return PiecewisePolynomial(c, motion.x), gap
 
-    monkeypatch.setattr("knotwork.planning.execution.change_speed", shifted)
+    monkeypatch.setattr("knotwork.planning.speed_override.cubic_through", shifted)
     slow = deburring.scaled({0: 1.0, 2.0: 0.3, 4.0: 1.0})
     assert {one.quantity for one in slow.report.failures} == missed
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,23 +16,20 @@ from knotwork.planning.remaining_scene import by_joint, on_moving_frames, scene_
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.event_reader import action_of, segments
-from knotwork.scenario.joint_space import joint_space
+from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.retiming import first_rest, inverse_time, joint_stop, stop_on_path
-from knotwork.spline.trajectory import Segment
+from knotwork.spline.trajectory import JointTrajectory, Segment
 from knotwork.spline.trajectory.motion_events import signals_on_at
 from knotwork.task import EndAcceleration, JointWaypoint, Task
 from knotwork.task.places import moved_paths
 from knotwork.task.si_units import si_factors
-from knotwork.verification import Finding, Motion, check
+from knotwork.verification import Finding, Motion, Report, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import path_geometry
 from knotwork.verification.waypoint_checks import tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
-
-if TYPE_CHECKING:
-    from knotwork.planning.planned_motion import Plan
 
 PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
@@ -41,18 +38,43 @@ PLANNING_KEYS = (
 """Planning options of a task, of no use for a given motion."""
 
 
-class _Executed(NamedTuple):
-    """Part of a plan that is executed in another way.
+class PlannedTask(NamedTuple):
+    """A task with its motion.
 
     Attributes:
-        plan: The plan.
-        motion: The executed motion of the joints.
-        clock: Time of the plan over that of the motion; `None` if the motion leaves its path.
-        span: Time interval of the plan that is executed [s].
-        ends: Names of the ends of the motion, where the task has no waypoint.
+        scenario: The task.
+        space: The joints it moves and their robot.
+        trajectory: The motion.
     """
 
-    plan: Plan
+    scenario: Scenario
+    space: JointSpace
+    trajectory: JointTrajectory
+
+
+class CheckedMotion(NamedTuple):
+    """An executed motion as the first fields of a `Plan`, in their order."""
+
+    scenario: Scenario
+    space: JointSpace
+    joint_waypoints: JointWaypoints
+    trajectory: JointTrajectory
+    report: Report
+
+
+class _Executed(NamedTuple):
+    """A task, or a part of it, that is executed in another way.
+
+    Attributes:
+        planned: The task and its planned motion.
+        motion: The executed motion of the joints.
+        clock: Time of the planned motion over that of the executed one; `None` if it leaves the
+            path.
+        span: Time interval of the planned motion that is executed [s].
+        ends: Names of the ends of the executed motion, where the task has no waypoint.
+    """
+
+    planned: PlannedTask
     motion: PiecewisePolynomial
     clock: PiecewisePolynomial | None
     span: tuple[float, float]
@@ -65,7 +87,7 @@ class _Arrival(NamedTuple):
     Attributes:
         time: Time in this motion [s].
         name: Its name.
-        waypoint: Index in the plan's scenario; -1 for an end of the motion between waypoints.
+        waypoint: Index in the task; -1 for an end of the motion between waypoints.
     """
 
     time: float
@@ -73,9 +95,9 @@ class _Arrival(NamedTuple):
     waypoint: int = -1
 
 
-def scale_plan(plan: Plan, profile: Mapping[float, float]) -> Plan:
-    """Execute a plan at another speed: see `Plan.scaled`."""
-    scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
+def scaled_motion(planned: PlannedTask, profile: Mapping[float, float]) -> CheckedMotion:
+    """A motion at another speed: see `Plan.scaled`."""
+    scenario, space, trajectory = planned
     moving = on_moving_frames(scenario.task)
     if moving:
         raise scenario.places.error(
@@ -84,12 +106,12 @@ def scale_plan(plan: Plan, profile: Mapping[float, float]) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
     span = trajectory.start_time, float(clock(clock.x[-1]))
-    return _executed_plan(_Executed(plan, motion, clock, span, (START, "end")), known)
+    return _checked(_Executed(planned, motion, clock, span, (START, "end")), known)
 
 
-def stop_plan(plan: Plan, at: float, *, on_path: bool) -> Plan:
-    """Stop a plan: see `Plan.stop`."""
-    scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
+def stopped_motion(planned: PlannedTask, at: float, *, on_path: bool) -> CheckedMotion:
+    """A stop of a motion: see `Plan.stop`."""
+    scenario, space, trajectory = planned
     q, v, a = (trajectory(at, nu) for nu in range(3))
     if first_rest(trajectory.polynomial, at) == at:
         raise InputError(
@@ -106,7 +128,7 @@ def stop_plan(plan: Plan, at: float, *, on_path: bool) -> Plan:
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
         motion = joint_stop(q, v, a, *limits)
-        return _executed_plan(_Executed(plan, motion, None, (at, at), ends))
+        return _checked(_Executed(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
@@ -115,65 +137,54 @@ def stop_plan(plan: Plan, at: float, *, on_path: bool) -> Plan:
         )
     clock, motion = stop
     span = at, float(clock(clock.x[-1]))
-    return _executed_plan(_Executed(plan, motion, clock, span, ends))
+    return _checked(_Executed(planned, motion, clock, span, ends))
 
 
-def _executed_plan(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
-    """The plan of an executed motion, through the waypoints that it reaches.
+def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> CheckedMotion:
+    """The executed motion through the waypoints that it reaches, with its report.
 
     Args:
         executed: The motion.
         known: Findings to report.
     """
-    plan, motion, clock = executed.plan, executed.motion, executed.clock
+    planned, motion, clock = executed.planned, executed.motion, executed.clock
     arrivals = _arrivals(executed)
     scenario = resolved(_task_of(executed, arrivals))
     space, times = joint_space(scenario), np.array([arrival.time for arrival in arrivals])
     trajectory = replace(
-        plan.trajectory,
+        planned.trajectory,
         polynomial=motion,
         waypoint_times=times,
         events=tuple(asked.event for asked in scenario.events),
         loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
-        segments=segments(scenario) if clock is None else _segments(plan.segments, clock),
+        segments=segments(scenario)
+        if clock is None
+        else _segments(planned.trajectory.segments, clock),
     )
-    geometry = _geometry(executed, arrivals, Motion(trajectory, plan.space))
-    return replace(
-        plan,
-        scenario=scenario,
-        space=space,
-        joint_waypoints=JointWaypoints(
-            space.joint_names,
-            times,
-            motion(times),
-            motion(times, 1),
-            joint_units=space.joint_units,
-        ),
-        trajectory=trajectory,
-        report=check(trajectory, scenario, space=space, known=[*known, *geometry]),
-        left_out=(),
-        solution=None,
-        chosen=None,
-        sequences=1,
+    geometry = _geometry(executed, arrivals, Motion(trajectory, planned.space))
+    waypoints = JointWaypoints(
+        space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
+    report = check(trajectory, scenario, space=space, known=[*known, *geometry])
+    return CheckedMotion(scenario, space, waypoints, trajectory, report)
 
 
 def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
-    plan, clock = executed.plan, executed.clock
+    planned, clock = executed.planned, executed.clock
     if clock is None:
-        if not plan.scenario.paths:
+        if not planned.scenario.paths:
             return []
         fact = "the motion leaves the tool paths of the task, which are not checked"
         return [Finding("Warnings", "motion", "", "path", "warning", fact)]
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
     execution = Execution(clock, times, executed.ends)
-    moving = on_moving_frames(plan.scenario.task)
-    fixed = {i: t for i, t in times.items() if plan.scenario.index[i] not in moving}
+    moving = on_moving_frames(planned.scenario.task)
+    fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
     at_rest = replace(execution, arrivals=fixed)
     return [
-        *tool_at_arrivals(motion, plan.scenario, plan.space, at_rest),
-        *path_geometry(motion, plan.scenario, plan.space, execution),
+        *tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
+        *path_geometry(motion, planned.scenario, planned.space, execution),
     ]
 
 
@@ -183,15 +194,15 @@ def _arrivals(executed: _Executed) -> list[_Arrival]:
     low, high = executed.span
     passed = [
         i
-        for i, waypoint in enumerate(executed.plan.scenario.waypoints)
+        for i, waypoint in enumerate(executed.planned.scenario.waypoints)
         if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
     ]
-    old = executed.plan.scenario.times[passed]
+    old = executed.planned.scenario.times[passed]
     new = np.full(len(old), start) if executed.clock is None else inverse_time(executed.clock, old)
     arrivals = []
     for i, time in zip(passed, new.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_Arrival(at, executed.plan.scenario.waypoints[i].name, i))
+        arrivals.append(_Arrival(at, executed.planned.scenario.waypoints[i].name, i))
     if not arrivals or arrivals[0].time != start:
         arrivals.insert(0, _Arrival(start, executed.ends[0]))
     if arrivals[-1].time != end:
@@ -201,10 +212,10 @@ def _arrivals(executed: _Executed) -> list[_Arrival]:
 
 def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
     """The task of an executed motion: its states at the waypoints that it reaches."""
-    scenario, space = executed.plan.scenario, executed.plan.space
+    scenario, space = executed.planned.scenario, executed.planned.space
     motion = executed.motion
     names = arrivals[0].name, arrivals[-1].name
-    task = scene_from(scenario, space.robot, executed.plan.trajectory, executed.span, names)
+    task = scene_from(scenario, space.robot, executed.planned.trajectory, executed.span, names)
     units = si_factors(scenario.task.units)
     waits = {
         k: second.time - first.time
@@ -235,7 +246,7 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
 
 def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint; at the first one all signals already on."""
-    outputs, events = executed.plan.scenario.task.outputs, executed.plan.events
+    outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
     clock, start = executed.clock, executed.span[0]
     begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME
     actions: list[list[dict[str, Any]]] = [[] for _ in placed]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
-from knotwork.planning.execution import scale_plan, stop_plan
+from knotwork.planning.execution import PlannedTask, scaled_motion, stopped_motion
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.scenario import Scenario
@@ -70,6 +70,10 @@ class Plan:
         [('A to B', 'free motion'), ('B to C', 'free motion')]
         """
         return self.trajectory.segments
+
+    @property
+    def _task(self) -> PlannedTask:
+        return PlannedTask(self.scenario, self.space, self.trajectory)
 
     def __repr__(self) -> str:
         """The report in short."""
@@ -192,7 +196,7 @@ class Plan:
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
-        return scale_plan(self, profile)
+        return Plan(*scaled_motion(self._task, profile))
 
     def stop(self, at: float, *, on_path: bool = True) -> Plan:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -217,7 +221,7 @@ class Plan:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        return stop_plan(self, at, on_path=on_path)
+        return Plan(*stopped_motion(self._task, at, on_path=on_path))
 
     def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
         """Plan another task from this motion's state at a moment, which is its time 0.
@@ -234,7 +238,7 @@ class Plan:
             InputError: The time is outside the motion, the tool holds something of which the task
                 says nothing, or the task is wrong: as `plan`.
         """
-        from knotwork.planning.planning import plan
+        from knotwork.planning import plan
 
         return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
@@ -249,7 +253,7 @@ class Plan:
         Raises:
             InputError: The scenario has no robot, or another planner can't plan it.
         """
-        from knotwork.planning.planning import plan
+        from knotwork.planning import plan
         from knotwork.view.plan_pages import view_plan
 
         others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
