@@ -184,7 +184,7 @@ class SolutionSearch:
         """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
 
         The configuration at the start of a path or a wait is not refined later. Other ones are, but
-        with distant samples there may be no feasible motion between waypoints.
+        a feasible motion between distant samples may not exist.
         """
         from knotwork.kinematics.sequence.null_space_refinement import (
             RefinementTask,
