@@ -40,11 +40,13 @@ class Plan:
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: Findings of the check.
-        left_out: Options of the scenario that a planner given in place of its own does not support.
+        left_out: Options of the scenario that are not supported by a planner given in place of its
+            own.
         solution: Choice of the solutions of the poses.
-        chosen: Chosen values of a scenario with free times, which `scenario` then has as numbers;
-            `None` if nothing was free.
-        sequences: Number of sequences of solutions planned until one collided nowhere, or all.
+        chosen: Chosen values of a scenario with free times; `scenario` then has them as numbers.
+            `None` if no value was free.
+        sequences: Number of planned sequences of solutions. The last one is collision-free, or all
+            collide.
     """
 
     scenario: Scenario
@@ -92,7 +94,7 @@ class Plan:
         return data
 
     def freeze(self, path: str | Path) -> Path:
-        """Write the scenario with the chosen times and speeds as numbers, comments kept.
+        """Write the scenario with the chosen times and speeds as numbers, and keep its comments.
 
         Planning that file gives this motion again.
 
@@ -100,8 +102,8 @@ class Plan:
             path: The file to write; an existing one is replaced.
 
         Raises:
-            InputError: Nothing was free, the file can't be written, or the numbers can't be written
-                into the text of the scenario.
+            InputError: No value was free, the file can't be written, or the numbers can't be
+                written into the text of the scenario.
 
         >>> import tempfile
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
@@ -133,9 +135,9 @@ class Plan:
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, each whole.
 
-        The report states the SHA-256 of the other two under `files`, and the place of the scenario
-        under `scenario_file`. Where times were chosen, the scenario with numbers in their place
-        is written as well, as `scenario.yaml`, comments kept; so is a scenario without a file.
+        The report states the SHA-256 of the other two under `files`, and the path of the scenario
+        under `scenario_file`. If times were chosen, or if the scenario has no file, `scenario.yaml`
+        is written as well. It has numbers in place of free times, and keeps comments.
 
         Args:
             folder: Created if it does not exist; files of these names in it are replaced.
@@ -182,10 +184,10 @@ class Plan:
         other robots keep their own speed.
 
         Args:
-            profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
-                smoothly from each value to the next, and keeps the last one. If it changes too fast
-                for limits of acceleration and jerk, and is at most 1, the nearest feasible override
-                found is executed instead; a warning of the report gives it.
+            profile: Speed override by time since the start [s]: 1 is the planned speed. The
+                override changes smoothly from each value to the next, and keeps the last one. If it
+                is at most 1 and changes too fast for the limits of acceleration and jerk, the
+                nearest feasible override found replaces it. A warning of the report states it.
 
         Raises:
             InputError: A time or an override is negative, nothing would move, or a waypoint is in a
