@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -180,7 +180,7 @@ class Plan:
 
         Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
         limits, collisions, the poses of the waypoints at their new times, and tool paths without
-        their speeds; woven ones and those in moving frames are not checked. Moving frames and
+        their speeds; woven paths and those in moving frames are not checked. Moving frames and
         other robots keep their own speed.
 
         Args:
@@ -190,8 +190,8 @@ class Plan:
                 nearest feasible override found replaces it. A warning of the report states it.
 
         Raises:
-            InputError: A time or an override is negative, nothing would move, or a waypoint is in a
-                moving frame, which the tool would miss.
+            InputError: A time or an override is negative, the arm would not move, or the tool would
+                miss a waypoint in a moving frame.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
@@ -206,15 +206,15 @@ class Plan:
         Args:
             at: Start of the stop [s].
             on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop at its next rest
-                if no stop is sooner. Otherwise each joint stops independently, as fast as it can.
+                if no stop is sooner. Otherwise each joint stops independently, in minimum time.
 
         Returns:
-            A plan from the time `at` on, which is its time 0. It starts with the position,
-            velocity and acceleration at that time.
+            A plan that begins at the time `at`, which is its time 0, with the position, velocity
+            and acceleration at that time.
 
         Raises:
-            InputError: The time is outside the motion, a joint has no acceleration limit (or,
-                off the path, no jerk limit), the motion ends before it can stop on its path, or is
+            InputError: The time is outside the motion; a joint has no acceleration limit (or, off
+                the path, no jerk limit); the motion ends before it can stop on its path; or it is
                 at rest at that time.
 
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
@@ -225,47 +225,24 @@ class Plan:
         """
         return Plan(*stopped_motion(self._task, at, on_path=on_path))
 
-    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
-        """Plan another task from this motion's state at a moment, which is its time 0.
-
-        Position, velocity and acceleration go on without a jump. The state takes the place of the
-        task's `start`, or else of its first waypoint, if it has more than one. Times in the task,
-        of frames that move and of other robots too, are since that moment.
-
-        Args:
-            at: The moment [s].
-            scenario: The new task.
-
-        Raises:
-            InputError: The time is outside the motion, the tool holds something of which the task
-                says nothing, or the task is wrong: as `plan`.
-        """
-        from knotwork.planning import plan
-
-        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
-
-    def view(self, compare: Sequence[str] = ()) -> Page:
-        """Show the arm making its move, in 3D.
+    def view(self) -> Page:
+        """Show the motion of the arm in 3D.
 
         A notebook shows the page inline; `save` writes it to a file that any browser opens.
 
-        Args:
-            compare: Planners whose motions are shown over it, as translucent arms.
-
         Raises:
-            InputError: The scenario has no robot, or another planner can't plan it.
+            InputError: The scenario has no robot, or the motion can't be shown.
         """
-        from knotwork.planning import plan
-        from knotwork.view.plan_pages import view_plan
+        from knotwork.view.page import scene_page
+        from knotwork.view.scene_data import scene_of
 
-        others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
-        return view_plan(self, others)
+        return scene_page(scene_of(self))
 
     def play(self, viewer: Any) -> None:
-        """Show the arm making its move in a Meshcat viewer that is running.
+        """Show the motion of the arm in a running Meshcat viewer.
 
         Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
-        URDF's root, and the motion starts. All else in the viewer stays, but a robot that
+        URDF's root, and the motion starts. Other objects in the viewer stay. A robot that
         Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
 
         Args:
@@ -278,3 +255,23 @@ class Plan:
         from knotwork.view.scene_data import scene_of
 
         play_scene(scene_of(self), viewer)
+
+    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
+        """Plan another task from the state of this motion at a given time.
+
+        That time is time 0 of the new plan. Position, velocity and acceleration continue without a
+        jump. The state replaces the `start` of the task, or its first waypoint if the task has
+        several waypoints and no `start`. Times in the task, and those of moving frames and other
+        robots, count from that time.
+
+        Args:
+            at: Time of the state in this motion [s].
+            scenario: The new task.
+
+        Raises:
+            InputError: The time is outside the motion, the tool holds an object that the task does
+                not hold, or the task is wrong as in `plan`.
+        """
+        from knotwork.planning import plan
+
+        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))

@@ -30,8 +30,7 @@ def plan(
 ) -> Plan:
     """Plan a scenario and check the result.
 
-    Times and speeds that it leaves free are chosen first; `Plan.scenario` has numbers in their
-    place.
+    Free times and speeds are chosen first; `Plan.scenario` has numbers in their place.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> plan = kw.plan({"waypoints": lift})
@@ -39,24 +38,24 @@ def plan(
     (True, array([0.5]))
 
     Args:
-        scenario: A task, a shipped scenario's name, the path of a file, a mapping of the same
-            shape, or a loaded scenario.
-        planner: Takes the place of the scenario's planner; a rule may follow after a colon, as in
+        scenario: A task, the name of a shipped scenario, the path of a file, a mapping with the
+            same keys, or a loaded scenario.
+        planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.left_out` names them.
-        knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
-            their constant, or the knot times [s]; `"optimal"` to have them chosen.
-        budget: Computing time for free times [s], by default unlimited; segments that are not
-            solved by then rest at each waypoint.
+        knots: Knots in place of the scenario's: `"paper"`, `"balanced"`, `BalancedKnots` or their
+            constant, the knot times [s], or `"optimal"` for chosen knots.
+        budget: Computing time for free times [s], by default unlimited. Segments that are not
+            solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
 
     Returns:
-        The plan. Its `report.ok` tells whether the motion meets all requirements: an exceeded limit
-        raises no error.
+        The plan. `report.ok` is true if the motion meets all requirements. An exceeded limit raises
+        no error.
 
     Raises:
-        InputError: The scenario is wrong, or a waypoint can't be met as asked. The error names
-            what, where, the value found and the accepted values.
+        InputError: The scenario is wrong, or a waypoint is infeasible. The error names the field,
+            its location, the value and the accepted values.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
@@ -81,7 +80,7 @@ def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
     """The scenario with knots to be chosen.
 
     Raises:
-        InputError: The planner takes no chosen knots, or has knots of its own.
+        InputError: The planner does not support chosen knots, or has its own knots.
     """
     from knotwork.planning.choosing import with_optimal_knots
 
