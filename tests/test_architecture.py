@@ -95,15 +95,6 @@ def test_the_table_lists_every_part_and_no_other() -> None:
         assert (allowed or set()) <= parts
 
 
-def test_rooms_of_kinematics_have_eight_modules_at_most() -> None:
-    rooms = [
-        folder for folder in (SOURCE / "kinematics").iterdir() if (folder / "__init__.py").exists()
-    ]
-    assert len(rooms) == 6
-    for folder in rooms:
-        assert len([path for path in folder.glob("*.py") if path.stem != "__init__"]) <= 8, folder
-
-
 def test_data_flows_one_way() -> None:
     """No part may import one that may import it."""
     above: set[str] = set()
@@ -160,7 +151,7 @@ def test_the_entrances_load_nothing_but_when_asked() -> None:
         tree = tree_of(path)
         top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
         loaded = {name for name in imports(top) if name.startswith("knotwork")}
-        assert loaded <= {"knotwork.cli.main.main", "knotwork.errors.renamed.with_old_names"}
+        assert loaded <= {"knotwork.cli.main.main"}
 
 
 @pytest.mark.parametrize("part", ["interpolation", "polynomial", "trajectory", "storage"])
@@ -198,7 +189,7 @@ def test_only_the_command_line_prints() -> None:
                 called = ast.unparse(node.func)
                 assert called not in ("print", "sys.stdout.write", "sys.stderr.write"), path
                 # Old names warn whoever writes the program, nothing else does.
-                assert called != "warnings.warn" or path.stem == "renamed", path
+                assert called != "warnings.warn" or path == SOURCE / "__init__.py", path
         assert not packages(tree) & {"rich", "click", "logging"}, path
 
 
@@ -247,7 +238,6 @@ IMPORTED_BY_TESTS = {
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.budget"),
     "the command in this process": ("cli.main",),
     "what is said of progress, without a clock": ("cli.progress_display",),
-    "each old name has its test": ("errors.renamed",),
 }
 
 

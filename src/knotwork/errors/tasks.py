@@ -163,15 +163,15 @@ class FollowingError(TaskError):
 
 
 class NoWayFoundError(InputError):
-    """No collision-free motion to a waypoint was found, which does not prove that there is none.
+    """No collision-free motion to a waypoint was found. This does not prove that none exists.
 
     Attributes:
         end: `"start"`, `"goal"` or the number of a waypoint between them (`"1"`, ...), if the
             fault is known to be there; else empty.
         names: Two bodies that are too close there.
         depth: Depth of the bodies within the margin there [m].
-        waypoints: Indices of the two waypoints without a motion, if only one solution of each
-            was tried; else `None`.
+        waypoints: Indices of the two waypoints without a motion, if only one solution of each was a
+            candidate; else `None`.
     """
 
     end: str = ""

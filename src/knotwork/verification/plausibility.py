@@ -1,4 +1,4 @@
-"""Warnings of plausible mistakes in a scenario; they never fail."""
+"""Warnings of plausible mistakes in a scenario. They never fail a report."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from knotwork.scenario import Scenario
-from knotwork.scenario.angle_slips import angle_slips
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
@@ -19,29 +18,24 @@ if TYPE_CHECKING:
 SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""
 LARGEST_GRAVITY = 100.0
-"""Gravity above this [m/s²] is probably in mm/s²."""
+"""Gravity [m/s²] above which the unit is probably mm/s²."""
 LARGEST_BULGE = 0.2
-"""Maximum deviation of a plausible curve from the chord between two points, relative to the chord:
-even a circle through five points is below it."""
+"""Maximum deviation of a plausible curve from the chord between two points, relative to the chord.
+
+Even a circle through five points is below it.
+"""
 
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Warn of values that are plausibly mistakes."""
-    units = dict(zip(space.joint_names, space.joint_units, strict=True))
-    for message in angle_slips(scenario, units):
-        yield _warning("angle_unit", message)
     yield from _not_from_home(motion, scenario, space)
     gravity = 0.0 if scenario.task.gravity is None else float(np.linalg.norm(scenario.task.gravity))
     if gravity > LARGEST_GRAVITY:
-        yield _warning(
-            "gravity_unit",
+        yield Finding(
+            "Warnings", "motion", "", "gravity_unit", "warning",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
-        )
+        )  # fmt: skip
     yield from _far_from_points(scenario)
-
-
-def _warning(quantity: str, message: str) -> Finding:
-    return Finding("Warnings", "motion", "", quantity, "warning", message)
 
 
 def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -61,11 +55,14 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
 
 
 def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
-    """Warn of a curve that deviates far between two of its points, which are few or uneven."""
+    """Warn of a curve that deviates far from the line between two of its points.
+
+    Its points are then few or uneven.
+    """
     scale, unit = scenario.shown_length
     for path in scenario.paths:
         for any_curve in path.motion.path.curves:
-            if not hasattr(any_curve, "arc_lengths"):  # its class is not loaded for lines and arcs
+            if not hasattr(any_curve, "arc_lengths"):  # lines and arcs need not load its class
                 continue
             curve = cast("ThroughPoints", any_curve)
             lengths, fractions = np.diff(curve.arc_lengths), np.linspace(0.0, 1.0, 17)

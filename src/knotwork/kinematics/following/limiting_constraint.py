@@ -15,8 +15,8 @@ from knotwork.tool_paths import TimedPath
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray
 
-# A path that ends with a smallest singular value below this is singular; above it, only the joint
-# speeds are excessive.
+# Smallest singular value below which a path ends at a singularity. Above it, only the joint speeds
+# are too high.
 SINGULAR_VALUE = 0.01
 
 

@@ -26,7 +26,7 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# Residual above which a twist is unattainable [m/s, rad/s].
+# Residual above which a twist is infeasible [m/s, rad/s].
 TWIST_RESIDUAL = 1e-7
 # Number of samples of a self-motion.
 SELF_MOTION_SAMPLES = 24
@@ -107,7 +107,7 @@ def find_candidates(
                 solutions = distinct_solutions(robot, targets.take([i]), solutions)
         solutions = turned_within_limits(search, solutions)
         if not sampled:
-            # The order decides ties, and must not depend on the order of searches.
+            # The order decides ties, so it must not depend on the order of searches.
             solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
         elif not redundant:
             solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)

@@ -26,10 +26,10 @@ from knotwork.waypoints import FloatArray
 STARTS = 48
 SEARCH_ROUNDS = 6
 SEARCH_ITERATIONS = 72
-# Solutions within this distance are one [rad or m]: the remaining pose error moves no joint by
+# Distance within which solutions are equal [rad or m]. The remaining pose error moves no joint by
 # more, except where two branches meet.
 SAME_SOLUTION = 1e-5
-# Two solutions within `JOINED_DISTANCE` are one if the pose error between them is below
+# Two solutions within `JOINED_DISTANCE` are equal if the pose error between them is below
 # `JOINED_ERROR` [m, rad].
 JOINED_DISTANCE = 1e-2
 JOINED_ERROR = 1e-9
@@ -64,9 +64,9 @@ class _PoseSolutions:
 
 
 def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Find all solutions for each pose, without regard to position limits of revolute joints.
+    """Find all solutions for each pose, and ignore position limits of revolute joints.
 
-    In closed form if it is certain, otherwise by searches.
+    The closed form is used if its result is certain, otherwise searches.
 
     Args:
         robot: An arm of up to six joints.

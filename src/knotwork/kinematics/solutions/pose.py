@@ -26,7 +26,7 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
-# Maximum number of restarts for a first solution; then all solutions are searched for in one batch.
+# Maximum number of restarts for a first solution. After them one batch searches for all solutions.
 MAX_RESTARTS = 50
 # A solution of the local search within this distance of the start [rad or m] counts as the nearest,
 # unless a second solution may lie within `TWIN_DISTANCE_FACTOR` times the distance from the start;
@@ -91,9 +91,10 @@ def solve_pose_ik(
 ) -> IKSolution:
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
-    Three steps: a local search from the start; if that fails or ends far away, the nearest of all
-    solutions found, without proof; if there is none, a diagnosis. Joints are moved by whole turns
-    towards the start, and a redundant arm along its self-motion.
+    There are three steps. The first is a local search from the start. If it fails or ends far away,
+    the second takes the nearest of all solutions found, without a proof that there is no nearer
+    one. If there is none, the third is a diagnosis. Joints are moved by whole turns towards the
+    start, and a redundant arm is moved along its self-motion.
 
     Args:
         robot: The robot.
@@ -110,7 +111,8 @@ def solve_pose_ik(
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: The pose is not reachable; by how much, or only otherwise turned.
+        UnreachablePoseError: The pose is out of reach, or is reachable only with another
+            orientation.
         WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
@@ -190,7 +192,7 @@ class _NearestSolution:
 
         Take a step t along a right-singular vector whose singular value is σ, and let κ be the
         acceleration of the tool along the left-singular vector. To second order the tool moves by
-        σt + κt²/2, which is zero again at t = −2σ/κ. Near there is a second solution.
+        σt + κt²/2, which is zero again at t = −2σ/κ. Near that step there is a second solution.
         """
         if self.best is None or self.distance > NEAR_DISTANCE:
             return False

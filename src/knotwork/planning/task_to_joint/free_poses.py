@@ -54,7 +54,8 @@ class FreedomChain(NamedTuple):
     def expand(self, candidates: Candidates, robot: Robot, default: FloatArray) -> Candidates:
         """Convert candidates to those of the arm with the virtual joints of all freedoms.
 
-        Joints that do not move the tool relative to the pose (a table's) are as in `others`.
+        Joints that do not move the tool relative to the pose (such as that of a table) have the
+        values in `default`.
         """
         if self.robot is robot:
             return candidates
@@ -72,7 +73,7 @@ class FreedomChains:
 
     Attributes:
         arm: The arm.
-        whole: The arm with the virtual joints of all freedoms, joints in common once.
+        whole: The arm with the virtual joints of all freedoms, common joints once.
 
     Raises:
         BranchError: The scenario asks for a branch, and a pose has a freedom.

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
-from knotwork.errors.renamed import old_property
-
 SegmentKind = Literal["free motion", "way", "tool path", "wait"]
 
 
@@ -54,11 +52,11 @@ class Event(MotionPart):
         shown = words[self.value] if isinstance(self.value, bool) else f"{self.value}"
         return f"{self.name} {shown}"
 
-    said = old_property("knotwork.spline.trajectory.Event.said")
-
 
 def signals_on_at(events: Iterable[Event], time: float) -> list[Event]:
-    """Signals that are on at a time [s]: the last event of each, unless it is off, 0 or a text.
+    """Last event of each signal that is on at a time [s].
+
+    A signal is on unless its value is off, 0 or a text.
 
     >>> signals_on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].text
     'arc on'
@@ -106,5 +104,3 @@ class Segment(MotionPart):
         """Name, kind and times as text."""
         kind = "" if self.kind == "wait" else f"{self.kind}, "  # in its name
         return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"
-
-    said = old_property("knotwork.spline.trajectory.Segment.said")
