@@ -48,7 +48,7 @@ MOST_TRIGGERS = 8
 
 
 @dataclass(frozen=True)
-class Step:
+class ProgramStep:
     """The step from one point to the next.
 
     Attributes:
@@ -245,7 +245,7 @@ def _axes(
     return np.degrees(q[:, arm]), q[:, outer] * factors, shown
 
 
-def _steps(points: Positions) -> Iterator[Step]:
+def _steps(points: Positions) -> Iterator[ProgramStep]:
     """The steps between the points, with the events at their ends."""
     motion, time = points.trajectory, points.time
     switched: list[list[Event]] = [[] for _ in time]
@@ -265,7 +265,7 @@ def _steps(points: Positions) -> Iterator[Step]:
         if not waited:
             first, last = i == 1 or stands[i - 1], i + 1 == len(time) or stands[i + 1]
             texts = tuple(notes[i]), tuple(switched[i])
-            yield Step(i, step, stands[i], first, last, *texts)
+            yield ProgramStep(i, step, stands[i], first, last, *texts)
         else:
             notes[i + 1] = notes[i]
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from knotwork.kinematics.following.joint_field import Pull
     from knotwork.robot import Robot
 
-Step: TypeAlias = tuple[int, FloatArray, FloatArray]
+SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
 
 

@@ -29,7 +29,7 @@ from knotwork.planning.task_to_joint.dependent_waypoints import (
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.obstacles import Obstacles
 from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check_branch, no_branch
-from knotwork.planning.task_to_joint.solution import Step
+from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
@@ -84,7 +84,7 @@ class SolutionSearch:
         scenario: Scenario,
         space: JointSpace,
         chains: FreedomChains,
-        avoided: Iterable[Step] = (),
+        avoided: Iterable[SequenceStep] = (),
     ) -> None:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
