@@ -151,7 +151,8 @@ class GroupSolver:
     def solve(self, group: range, first: Candidates) -> GroupSolution:
         """Continue candidates at the first waypoint through a group.
 
-        Candidates that reach the end are kept. If none does, planned self-motion is tried.
+        Candidates that reach the end are kept. If none does, self-motion is planned, and then
+        virtual joints that slow down before their limits are used.
 
         Raises:
             FollowingError: No candidate can follow a path to its end.
@@ -168,6 +169,10 @@ class GroupSolver:
             blocked = error
         if guided := self._follow_guided(group, first, tracks):
             return guided
+        if any(track.chain.robot.virtual_joints for track in tracks):
+            softened = [track._replace(chain=track.chain.with_soft_limits) for track in tracks]
+            with contextlib.suppress(_BlockedPathError):
+                return self._follow(group, first, softened)
         raise self._following_error(blocked)
 
     def _follow_guided(

@@ -45,6 +45,12 @@ class FreedomChain(NamedTuple):
     columns: NDArray[np.intp]
     size: int
 
+    @property
+    def with_soft_limits(self) -> FreedomChain:
+        """The chain with virtual joints that slow down before their limits."""
+        joints = [replace(joint, soft=True, ease=1.0) for joint in self.robot.virtual_joints]
+        return self._replace(robot=self.robot.with_virtual_joints(*joints))
+
     def scatter(self, values: FloatArray, default: FloatArray | float = 0.0) -> FloatArray:
         """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
         result = np.zeros((*values.shape[:-1], self.size)) + default
