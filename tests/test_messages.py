@@ -208,18 +208,6 @@ def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
     assert "the Jacobian needs" not in ran.err
 
 
-def test_joint_values_need_no_tool_frame(tmp_path) -> None:
-    urdf = ROBOT_FILES / "planar2.urdf"
-    ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
-    assert plan({"robot": str(urdf), "waypoints": ends}).report.ok
-
-
-def test_a_robot_without_tool_frame_has_one_once_the_scenario_names_it(tmp_path) -> None:
-    urdf = ROBOT_FILES / "planar2.urdf"
-    ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
-    assert plan({"robot": str(urdf), "tool": {"frame": "tip"}, "waypoints": ends}).report.ok
-
-
 @pytest.mark.parametrize(
     ("units", "position", "hint"),
     [
