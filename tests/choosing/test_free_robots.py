@@ -171,7 +171,9 @@ def test_a_path_may_end_in_a_wait() -> None:
     assert made.report.select(subject="wait")
 
 
-@pytest.mark.parametrize("limits", [{"margin": 0.3}, {"velocity": 20}])
+@pytest.mark.parametrize(
+    "limits", [{"margin": 0.3}, pytest.param({"velocity": 20}, marks=pytest.mark.exhaustive)]
+)
 def test_joints_follow_path_at_chosen_speed(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
 

@@ -30,7 +30,7 @@ FAULTS: dict[str, Fault] = {
     **faults_of_bodies.FAULTS,
     **faults_of_plans.FAULTS,
 }
-ALL, PARTS, ORDINARY = 10_000, 20, 2
+ALL, PARTS, ORDINARY = 10_000, 20, 1
 RIGHT = 20
 """Of so many right cases one is judged and checked as well."""
 QUICKLY_PLANNED = ("paper_case", "ur5_deburring", "xarm7_bead")
@@ -117,7 +117,7 @@ def all_of(seeds: Callable[[Fault], Iterable[int]], shelf: Shelf, record: Record
 
 def ordinary(fault: Fault) -> range:
     """Those of bare joints take milliseconds."""
-    return range(12 if fault.right is joint_case else ORDINARY)
+    return range(8 if fault.right is joint_case else ORDINARY)
 
 
 def test_ten_thousand_are_made() -> None:

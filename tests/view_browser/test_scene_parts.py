@@ -131,17 +131,6 @@ def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) 
     assert scene(replace(plan, scenario=replace(plan.scenario, name=name)).view())["title"] == name
 
 
-def test_without_a_robot_there_is_nothing_to_show() -> None:
-    with pytest.raises(InputError, match="only plots can be drawn"):
-        kw.plan("paper_case").view()
-
-
-def test_a_trajectory_of_other_joints_is_refused() -> None:
-    trajectory = kw.plan("ur5_deburring").trajectory
-    with pytest.raises(InputError, match=r"the joints of robot 'panda' are panda_joint1"):
-        view_trajectory(kw.load_robot("panda"), trajectory)
-
-
 @pytest.mark.parametrize("name", ["planar2_closed_form", "kinova_dispense"])
 def test_frames_are_samples_of_the_curve_and_its_end(name: str) -> None:
     plan = kw.plan(name)
