@@ -151,7 +151,7 @@ def test_the_entrances_load_nothing_but_when_asked() -> None:
         tree = tree_of(path)
         top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
         loaded = {name for name in imports(top) if name.startswith("knotwork")}
-        assert loaded <= {"knotwork.cli.main.main", "knotwork.errors.renamed.with_old_names"}
+        assert loaded <= {"knotwork.cli.main.main"}
 
 
 def reached_from(part: str) -> set[str]:
@@ -180,7 +180,7 @@ def test_only_the_command_line_prints() -> None:
                 called = ast.unparse(node.func)
                 assert called not in ("print", "sys.stdout.write", "sys.stderr.write"), path
                 # Old names warn whoever writes the program, nothing else does.
-                assert called != "warnings.warn" or path.stem == "renamed", path
+                assert called != "warnings.warn" or path == SOURCE / "__init__.py", path
         assert not packages(tree) & {"rich", "click", "logging"}, path
 
 
@@ -229,7 +229,6 @@ IMPORTED_BY_TESTS = {
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.budget"),
     "the command in this process": ("cli.main",),
     "what is said of progress, without a clock": ("cli.progress_display",),
-    "each old name has its test": ("errors.renamed",),
 }
 
 

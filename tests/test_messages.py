@@ -19,7 +19,7 @@ from knotwork.errors import DocumentError, KnotworkError, OutOfReachError
 from knotwork.robot.file import RobotFile
 from knotwork.scenario import load_scenario
 from knotwork.task import Task
-from shipped import ROBOT_FILES, SCENARIO_FILES
+from shipped import ROBOT_FILES
 
 UR5 = load_robot("ur5").urdf.parents[1]
 SRDF = UR5 / "srdf" / "ur5.srdf"
@@ -206,44 +206,6 @@ def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
     assert "tip" in ran.err
     assert "forearm" in ran.err
     assert "the Jacobian needs" not in ran.err
-
-
-@pytest.mark.parametrize(
-    ("units", "position", "hint"),
-    [
-        ("{angle: deg}", "[450, -150, 200]", "514.8 m from the base of an arm that reaches"),
-        ("{angle: deg}", "[450, -150, 200]", "units: {length: mm}"),
-        ("{angle: deg, length: mm}", "[0.45, -0.15, 0.2]", "0.5148 mm from the base"),
-        ("{angle: deg, length: mm}", "[0.45, -0.15, 0.2]", "units: {length: m}"),
-        ("{angle: deg}", "[2.5, -0.15, 0.2]", None),
-        ("{angle: deg, length: mm}", "[4500, -150, 200]", None),
-        ("{angle: deg, length: mm}", "[20, 10, 5]", None),
-    ],
-)
-def test_lengths_in_the_wrong_unit_are_suspected_where_the_arm_does_not_reach(
-    units: str, position: str, hint: str | None, tmp_path, knotwork: Command
-) -> None:
-    task = tmp_path / "task.yaml"
-    task.write_text(
-        f"robot: ur5\nunits: {units}\nstart: home\nwaypoints:\n"
-        f"- {{pose: {{position: {position}, rpy: [180, 0, 0]}}, after: 2}}\n"
-    )
-    ran = knotwork("plan", task)
-    assert ran.code == 2
-    assert "task.yaml: line 5: waypoints[0]: waypoint 1: the pose is out of" in ran.err
-    if hint is None:
-        assert "units" not in ran.err
-    else:
-        assert hint in ran.err
-
-
-def test_a_tool_in_the_wrong_unit_too_hides_no_slip(tmp_path, knotwork: Command) -> None:
-    given = SCENARIO_FILES["ur5_deburring"].read_text()
-    task = tmp_path / "task.yaml"
-    task.write_text(given.replace("units: {length: mm, angle: deg}", "units: {angle: deg}"))
-    ran = knotwork("plan", task)
-    assert ran.code == 2
-    assert "units: {length: mm}" in ran.err
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import dataclasses
 import importlib
 import json
 import re
-import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,7 +16,6 @@ import pytest
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, KnotError, KnotworkError
-from knotwork.errors.renamed import MOVED, RENAMED
 
 TASK: dict[str, Any] = {
     "waypoints": [
@@ -44,41 +42,15 @@ def test_the_package_offers_26_names_at_most() -> None:
         assert isinstance(getattr(kw, name), ModuleType), name
 
 
-@pytest.mark.parametrize("old", [name for name in RENAMED if not re.search(r"\.[A-Z]\w+\.", name)])
+@pytest.mark.parametrize("old", kw._RENAMED)
 def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
-    home, _, name = old.rpartition(".")
-    with pytest.warns(
-        DeprecationWarning, match=f"^{re.escape(old)} is now {RENAMED[old]};"
-    ) as seen:
-        value = getattr(importlib.import_module(home), name)
+    new_name = kw._RENAMED[old]
+    match = f"^knotwork.{old} is now {re.escape(new_name)};"
+    with pytest.warns(DeprecationWarning, match=match) as seen:
+        value = getattr(kw, old)
     assert [warning.filename for warning in seen] == [__file__]
-    home, _, name = RENAMED[old].rpartition(".")
-    assert value is getattr(importlib.import_module(home), name)
-
-
-@pytest.mark.parametrize("old", MOVED)
-def test_a_package_can_be_imported_by_its_old_name(old: str, monkeypatch: Any) -> None:
-    monkeypatch.delitem(sys.modules, old, raising=False)
-    with pytest.warns(DeprecationWarning, match=f"^{re.escape(old)} is now {MOVED[old]};"):
-        package = importlib.import_module(old)
-    assert package is importlib.import_module(MOVED[old])
-
-
-def test_an_old_method_works_and_warns_of_the_new_one() -> None:
-    robot = kw.load_robot("ur5")
-    pose = robot.forward(robot.configuration("home"))
-    with pytest.warns(DeprecationWarning, match=r"^knotwork.Robot.solve_all is now .*_ik_all;"):
-        old = robot.solve_all(pose, spread=12)
-    new = robot.solve_pose_ik_all(pose, spread=12)
-    event = kw.spline.trajectory.Event(1.0, "arc", True, "a")
-    with pytest.warns(
-        DeprecationWarning, match=r"^knotwork.spline.trajectory.Event.said is now .*text;"
-    ):
-        assert event.said == event.text == "arc on"
-    segment = kw.spline.trajectory.Segment("a to b", 0.0, 1.0, "way")
-    with pytest.warns(DeprecationWarning, match=r"Segment.said is now .*text;"):
-        assert segment.said == segment.text
-    assert [branch.q.tolist() for branch in old] == [branch.q.tolist() for branch in new]
+    module, _, attribute = new_name.rpartition(".")
+    assert value is getattr(importlib.import_module(module), attribute)
 
 
 def test_the_readme_s_few_lines_of_python(deburring: Plan, tmp_path: Path) -> None:

@@ -10,20 +10,51 @@
 Everything is loaded when it is first used, so that importing `knotwork` costs next to nothing.
 """
 
-import os
+import importlib
+import warnings
+from typing import Any
 
 import lazy_loader
-
-from knotwork.errors.renamed import with_old_names
 
 __version__ = "0.1.0"
 
 _load, __dir__, _offered = lazy_loader.attach_stub(__name__, __file__)
-__getattr__ = with_old_names(__name__, _load)
-# Its packages can be had as attributes too, but are names of their own.
-_ROOMS = ("", "spline", "planning", "verification")
-__all__ = [
-    name
-    for name in _offered
-    if not any(os.path.isdir(os.path.join(__path__[0], room, name)) for room in _ROOMS)
-]
+# Packages can be had as attributes, too, but are names of their own.
+_PACKAGES = {
+    "export",
+    "interpolation",
+    "kinematics",
+    "recording",
+    "sweeps",
+    "task",
+    "timing",
+    "tool_paths",
+    "verification",
+    "view",
+}
+__all__ = [name for name in _offered if name not in _PACKAGES]
+
+# Old names, which work for one version, and the full new ones.
+_RENAMED = {
+    "BalancedKnots": "knotwork.spline.interpolation.BalancedKnots",
+    "CartesianWaypoint": "knotwork.waypoints.CartesianWaypoint",
+    "Comparison": "knotwork.planning.comparison.Comparison",
+    "PLANNERS": "knotwork.spline.interpolation.PLANNERS",
+    "Payload": "knotwork.robot.payload.Payload",
+    "PlannerOptions": "knotwork.spline.interpolation.PlannerOptions",
+    "SweepProgress": "knotwork.sweeps.SweepProgress",
+    "follow": "knotwork.follow_path",
+    "get_planner": "knotwork.spline.interpolation.get_planner",
+    "solve_all": "knotwork.solve_pose_ik_all",
+    "solve_many": "knotwork.kinematics.solve_pose_ik_batch",
+}
+
+
+def __getattr__(name: str) -> Any:
+    new_name = _RENAMED.get(name)
+    if new_name is None:
+        return _load(name)
+    message = f"knotwork.{name} is now {new_name}; the old name goes with the next version"
+    warnings.warn(message, DeprecationWarning, stacklevel=2)
+    module, _, attribute = new_name.rpartition(".")
+    return getattr(importlib.import_module(module), attribute)

@@ -13,7 +13,6 @@ from knotwork.cli import tables
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
-    Listed,
     NewPath,
     Seconds,
     json_option,
@@ -27,11 +26,6 @@ from knotwork.sweeps.figures import figure_named
 from knotwork.sweeps.folder import is_study
 from knotwork.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
-from knotwork.view.picture_files import checked_picture_path, save_figure
-
-STUDY_PICTURE = "study.png"
-"""Picture in the folder of a study, if `--plot` names no file."""
-
 
 MOST_REASONS = 12
 
@@ -92,21 +86,6 @@ MOST_REASONS = 12
     type=Seconds(),
     help="Time limit of a row, for example 20s; 60 s if left out.",
 )
-@click.option(
-    "--plot",
-    "picture",
-    metavar="[FILE]",
-    is_flag=False,
-    flag_value="",
-    help=f"Draw maps: PNG, SVG or PDF, by the suffix; {STUDY_PICTURE} in the folder of the study "
-    "if no file is given.",
-)
-@click.option(
-    "--figures",
-    metavar="A,B,…",
-    type=Listed(),
-    help="Figures to draw next to the verdict.",
-)
 @click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
 @click.option(
     "--freeze",
@@ -120,8 +99,6 @@ MOST_REASONS = 12
 def sweep(
     source: str,
     out: Path | None,
-    picture: str | None,
-    figures: list[str] | None,
     best: str | None,
     freeze: Path | None,
     as_json: bool,
@@ -132,12 +109,11 @@ def sweep(
     Values are selected by their path in the file, such as frames.block.position[0] or
     waypoints[pick].after, in the file's units. A row has the verdict, the reason of a failure,
     and figures of the motion; all rows are saved in the folder of the study, as lines of JSON. If
-    STUDY is such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen
-    (--best, --freeze).
+    STUDY is such a folder, nothing is planned: its rows are shown or frozen (--best, --freeze).
+    `knotwork view STUDY` shows its map.
     """
-    target = _picture_path(picture, Path(source) if is_study(source) else out)
-    for name in [*(figures or []), *filter(None, [best])]:
-        figure_named(name)
+    figure = best or "duration"
+    figure_named(figure)
     if is_study(source):
         _refuse_planning(source, planning | {"out": out})
         study = sweeps.Study.open(source)
@@ -155,20 +131,17 @@ def sweep(
             raise
     if not as_json:  # the planned rows are shown even if the rest fails
         print_study(study)
-    figure, written = best or "duration", []
     best_row = study.best(figure) if study.passed else None
-    if target is not None:
-        written.append(save_figure(study.plot(figures), target))
     if freeze is not None:
         if best_row is None:
             raise InputError(f"{freeze} was not written: no row passes")
-        written.append(study.freeze(best_row["row"], freeze))
+        study.freeze(best_row["row"], freeze)
     if as_json:
         echo(json.dumps(study_to_dict(study, figure, best_row), indent=1, allow_nan=False))
     else:
         print_best(study, figure, best_row)
-        for path in written:
-            echo(f"wrote {path}")
+        if freeze is not None:
+            echo(f"wrote {freeze}")
     return PASSED if study.passed else FAILED
 
 
@@ -186,14 +159,6 @@ def _values_by_path(pairs: tuple[str, ...]) -> dict[str, str]:
             raise InputError(f"--vary {path.strip()}: is given twice; leave out one")
         values_of[path.strip()] = values
     return values_of
-
-
-def _picture_path(name: str | None, folder: Path | None) -> Path | None:
-    if name is None:
-        return None
-    if not name and folder is None:
-        raise InputError("--plot: there is no folder for the picture; name a file, or give --out")
-    return checked_picture_path(name or (folder or Path()) / STUDY_PICTURE)
 
 
 def _refuse_planning(source: str, options: dict[str, Any]) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.errors.renamed import old_method
 from knotwork.robot.description import Description
 from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.joint_limits import chain_limits
@@ -292,5 +291,3 @@ class Robot(Variants):
         """
         # imported on call: `kinematics` imports `robot`
         return tuple(importlib.import_module(_KINEMATICS).solve_pose_ik_all(self, pose, **options))
-
-    solve_all = old_method("knotwork.Robot.solve_all")

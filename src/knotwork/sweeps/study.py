@@ -1,13 +1,13 @@
-"""A study, complete or in part: its rows, the best one, and pictures."""
+"""A study, complete or in part: its rows, and the best one."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files import storage
@@ -19,9 +19,6 @@ from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import ROW_PASSED
 from knotwork.task.si_units import unit_at
 from knotwork.units import Units
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Study:
@@ -168,13 +165,3 @@ class Study:
         chosen = plan(scenario).chosen if scenario.free is not None else None
         with_numbers = scenario if chosen is None else chosen.scenario
         return storage.write_file(target, saved_text(with_numbers, target.parent))
-
-    def plot(self, figures: Sequence[str] | None = None) -> Figure:
-        """Draw maps of the verdict and of figures over the varied fields.
-
-        Args:
-            figures: Names of figures; by default some that differ between rows.
-        """
-        from knotwork.view.study_plot import plot_study
-
-        return plot_study(self, figures)

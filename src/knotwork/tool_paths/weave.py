@@ -79,15 +79,6 @@ class WeavePattern:
         part = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
         return min(part, MAX_TURN_SHARE) * self.crossing
 
-    def eased_frequency(self, factor: float, order: int) -> float:
-        """Frequency that reduces a derivative of the offset by about a factor [Hz].
-
-        Args:
-            factor: The factor, over 1.
-            order: Order of the derivative.
-        """
-        return 0.5 / (self.crossing * math.pow(factor, 1.0 / order) + self.dwell)
-
     def breaks(self, *others: FloatArray) -> FloatArray:
         """Breaks of the weave from 0 to its duration, merged with others [s]."""
         half, marks = 0.5 / self.frequency, np.array([0.0, 0.25 / self.frequency])

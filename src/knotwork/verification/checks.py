@@ -17,7 +17,7 @@ from knotwork.verification.limits import joint_limits
 from knotwork.verification.path_checks import tool_paths
 from knotwork.verification.plausibility import plausibility
 from knotwork.verification.tool_motion import singularity, tool_limits
-from knotwork.verification.unlimited import missing_limits, spikes
+from knotwork.verification.unlimited import missing_limits, unreachable_accelerations
 from knotwork.verification.wait_checks import waits
 from knotwork.verification.waypoint_checks import joints_at_waypoints, time_span, tool_at_waypoints
 
@@ -40,7 +40,7 @@ CHECKS: dict[str, Check] = {
     "tool_limits": tool_limits,
     "collisions": collisions,
     "continuity": continuity,
-    "spikes": spikes,
+    "unreachable_accelerations": unreachable_accelerations,
     "resolution": resolution,
     "singularity": singularity,
     "plausibility": plausibility,

@@ -13,7 +13,6 @@ from knotwork.scenario.repetitions import turns
 from knotwork.spline.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.remedies import rounded_corner
 
 JUMP_ORDERS = 3
 
@@ -61,7 +60,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 "Continuity", "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} changes by {shown} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
-                required=required, unit=unit, time=time, remedy=rounded_corner(time, scenario),
+                required=required, unit=unit, time=time,
             )  # fmt: skip
 
 

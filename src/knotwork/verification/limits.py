@@ -14,10 +14,9 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.jumps import measured_jumps
-from knotwork.units import Units
-from knotwork.verification.checked_motion import Motion
+from knotwork.units import Units, rounded_up
+from knotwork.verification.checked_motion import Motion, place_of_time
 from knotwork.verification.finding import Finding, Proof, verdict_on
-from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -35,7 +34,28 @@ range by more than the width of the range and by more than this [rad or m]."""
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in derivative_limits(space, motion.curve):
-        yield replace(finding, remedy=joint_remedy(finding, motion, scenario, space))
+        use, order = finding.use, DERIVATIVES.index(finding.quantity)
+        if finding.ok or finding.time is None or use is None or np.isinf(use) or not order:
+            yield finding
+        else:
+            place = place_of_time(scenario, finding.time)
+            slower = slower_remedy(use, order, scenario)
+            yield replace(finding, remedy=f"it is broken {place}; {slower}")
+
+
+def slower_remedy(use: float, order: int, scenario: Scenario) -> str:
+    """Text of the factor of duration with which the motion keeps a limit on a derivative.
+
+    In k times the duration, derivatives of this order fall by a factor of k to the order.
+
+    Args:
+        use: Value relative to the limit, above 1.
+        order: Order of the derivative.
+        scenario: The task of the motion.
+    """
+    paths = ", at less speed along tool paths" if scenario.paths else ""
+    factor = rounded_up(use ** (1.0 / order), 3)
+    return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
 
 
 def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:

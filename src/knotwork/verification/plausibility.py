@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from knotwork.scenario import Scenario
-from knotwork.scenario.angle_slips import angle_slips
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
@@ -27,21 +26,14 @@ even a circle through five points is below it."""
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Warn of values that are plausibly mistakes."""
-    units = dict(zip(space.joint_names, space.joint_units, strict=True))
-    for message in angle_slips(scenario, units):
-        yield _warning("angle_unit", message)
     yield from _not_from_home(motion, scenario, space)
     gravity = 0.0 if scenario.task.gravity is None else float(np.linalg.norm(scenario.task.gravity))
     if gravity > LARGEST_GRAVITY:
-        yield _warning(
-            "gravity_unit",
+        yield Finding(
+            "Warnings", "motion", "", "gravity_unit", "warning",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
-        )
+        )  # fmt: skip
     yield from _far_from_points(scenario)
-
-
-def _warning(quantity: str, message: str) -> Finding:
-    return Finding("Warnings", "motion", "", quantity, "warning", message)
 
 
 def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

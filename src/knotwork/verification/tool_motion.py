@@ -21,9 +21,9 @@ from knotwork.verification.limits import (
     bounded_value,
     keeps_limit,
     limit_finding,
+    slower_remedy,
     velocity_jumps,
 )
-from knotwork.verification.remedies import slower_remedy
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

@@ -5,6 +5,7 @@ It is served, or one file.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
@@ -15,11 +16,14 @@ from knotwork.errors import InputError, KnotworkError
 from knotwork.view.page import Page, asset, json_in_html, render_template, scene_page
 from knotwork.view.page_server import Answer, PageServer, Query
 from knotwork.view.scene_data import ROBOT_PARTS
-from knotwork.view.study_plot import DrawnStudy, VariedValue
-from knotwork.view.style import rounded_text
+from knotwork.view.style import printable, rounded_text, shorten_names
 
 CACHED_PAGES = 16
 """Number of cached pages of rows; others are planned again."""
+PASSED_ROW = "passed"
+PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
+# Reasons, most frequent first; distinct in lightness, too. Further ones share one colour.
+REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
 MOST_MAP_BYTES = 8_000_000
 """Largest size of the motions in a map as one file, to be sent by mail."""
 
@@ -88,23 +92,24 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
 
 def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
     """The page of the map; `more` for a file."""
-    drawn = DrawnStudy(study)
-    figures = {drawn.label(name): drawn.values(name) for name in study.figures}
+    pairs = zip(study["verdict"], study["reason"], strict=True)
+    kinds = [verdict if verdict == PASSED_ROW else reason for verdict, reason in pairs]
+    grid = len(study.together) != 1  # otherwise values vary together, like random samples
+    columns = [column for axis in study.together for column in axis]
+    figures = {name: _figure(study, name, kinds) for name in study.figures}
     data = {
-        "axes": [
-            _axis(value, cells=drawn.grid and len(drawn.varied) == 2) for value in drawn.varied
-        ],
-        "grid": drawn.grid,
+        "axes": [_axis(study, column, cells=grid and len(columns) == 2) for column in columns],
+        "grid": grid,
         "row": study["row"],
         "values": [[str(value) for value in study[name]] for name in study.varied],
         "verdict": study["verdict"],
-        "kind": drawn.kinds.tolist(),
+        "kind": kinds,
         "message": study["message"],
-        "palette": drawn.palette,
+        "palette": _palette(kinds),
         "figures": {
-            label: [float(value) if np.isfinite(value) else None for value in values]
-            for label, values in figures.items()
-            if np.isfinite(values).any()
+            _label(study, name): values
+            for name, values in figures.items()
+            if any(value is not None for value in values)
         },
         **(more or {}),
     }
@@ -113,13 +118,42 @@ def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
     return render_template("map.html", parts, title=study.name, in_file=more is not None, **counts)
 
 
-def _axis(value: VariedValue, *, cells: bool) -> dict[str, Any]:
-    """A varied value for the page; numbers of a grid are cells in their order."""
-    at, names = value.at.tolist(), list(value.names)
-    if cells and not names:
-        distinct = sorted(set(at))
-        at, names = (
-            [distinct.index(value) for value in at],
-            [rounded_text(value, 4) for value in distinct],
-        )
-    return {"title": value.title, "at": at, "names": names}
+def _palette(kinds: list[str]) -> dict[str, str]:
+    """A colour for passing rows, and for each of the reasons, most frequent first."""
+    reasons = [kind for kind, _ in Counter(kinds).most_common() if kind != PASSED_ROW]
+    colours = {PASSED_ROW: PASSED_COLOUR} | dict.fromkeys(reasons, OTHER_COLOUR)
+    return colours | dict(zip(reasons, REASON_COLOURS, strict=False))
+
+
+def _label(study: Any, name: str) -> str:
+    """Title of a figure, with its unit."""
+    figure = study.figures[name]
+    unit = study.units.shown(0.0, figure.unit)[1]
+    return f"{figure.title} [{unit}]" if unit else str(figure.title)
+
+
+def _figure(study: Any, name: str, kinds: list[str]) -> list[float | None]:
+    """A figure of passing rows in the displayed unit; `None` for other rows."""
+    factor = study.units.shown(1.0, study.figures[name].unit)[0]
+    known = [
+        kind == PASSED_ROW and value is not None and np.isfinite(value)
+        for kind, value in zip(kinds, study[name], strict=True)
+    ]
+    return [factor * value if use else None for value, use in zip(study[name], known, strict=True)]
+
+
+def _axis(study: Any, column: str, *, cells: bool) -> dict[str, Any]:
+    """A varied value for the page: words, and numbers of a grid, are cells in their order."""
+    values = study[column]
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        title = printable(study.titles[column])
+        if not cells:
+            return {"title": title, "at": values, "names": []}
+        distinct = sorted(set(values))
+        names = [rounded_text(value, 4) for value in distinct]
+    else:
+        title = printable(column)
+        values = [str(value).lower() if isinstance(value, bool) else str(value) for value in values]
+        distinct = list(dict.fromkeys(values))
+        names = shorten_names(distinct, 24)
+    return {"title": title, "at": [distinct.index(value) for value in values], "names": names}

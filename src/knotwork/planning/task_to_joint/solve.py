@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
+from knotwork.errors import RobotError, UnknownNameError
 from knotwork.planning.task_to_joint.inserted import complete_waypoints
 from knotwork.planning.task_to_joint.solution import Step, TaskSolution
 from knotwork.scenario import Scenario
@@ -81,16 +81,11 @@ def _solve_poses(
         without_virtual_joints,
     )
     from knotwork.planning.task_to_joint.solution_search import SolutionSearch
-    from knotwork.planning.task_to_joint.unit_slips import suggest_unit
 
     chains = FreedomChains(scenario, robot)
     extended = with_virtual_joints(scenario, space, chains)
     search = SolutionSearch(scenario, extended, chains, avoided)
-    try:
-        chosen = search.solve()
-    except OutOfReachError as error:
-        suggest_unit(error, scenario, search.robot)
-        raise
+    chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
     hopeless = bool(infeasibilities) or chosen.cost[CostLevel.COLLISIONS] > 0.0

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
-from knotwork.errors.renamed import old_property
-
 SegmentKind = Literal["free motion", "way", "tool path", "wait"]
 
 
@@ -53,8 +51,6 @@ class Event(MotionPart):
         words = {True: "on", False: "off"}
         shown = words[self.value] if isinstance(self.value, bool) else f"{self.value}"
         return f"{self.name} {shown}"
-
-    said = old_property("knotwork.spline.trajectory.Event.said")
 
 
 def signals_on_at(events: Iterable[Event], time: float) -> list[Event]:
@@ -106,5 +102,3 @@ class Segment(MotionPart):
         """Name, kind and times as text."""
         kind = "" if self.kind == "wait" else f"{self.kind}, "  # in its name
         return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"
-
-    said = old_property("knotwork.spline.trajectory.Segment.said")
