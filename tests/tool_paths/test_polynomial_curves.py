@@ -108,7 +108,7 @@ def test_nearest_points(seed):
             assert off[i] <= best.fun + 1e-9
 
 
-@examples(30)
+@examples(15)
 @given(seeds)
 def test_curvature_bound_holds(seed):
     for curve in curves(seed):

@@ -58,7 +58,7 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
     return [one for one, limit in pairs if one is None or not one.bound <= limit]
 
 
-@pytest.mark.parametrize("count", first_of(7, 60))
+@pytest.mark.parametrize("count", first_of(4, 60))
 def test_proves_followed_path(count: int) -> None:
     followed = 0
     for seed in range(count):
