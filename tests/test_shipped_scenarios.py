@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ from knotwork.errors import UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
+from plans import planned
 from shipped import LONG, SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
@@ -34,12 +34,6 @@ WARNINGS = {
     "ur5_turntable_rim": ["efforts are not judged, as table, which carries the poses, moves"],
 }
 """Of scenarios that are warned of, on purpose."""
-
-
-@cache
-def planned(scenario: str | Path) -> kw.Plan:
-    """The plan of a scenario, made once."""
-    return kw.plan(scenario)
 
 
 def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:

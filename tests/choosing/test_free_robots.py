@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,10 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError
+from plans import planned
 from sweeps import mostly_exhaustive
 
 FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5_palletise"]
-
-
-@cache
-def planned(name: str) -> kw.Plan:
-    return kw.plan(name)
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, *FREE[:2]))

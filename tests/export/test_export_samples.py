@@ -18,6 +18,7 @@ from knotwork import Plan
 from knotwork.errors import ExportError, InputError
 from knotwork.export import content, motion_table
 from knotwork.spline.trajectory import JointTrajectory
+from plans import arm
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -68,8 +69,7 @@ def test_all_four_say_the_same(deburring: Plan) -> None:
 
 
 def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
-    robot = deburring.space.robot
-    assert robot is not None
+    robot = arm(deburring)
     arrays = np.load(io.BytesIO(deburring.trajectory.to_npz(rate=20, robot=robot)))
     turns = arrays["tool_quaternion"]
     assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)), abs=1e-14)

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import ast
 import shutil
-import subprocess
-import sys
 import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from command_line import python
 from judge import faults_of_bodies, faults_of_joints, faults_of_paths, faults_of_plans
 from judge.cases import Case, Fault, Shelf, disguised, joint_case
 from judge.task import Task
@@ -159,9 +158,7 @@ def test_the_judge_shares_nothing_with_knotwork() -> None:
     modules = [path.stem for path in HERE.glob("*.py") if not path.stem.startswith("test_")]
     names = ", ".join(f"judge.{name}" for name in modules)
     said = f"import sys, {names}; print([n for n in sys.modules if n.startswith('knotwork')])"
-    ran = subprocess.run(
-        [sys.executable, "-c", said], cwd=HERE.parent, capture_output=True, text=True, check=True
-    )
+    ran = python("-c", said, cwd=HERE.parent, check=True)
     assert ran.stdout.strip() == "[]"
     for path in HERE.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

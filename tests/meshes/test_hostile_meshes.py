@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +12,7 @@ from PIL import Image
 from test_mesh_files import ascii_stl, binary_stl, collada, obj
 
 import knotwork as kw
-from command_line import PEAK_MEMORY
+from command_line import PEAK_MEMORY, python
 from drawn import mesh_visuals, shape_warnings, tower
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_files import read_mesh
@@ -155,9 +153,7 @@ def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
         "except InputError: pass\n"
         "print(used() - before)\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
-    )
+    ran = python("-c", code, path, check=True)
     assert int(ran.stdout) < 100_000  # kB
 
 

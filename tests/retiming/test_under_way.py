@@ -14,6 +14,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.errors import InputError
 from moving.test_moving_things import DOWN, belt, tool, tray
+from plans import planned
 
 Task = dict[str, Any]
 
@@ -203,7 +204,7 @@ def test_replaced_motion_keeps_held_object(
 @pytest.mark.parametrize("at", [0.9, 1.2, 2.0])
 def test_released_parts_stay_in_place(at: float) -> None:
     """An override of 0 ends on the way; a stop may begin where a part is taken."""
-    plan = kw.plan("panda_pick_place")
+    plan = planned("panda_pick_place")
     for made in (plan.scaled({0: 1, at: 0}), plan.stop(at), plan.stop(at, on_path=False)):
         (held,) = made.scenario.scene.held
         assert held.leave == made.scenario.waypoints[-1].name

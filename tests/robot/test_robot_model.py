@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import RobotError, UnknownNameError, WaypointDataError
+from plain import full_configuration
 
 L1, L2 = 0.5, 0.4
 ANGLE = st.floats(-2.6, 2.6)
@@ -17,17 +18,6 @@ def samples(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
     lower = np.maximum(robot.lower_position_limit, -2 * np.pi)
     upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
     return np.random.default_rng(seed).uniform(lower, upper, (count, robot.dof))
-
-
-def full_configuration(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Pinocchio's own configuration: cosine and sine for the joints that turn without limit."""
-    full = pin.neutral(model)
-    positions = {**robot.locked, **dict(zip(robot.joint_names, q, strict=True))}
-    for name, value in positions.items():
-        joint = model.joints[model.getJointId(name)]
-        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
-        full[joint.idx_q : joint.idx_q + joint.nq] = entry
-    return full
 
 
 @settings(max_examples=30)

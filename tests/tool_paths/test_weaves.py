@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
+from plain import tool_poses
 from sweeps import mostly_exhaustive
 
 WIDTH, RATE, SPEED, TOLERANCE = 3e-3, 2.0, 8e-3, 5e-5
@@ -41,16 +42,7 @@ def planned(name: str) -> kw.Plan:
 
 
 def tool(plan: kw.Plan, t: np.ndarray) -> np.ndarray:
-    """Positions of the TCP by plain Pinocchio, shape (k, 3)."""
-    robot = plan.space.robot
-    assert robot is not None
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    data, tip = model.createData(), model.getFrameId(robot.tool_frame)
-    found = []
-    for q in plan.trajectory.position(t):
-        pin.framesForwardKinematics(model, data, q)
-        found.append(data.oMf[tip].translation.copy())
-    return np.array(found)
+    return np.array([pose.translation for pose in tool_poses(plan, t)])
 
 
 def ramp(t: np.ndarray, duration: float) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from plans import arm
 
 TURN = {"turn": "z"}
 HALF = {"turn": [-180, 180]}
@@ -52,8 +53,7 @@ def judged(motion: kw.JointTrajectory, task: dict[str, Any], free: Any) -> kw.ve
 
 def turns(plan: kw.Plan) -> np.ndarray:
     """Of the tool's x axis against the direction about the rim's centre [rad], whole turns too."""
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion
     poses = [
         robot.forward(q)

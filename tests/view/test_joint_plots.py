@@ -26,6 +26,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.view import plot_joints
+from plans import planned
 from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
@@ -33,7 +34,7 @@ FAILING = Path(__file__).parents[1] / "failing"
 
 @pytest.fixture(scope="module")
 def cubic() -> Plan:
-    return kw.plan("paper_case", planner="cubic")
+    return planned("paper_case", planner="cubic")
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +110,7 @@ def test_jumps_of_acceleration_are_drawn_at_both_values(cubic: Plan) -> None:
     figure = plot_joints(cubic)
     assert "jump" in legend_words(figure)
     assert not any(lines(axis, "jump") for axis in figure.axes[:2])
-    smooth = plot_joints(kw.plan("paper_case"))
+    smooth = plot_joints(planned("paper_case"))
     assert not any(lines(axis, "jump") for axis in smooth.axes)
     assert "jump" not in legend_words(smooth)
 
@@ -191,7 +192,7 @@ def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) ->
 def test_one_joint_overlays_planners_told_apart_without_colour(
     paper_case: Plan, cubic: Plan
 ) -> None:
-    quintic = kw.plan("paper_case", planner="quintic")
+    quintic = planned("paper_case", planner="quintic")
     figure = plot_joints([paper_case, cubic, quintic], quantities=["acceleration"])
     (axis,) = figure.axes
     curves = lines(axis, "curve")
@@ -212,7 +213,7 @@ def test_one_joint_overlays_planners_told_apart_without_colour(
 
 @pytest.mark.exhaustive
 def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
-    plans = [kw.plan("ur10_spray"), kw.plan("ur10_spray", planner="trapezoidal")]
+    plans = [planned("ur10_spray"), planned("ur10_spray", planner="trapezoidal")]
     figure = plot_joints(plans, quantities=["velocity", "acceleration"])
     assert len(figure.axes) == 4
     for left, right in (figure.axes[:2], figure.axes[2:]):

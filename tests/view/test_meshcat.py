@@ -14,6 +14,7 @@ from PIL import Image
 
 import knotwork as kw
 from knotwork.errors import InputError
+from plans import planned
 
 meshcat = pytest.importorskip("meshcat")
 
@@ -33,7 +34,7 @@ class Window:
 
 @pytest.fixture(scope="module")
 def plan() -> kw.Plan:
-    return kw.plan("planar2_closed_form")
+    return planned("planar2_closed_form")
 
 
 def test_the_animation_is_the_motion(plan: kw.Plan) -> None:
@@ -60,7 +61,7 @@ def test_the_animation_is_the_motion(plan: kw.Plan) -> None:
 
 
 def test_the_board_has_the_verdict_and_the_camera_looks_at_the_scene() -> None:
-    window, plan = Window(), kw.plan("planar2_closed_form", planner="parabolic-blend")
+    window, plan = Window(), planned("planar2_closed_form", planner="parabolic-blend")
     plan.play(meshcat.Visualizer(window=window))
     (board,) = (one for one in window.kinds("set_object") if one["path"].endswith("/board"))
     (picture,) = board["object"]["images"]

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from command_line import Command
 from knotwork import Plan
-from patience import PATIENCE
 
 PNG = b"\x89PNG"
 
@@ -95,17 +92,3 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
     ran = knotwork("plot", "./paper_case", "--compare", "cubic")
     assert ran.code == 2
     assert "leave out --compare" in ran.err
-
-
-def test_drawing_never_loads_pyplot(tmp_path: Path) -> None:
-    code = (
-        "import sys, knotwork as kw\n"
-        "from knotwork import view\n"
-        "assert 'matplotlib' not in sys.modules\n"
-        f"view.save_figure(view.plot_joints(kw.plan('paper_case')), {str(tmp_path / 'a.png')!r})\n"
-        "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules"
-    )
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
-    assert ran.returncode == 0, ran.stderr

@@ -12,6 +12,7 @@ from test_limits_shown import deburring
 import knotwork as kw
 from drawn import scene
 from knotwork.view import plot_joints, plot_tool
+from plans import planned
 
 
 def strip(plan: kw.Plan) -> Any:
@@ -19,7 +20,7 @@ def strip(plan: kw.Plan) -> Any:
 
 
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
-    plan = kw.plan("ur5_wall")
+    plan = planned("ur5_wall")
     said = [one for one in plan.report.findings if one.quantity == "binding_limits"]
     limits = {tuple(one.interval or ()): one.label for one in said}
     for start, end, name, limit in strip(plan)["segments"]:
@@ -58,7 +59,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
     assert (elbow["name"], elbow["unit"]) == ("speed of forearm_link", "mm/s")
     assert elbow["limits"] == [pytest.approx(500.0)]
     assert len(elbow["time"]) == len(elbow["value"])
-    plan = kw.plan("ur5_dome")
+    plan = planned("ur5_dome")
     (used,) = (one for one in plan.report.select(quantity="free") if one.subject == "path")
     (turn,) = strip(plan)["curves"]
     assert turn["name"] == f"turn, {used.name}"

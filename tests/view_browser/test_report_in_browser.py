@@ -13,11 +13,12 @@ from PIL import Image
 
 import knotwork as kw
 from knotwork.view import report_page
+from plans import planned
 
 
 @pytest.mark.exhaustive
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
-    plan = kw.plan("planar2_closed_form", planner="parabolic-blend")
+    plan = planned("planar2_closed_form", planner="parabolic-blend")
     path = report_page(plan).save(tmp_path / "report.html")
     tab = tabs.new()
     tab.set_viewport_size({"width": 1000, "height": 700})
@@ -90,7 +91,7 @@ def the_still_shows_labels_and_legend(tab: Any) -> None:
 
 
 def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
-    path = report_page(kw.plan("planar2_closed_form")).save(tmp_path / "report.html")
+    path = report_page(planned("planar2_closed_form")).save(tmp_path / "report.html")
     tab = tabs.new(java_script_enabled=False)
     tab.goto(path.as_uri())
     assert "switched off" in tab.inner_text("#view")
@@ -100,7 +101,7 @@ def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> Non
 
 
 def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
-    page = report_page(kw.plan("paper_case"))
+    page = report_page(planned("paper_case"))
     tab = tabs.new()
     tab.goto(page.save(tmp_path / "report.html").as_uri())
     said = tab.inner_text("#view")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import re
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from PIL import Image
 import knotwork as kw
 from drawn import beside_an_arm
 from knotwork.view import view_trajectory
+from plans import planned
 from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
@@ -24,11 +24,6 @@ SCENARIOS = ("ur5_deburring", "panda_pick_place", "kinova_dispense", "planar2_cl
 HIDE = "(path) => viewer.set_property(['Knotwork', ...path], 'visible', false)"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 Picture = NDArray[np.int64]
-
-
-@cache
-def planned(scenario: str, planner: str | None = None) -> kw.Plan:
-    return kw.plan(scenario, planner=planner)
 
 
 @pytest.fixture
