@@ -78,18 +78,20 @@ def test_solution_is_no_farther_than_origin_of_pose(name: str, count: int) -> No
         assert solution.distance <= np.linalg.norm(q - start) + 1e-6
 
 
+@pytest.mark.parametrize("count", first_of(4, 20))
 @pytest.mark.parametrize("name", URDF_ROBOTS)
-def test_solves_poses_at_joint_limits(name: str) -> None:
+def test_solves_poses_at_joint_limits(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(22)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
-    for _ in range(10):
+    for _ in range(count):
         side = generator.integers(0, 3, robot.dof)
         q = np.select([side == 0, side == 1], [lower, upper], sample(robot, generator))
         pose = robot.forward(q)
         assert_solves(robot, pose, solve_pose_ik(robot, pose, robot.configuration("home")).q)
 
 
+@pytest.mark.parametrize("count", first_of(3, 20))
 @pytest.mark.parametrize(
     ("name", "fixed"),
     [
@@ -103,9 +105,9 @@ def test_solves_poses_at_joint_limits(name: str) -> None:
         ("panda", {1: 0.0, 2: 0.0, 5: 0.0}),
     ],
 )
-def test_solves_poses_at_singularities(name: str, fixed: dict[int, float]) -> None:
+def test_solves_poses_at_singularities(name: str, fixed: dict[int, float], count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(23)
-    for _ in range(10):
+    for _ in range(count):
         q = sample(robot, generator)
         q[list(fixed)] = list(fixed.values())
         pose = robot.forward(q)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from test_mesh_files import ascii_stl, binary_stl, collada, obj
+from test_mesh_files import ascii_stl, binary_stl, collada, obj, read
 
 import knotwork as kw
 from command_line import PEAK_MEMORY, python
@@ -99,10 +99,8 @@ HOSTILE = {
 @pytest.mark.parametrize("case", HOSTILE)
 def test_refuses_hostile_mesh_in_one_line(case: str, tmp_path: Path) -> None:
     name, content, says = HOSTILE[case]
-    path = tmp_path / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=says) as error:
-        read_mesh(path)
+        read(tmp_path, name, content)
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 600
 
@@ -116,9 +114,7 @@ MANY = {
 
 @pytest.mark.parametrize("name", MANY)
 def test_a_mesh_divided_into_many_is_read_as_one(name: str, tmp_path: Path) -> None:
-    path = tmp_path / name
-    path.write_text(MANY[name], encoding="utf-8")
-    (part,) = read_mesh(path)
+    (part,) = read(tmp_path, name, MANY[name])
     assert len(part.triangles) in (4, 40_000, 40_004)
 
 
@@ -135,9 +131,8 @@ def test_more_triangles_than_the_bound_are_refused(
 ) -> None:
     monkeypatch.setattr("knotwork.scene.meshes.size_limits.MOST_MESH_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
-        (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
-            read_mesh(tmp_path / name)
+            read(tmp_path, name, content)
 
 
 def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:

@@ -223,7 +223,7 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
         assert np.abs(new(0.0, nu) - old(3.2, nu)).max() <= 1e-12
     message = tmp_path / "old.yaml"
     assert knotwork("export", tmp_path / "old", "-f", "ros2", "-o", message).code == 0
-    assert knotwork("replan", message, file, "--at", "3.2").code == 0
+    assert knotwork("replan", message, file, "--at", "3200ms").code == 0
     for asked, words in (
         (("old", "goal.yaml", "--at", "99"), "99 s is outside the trajectory"),
         (("old", "paper_case", "--at", "1"), "paper_case: waypoints[1].joints.joint_1"),

@@ -91,7 +91,15 @@ CIRCLE = {
 }
 
 
-@pytest.mark.parametrize("knots", ["paper", "balanced", {"balanced": 0.1}, {"balanced": 0.45}])
+@pytest.mark.parametrize(
+    "knots",
+    [
+        pytest.param("paper", marks=pytest.mark.exhaustive),
+        "balanced",
+        pytest.param({"balanced": 0.1}, marks=pytest.mark.exhaustive),
+        {"balanced": 0.45},
+    ],
+)
 def test_follows_path_with_given_knots(knots: Any) -> None:
     given = task(ON, CIRCLE, tolerances={"path": 0.005}, knots=knots)
     plan = kw.plan(given)

@@ -271,10 +271,6 @@ def test_refuses_unknown_frames_and_limits() -> None:
     robot, trajectory = plan.space.robot, plan.trajectory
     with pytest.raises(kw.InputError, match="unknown frame 'forearm'; did you mean 'forearm_link'"):
         tool_speed_bound(robot, trajectory, frame="forearm")
-    with pytest.raises(kw.InputError, match="limit of the tool speed is 0; it must be a positive"):
-        tool_speed_bound(robot, trajectory, limit=0)
-    with pytest.raises(kw.InputError, match="give 6 positive numbers"):
-        torque_bound(robot, trajectory, limit=[1.0])
     other = kw.JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
     with pytest.raises(kw.InputError, match="has joint a; the joints of robot 'ur5' are"):
         singular_value_bound(robot, other)
@@ -290,10 +286,10 @@ def test_bounds_speed_of_elbow() -> None:
     compare(found, only, speed_of(elbow), 3_000, 1e-9)
 
 
-@pytest.mark.parametrize("limit", ["a", [1.0], True, math.nan, -1.0])
+@pytest.mark.parametrize("limit", ["a", [1.0], True, math.nan, -1.0, 0])
 def test_refuses_limits_that_are_not_positive(limit: Any) -> None:
     plan = planned("ur5_deburring")
-    with pytest.raises(kw.InputError, match="limit"):
+    with pytest.raises(kw.InputError, match="limit of the tool speed"):
         kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=limit)
-    with pytest.raises(kw.InputError, match="torque limits"):
+    with pytest.raises(kw.InputError, match=r"torque limits.*give 6 positive numbers"):
         kw.verification.torque_bound(plan.space.robot, plan.trajectory, limit=limit)

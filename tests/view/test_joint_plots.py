@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from pathlib import Path
@@ -157,8 +158,13 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s exceeds limit ±3.15 rad/s")
 
 
-@pytest.mark.parametrize("kind", ["acceleration", "jerk", "velocity"])
-@pytest.mark.parametrize("part", [0.999, 1.0, 1.001])
+KINDS, PARTS = ("acceleration", "jerk", "velocity"), (0.999, 1.0, 1.001)
+
+
+@pytest.mark.parametrize(
+    ("kind", "part"),
+    mostly_exhaustive(itertools.product(KINDS, PARTS), *zip(KINDS, PARTS, strict=True)),
+)
 def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
     """Limits just below, at and above the exact peak: drawn as broken if the check says so."""
     task: dict[str, Any] = {

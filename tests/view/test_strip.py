@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 from figures import collections, legend_words
 from test_limits_shown import deburring
@@ -13,6 +12,7 @@ import knotwork as kw
 from drawn import scene
 from knotwork.view import plot_joints, plot_tool
 from plans import planned
+from walls import into
 
 
 def strip(plan: kw.Plan) -> Any:
@@ -69,14 +69,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
 
 
 def test_collisions_are_marked_over_all_panels_as_long_as_they_last() -> None:
-    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
-    here, there = (
-        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [np.pi, 0, 0]}}
-        for name, y in (("here", -0.25), ("there", 0.25))
-    )
-    tool = {"offset": {"position": [0, 0, 0.12]}}
-    task = {"robot": "ur5", "tool": tool, "scene": {"objects": {"wall": wall}}}
-    plan = kw.plan({**task, "waypoints": [here, there | {"after": 2}]})
+    plan = kw.plan(into())
     spans = [span for one in plan.report.failures for span in one.spans]
     first, last = min(start for start, _ in spans), max(end for _, end in spans)
     (drawn, *others) = strip(plan)["broken"]

@@ -14,6 +14,7 @@ from PIL import Image
 import knotwork as kw
 from knotwork.view import report_page
 from plans import planned
+from walls import into
 
 
 @pytest.mark.exhaustive
@@ -116,15 +117,7 @@ def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
 def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time(
     tabs: Any, tmp_path: Path
 ) -> None:
-    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
-    here, there = (
-        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [180, 0, 0]}}
-        for name, y in (("here", -0.25), ("there", 0.25))
-    )
-    tool = {"offset": {"position": [0, 0, 0.12]}}
-    around = {"objects": {"wall": wall}}
-    task = {"robot": "ur5", "tool": tool, "scene": around, "units": {"angle": "deg"}}
-    plan = kw.plan({**task, "waypoints": [here, there | {"after": 2}]})
+    plan = kw.plan(into())
     tab = tabs.new()
     tab.set_viewport_size({"width": 1440, "height": 900})
     tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())

@@ -18,6 +18,7 @@ from drawn import beside_an_arm
 from knotwork.view import view_trajectory
 from plans import planned
 from sweeps import mostly_exhaustive
+from walls import into
 
 FAILING = Path(__file__).parents[1] / "failing"
 SCENARIOS = ("ur5_deburring", "panda_pick_place", "kinova_dispense", "planar2_closed_form")
@@ -368,19 +369,7 @@ FIT_OF_A_LABEL = """(() => {
 def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     tabs: Any, tmp_path: Path
 ) -> None:
-    tool = {"cylinder": {"radius": 0.02, "length": 0.12}, "position": [0, 0, 0.06]}
-    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
-    here, there = (
-        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [np.pi, 0, 0]}}
-        for name, y in (("here", -0.25), ("there", 0.25))
-    )
-    task = {
-        "robot": "ur5",
-        "tool": {"offset": {"position": [0, 0, 0.12]}, "shape": tool},
-        "scene": {"objects": {"wall": wall}},
-        "waypoints": [here, there | {"after": 2}],
-    }
-    plan = kw.plan(task)
+    plan = kw.plan(into())
     tab = tabs.scene("touching", plan.view, tmp_path)
     tab.evaluate("knotwork.pause()")
     tab.evaluate("knotwork.seek(0)")
