@@ -15,7 +15,7 @@ from command_line import Command, Ran
 from knotwork import Plan
 from knotwork.cli.main import main
 from plans import planned
-from sweeps import ALL_EXAMPLES, TIMES
+from sweeps import ALL_EXAMPLES
 
 # What the terminal is like, and where packages are, each test says itself.
 for name in (
@@ -37,7 +37,7 @@ settings.register_profile(
     derandomize="CI" in os.environ,
 )
 settings.load_profile("ordinary")
-settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples)
+settings.register_profile(ALL_EXAMPLES)
 
 
 @pytest.fixture

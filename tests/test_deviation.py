@@ -15,6 +15,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.verification.metrics.deviation import deviation_from_line, straight_path_deviation
 from plans import arm
+from sweeps import examples
 
 RADIAN = 0.1  # what a radian counts where the tool moves and turns at once [m]
 
@@ -26,6 +27,7 @@ def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:
 distances = st.floats(-2, 2)
 
 
+@examples(in_all=600)
 @given(
     along=st.floats(0, 1),
     off=distances,

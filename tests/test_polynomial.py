@@ -259,7 +259,7 @@ def test_both_sides_of_a_jump_count():
     assert (falling.maximum, falling.maximum_time) == (7.0, 1.0)
 
 
-@examples(60)
+@examples(in_all=360)
 @given(
     c=st.lists(
         st.floats(-1e3, 1e3).map(lambda v: v if abs(v) > 1e-6 else 0.0), min_size=1, max_size=9

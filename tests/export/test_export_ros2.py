@@ -6,13 +6,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from motions import hermite_data, motion
 from replay import NANOSECONDS, accepted_by_ros2, controller, nanoseconds
 
 from knotwork import Plan
 from knotwork.errors import ExportError, InputError
 from knotwork.spline.trajectory import JointTrajectory
+from sweeps import examples
 
 ROUNDING = 2e-14
 
@@ -67,7 +68,7 @@ def test_replay_keeps_to_the_bound(planner: str, accelerations: bool) -> None:
 
 
 @given(hermite_data())
-@settings(max_examples=25)
+@examples()
 def test_any_cubics_are_replayed_within_the_bound(trajectory: JointTrajectory) -> None:
     message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
     scale = 1.0 + float(np.abs(trajectory.knots.position).max())

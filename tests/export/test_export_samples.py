@@ -9,7 +9,7 @@ import json
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from motions import motion
 from replay import hermite
@@ -19,6 +19,7 @@ from knotwork.errors import ExportError, InputError
 from knotwork.export import content, motion_table
 from knotwork.spline.trajectory import JointTrajectory
 from plans import arm
+from sweeps import examples
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -31,7 +32,7 @@ def from_csv(text: str) -> dict[str, np.ndarray]:
 
 
 @given(st.floats(0.3, 2000.0))
-@settings(max_examples=25)
+@examples()
 def test_the_last_sample_is_the_end_whatever_the_rate(rate: float) -> None:
     columns = from_csv(motion().to_csv(rate=rate))
     time = columns["time_s"]

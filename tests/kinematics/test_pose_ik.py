@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
@@ -15,7 +15,7 @@ from knotwork.errors import (
 )
 from knotwork.kinematics import solve_pose_ik, solve_pose_ik_all
 from plain import tool_frames
-from sweeps import first_of, mostly_exhaustive
+from sweeps import examples, first_of, mostly_exhaustive
 
 # Those whose URDF has all their joints
 URDF_ROBOTS = [name for name in robot_names() if name not in ("ur5_rail", "ur5_turntable")]
@@ -115,7 +115,7 @@ def test_solves_poses_at_singularities(name: str, fixed: dict[int, float], count
             assert_solves(robot, pose, solve_pose_ik(robot, pose, start).q)
 
 
-@settings(max_examples=60)
+@examples()
 @given(ANGLE, ANGLE)
 def test_planar_arm_equals_closed_form(a: float, b: float) -> None:
     """With its orientation given, a two-link arm has one solution, the law of cosines' branch."""
@@ -224,7 +224,7 @@ def test_refuses_robot_without_tool() -> None:
         solve_pose_ik(robot, pin.SE3.Identity(), [0, 0])
 
 
-@settings(max_examples=60)
+@examples()
 @given(ANGLE, st.floats(-9, 9), st.floats(-10, 0), st.floats(1, 15))
 def test_takes_nearest_turn_within_limits(
     angle: float, start: float, lower: float, width: float

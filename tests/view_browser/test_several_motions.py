@@ -118,6 +118,7 @@ def test_what_does_not_go_together_is_refused(
 
 
 @needs_signals
+@pytest.mark.exhaustive
 def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "rate": [100, 200]}
@@ -168,7 +169,6 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     tabs.complaints.clear()  # of the frame that was left
 
 
-@pytest.mark.exhaustive
 def test_a_map_that_is_one_file_has_the_motions_that_fit(
     tabs: Any, knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
