@@ -14,6 +14,7 @@ from PIL import Image
 import knotwork as kw
 from knotwork.view import report_page
 from plans import planned
+from walls import into
 
 
 @pytest.mark.exhaustive
@@ -116,10 +117,7 @@ def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
 def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time(
     tabs: Any, tmp_path: Path
 ) -> None:
-    post = {"box": [0.1, 0.1, 0.4], "position": [0.75, 0.35, 0]}
-    ends = [{"joints": {"shoulder": at, "elbow": 20}, "stop": True} for at in (-10, 60)]
-    task = {"robot": "planar2", "units": {"angle": "deg"}, "scene": {"objects": {"post": post}}}
-    plan = kw.plan({**task, "waypoints": [ends[0], ends[1] | {"after": 2}]})
+    plan = kw.plan(into())
     tab = tabs.new()
     tab.set_viewport_size({"width": 1440, "height": 900})
     tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())
