@@ -15,6 +15,7 @@ from command_line import Command
 from knotwork.errors import InputError
 from moving.test_moving_things import DOWN, belt, tool, tray
 from plans import planned
+from sweeps import mostly_exhaustive
 
 Task = dict[str, Any]
 
@@ -73,7 +74,7 @@ def test_stop_of_even_motion_is_near_closed_form(speed: float, part: float) -> N
     assert free.report.ok
 
 
-@pytest.mark.parametrize("at", [0.7, 3.0, 4.9, 8.0, 12.0])
+@pytest.mark.parametrize("at", mostly_exhaustive([0.7, 3.0, 4.9, 8.0, 12.0], 3.0, 8.0))
 @pytest.mark.parametrize("on_path", [True, False])
 def test_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_path: bool) -> None:
     stop = deburring.stop(at, on_path=on_path)
@@ -201,7 +202,7 @@ def test_replaced_motion_keeps_held_object(
         moving_part.scaled({0: 0.5})
 
 
-@pytest.mark.parametrize("at", [0.9, 1.2, 2.0])
+@pytest.mark.parametrize("at", mostly_exhaustive([0.9, 1.2, 2.0], 1.2))
 def test_released_parts_stay_in_place(at: float) -> None:
     """An override of 0 ends on the way; a stop may begin where a part is taken."""
     plan = planned("panda_pick_place")
