@@ -260,11 +260,11 @@ def save(
     checked_target(path, force=force)
     is_held = get_format(name).events or not trajectory.events
     text = content(trajectory, name, **options)
-    return write(path, text, force=force, beside=None if is_held else side_file(trajectory))
+    return write(path, text, force=force, side_content=None if is_held else side_file(trajectory))
 
 
 def write(
-    path: Path | str, text: str | bytes, *, force: bool = False, beside: str | None = None
+    path: Path | str, text: str | bytes, *, force: bool = False, side_content: str | None = None
 ) -> Path:
     """Write content to a file, whole or not at all.
 
@@ -275,16 +275,16 @@ def write(
         path: Path of the file; its folder is created if it does not exist.
         text: Content of the file.
         force: Replace the file if it exists.
-        beside: Content of the second file, if any.
+        side_content: Content of the second file, if any.
 
     Raises:
         InputError: The file exists or can't be written.
     """
     target = checked_target(path, force=force)
-    if beside is None:
+    if side_content is None:
         return write_file(target, text)
     side = side_path(target)
     # the same motion in another format has the same one
-    known = side.is_file() and side.read_bytes() == beside.encode()
+    known = side.is_file() and side.read_bytes() == side_content.encode()
     side = checked_target(side, force=force or known)
-    return write_files(target.parent, {target.name: text, side.name: beside})[0]
+    return write_files(target.parent, {target.name: text, side.name: side_content})[0]

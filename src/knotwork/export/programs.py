@@ -29,6 +29,7 @@ from knotwork.export.straight import (
     ARM_AXES,
     AXES_ACCEPTED,
     RESTING_SPEED,
+    SHOWN_UNITS,
     STRAIGHT,
     TIME_TICK,
     Positions,
@@ -47,7 +48,6 @@ MAX_REMARK_LENGTH = 32
 """Largest number of characters of a remark of FANUC."""
 MAX_TRIGGERS = 8
 """Largest number of triggers of one move of ABB."""
-DEGREE, MILLIMETRE = np.degrees(1.0), 1e3
 
 
 @dataclass(frozen=True)
@@ -243,10 +243,11 @@ def _axes(
     outer = [i for i in range(len(units)) if i not in arm]
     if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
         raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {AXES_ACCEPTED}")
-    factors = np.array([DEGREE if units[i] == "rad" else MILLIMETRE for i in outer])
     names = points.trajectory.joint_names
-    shown = {names[i]: "deg" if units[i] == "rad" else "mm" for i in outer}
-    return np.degrees(q[:, arm]), q[:, outer] * factors, shown
+    shown = {names[i]: SHOWN_UNITS[units[i]] for i in outer}
+    factors = np.array([factor for _, factor in shown.values()])
+    written = {name: unit for name, (unit, _) in shown.items()}
+    return np.degrees(q[:, arm]), q[:, outer] * factors, written
 
 
 def _steps(points: Positions) -> Iterator[Step]:
