@@ -3,8 +3,8 @@
 The program makes the cubic of each piece from the positions and velocities at its ends, as the
 cubic splines of Universal Robots' own driver do, and sends the controller one `speedj` a step: the
 velocity at the end of the step, with the acceleration that gets there in just that time. So the
-commanded velocity is the motion's at every step and straight between, and its integral is off by the
-error of the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
+commanded velocity is the motion's at every step and straight between. Its integral has the error of
+the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
 that is continuous.
 
 Outputs are switched and payloads set between two pieces, up to a step before their time.
