@@ -6,16 +6,12 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PIL import Image
 from test_mesh_files import ascii_stl, binary_stl, collada, obj
 
-import knotwork as kw
 from command_line import PEAK_MEMORY
-from drawn import mesh_visuals, shape_warnings, tower
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_files import read_mesh
 
@@ -159,61 +155,3 @@ def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
         [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
     )
     assert int(ran.stdout) < 100_000  # kB
-
-
-@pytest.fixture
-def textured(tmp_path: Path) -> Callable[[str], Path]:
-    """A mesh in a package whose material names a picture."""
-
-    def write(image: str) -> Path:
-        text = collada()
-        text = text.replace("<color>0.1 0.2 0.3 0.5</color>", '<texture texture="t" texcoord="u"/>')
-        library = (
-            f'<library_images><image id="i"><init_from>{image}</init_from></image>'
-            "</library_images><library_effects>"
-        )
-        parameters = (
-            '<newparam sid="s"><surface type="2D"><init_from>i</init_from></surface></newparam>'
-            '<newparam sid="t"><sampler2D><source>s</source></sampler2D></newparam><technique '
-        )
-        text = text.replace("<library_effects>", library)
-        text = text.replace("<technique sid", f"{parameters}sid")
-        folder = tmp_path / "arm" / "meshes"
-        folder.mkdir(parents=True)
-        path = folder / "a.dae"
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return write
-
-
-@pytest.mark.parametrize(
-    ("image", "package", "taken"),
-    [
-        ("a.png", False, True),
-        ("../textures/a.png", False, False),
-        ("../textures/a.png", True, True),
-        ("../../secret.png", True, False),
-        ("link.png", True, False),
-        ("file://{}/secret.png", True, False),
-        ("..%2f..%2fsecret.png", True, False),
-    ],
-)
-def test_reads_images_from_package_alone(
-    image: str, package: bool, taken: bool, textured, tmp_path: Path
-) -> None:
-    path = textured(image.format(tmp_path))
-    (tmp_path / "arm" / "textures").mkdir()
-    for picture in (
-        path.parent / "a.png",
-        tmp_path / "arm/textures/a.png",
-        tmp_path / "secret.png",
-    ):
-        Image.new("RGB", (2, 2)).save(picture)
-    (path.parent / "link.png").symlink_to(tmp_path / "secret.png")
-    if package:
-        (tmp_path / "arm" / "package.xml").touch()
-    urdf = path.with_name("arm.urdf")
-    urdf.write_text(tower(mesh_visuals(["a.dae"])), encoding="utf-8")
-    said = "".join(shape_warnings(kw.load_robot(urdf).with_tool("c")))
-    assert ("surfaces are drawn grey" in said) == (not taken)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,21 +30,18 @@ class Plan(ExecutedMotion):
     (array([ 0.,  5., 15., 25.]), 25.0, True)
     """
 
-    def view(self, compare: Sequence[str] = ()) -> Page:
+    def view(self) -> Page:
         """Show the motion of the arm in 3D.
 
         A notebook shows the page inline; `save` writes it to a file that any browser opens.
 
-        Args:
-            compare: Planners. Their motions are shown as translucent arms.
-
         Raises:
-            InputError: The scenario has no robot, or another planner can't plan it.
+            InputError: The scenario has no robot, or the motion can't be shown.
         """
-        from knotwork.view.plan_pages import view_plan
+        from knotwork.view.page import scene_page
+        from knotwork.view.scene_data import scene_of
 
-        others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
-        return view_plan(self, others)
+        return scene_page(scene_of(self))
 
     def play(self, viewer: Any) -> None:
         """Show the motion of the arm in a running Meshcat viewer.

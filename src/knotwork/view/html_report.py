@@ -15,9 +15,9 @@ from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
 from knotwork.verification.worst import without_use, worst_failures
 from knotwork.view.joint_plots import plot_joints
-from knotwork.view.page import Page, asset, frame, json_in_html, render_template
+from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
-from knotwork.view.plan_pages import view_plan
+from knotwork.view.scene_data import scene_of
 from knotwork.view.scene_verdict import failures
 from knotwork.view.shown_motion import PlanLike
 from knotwork.view.tool_plots import plot_tool
@@ -54,7 +54,7 @@ def report_page(plan: PlanLike) -> Page:
     if robot is not None:
         if robot.tcp_frame_id is not None:
             plots.append(("The tool over time", plot_tool(plan)))
-        scene = view_plan(plan, embedded=True, autoplay=False)
+        scene = scene_page(scene_of(plan), embedded=True, autoplay=False)
     parts = {"style": asset("report.css"), "night": night_colours(), "script": asset("report.js")}
     parts["limits"] = json_in_html(_limits(plan))
     parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""

@@ -27,8 +27,8 @@ class LiveServer(PageServer):
 
     editing = False
 
-    def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
-        """Listen on a port, by default any free one; `ghosts` as for `scene_page`.
+    def __init__(self, title: str, port: int = 0) -> None:
+        """Listen on a port, by default any free one.
 
         Raises:
             InputError: The port is in use, or not permitted; or the package `meshcat` is
@@ -39,7 +39,7 @@ class LiveServer(PageServer):
         self.routes = {"/": self._page, "/scene": self._newest_scene, "/changes": self._changes}
         self.version = self._robot_version = 0
         self.scene: dict[str, Any] | None = None
-        self._waiting, self._ghosts = waiting_page(title).html, ghosts
+        self._waiting = waiting_page(title).html
         self._error = ""
         self._busy = False
         self._changed = threading.Condition()
@@ -81,7 +81,7 @@ class LiveServer(PageServer):
         version, scene = self.version, self.scene  # in this order: a page may be newer
         if scene is None:
             return "text/html", self._waiting
-        page = scene_page(scene, ghosts=self._ghosts, live=version, editing=self.editing)
+        page = scene_page(scene, live=version, editing=self.editing)
         return "text/html", page.html
 
     def _newest_scene(self, query: Query) -> Answer | None:

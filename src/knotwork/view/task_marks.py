@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import short_text
@@ -18,8 +16,8 @@ from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.targets import round_arrows, spacings, straight_arrows
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.view.targets import spacings, velocity_arrows
+from knotwork.waypoints import CartesianWaypoint
 
 ROUNDING_USE = 1e6
 """A tolerance exceeded by this factor is one for rounding, and is not printed."""
@@ -32,30 +30,23 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     """Draw the marks of a task, and of the failures of its check, in a scene of some size [m].
 
     Returns:
-        For the legend the time in which the tool goes the length of straight arrows,
-        `arrow_seconds`, and turns by round ones, `turn_seconds`.
+        For the legend `arrow_seconds`, the time in which the tool moves by the length of arrows.
     """
     curve, robot = shown.curve, shown.robot
     _draw_waypoints(parts, shown, size)
-    axis = _axis_length([target for target in shown.targets if not target.standing], size)
-    arrows = {
-        ("speeds asked for", "arrow_seconds"): straight_arrows(shown.given_velocities, size),
-        ("turning asked for", "turn_seconds"): round_arrows(shown.given_velocities, 0.75 * axis),
-    }
-    seconds = {}
-    for (name, key), drawn in arrows.items():
-        if drawn is not None:
-            mesh, seconds[key] = drawn
-            parts.draw(name, mesh)
+    legend = {}
+    arrows = velocity_arrows(shown.given_velocities, size)
+    if arrows is not None:
+        mesh, legend["arrow_seconds"] = arrows
+        parts.draw("speeds asked for", mesh)
     if len(curve.x) <= MOST_KNOTS:
-        along, ball = _on_paths(curve.x, shown.scenario), sphere(0.0048 * size, KNOT, 12)
-        for name, times in (("knots", curve.x[~along]), ("knots on paths", curve.x[along])):
-            points = [(robot.base_placement * robot.forward(q)).translation for q in curve(times)]
-            dots = [ball.shift(point) for point in points]
-            parts.draw(name, merge_meshes(dots) if dots else None, hidden=name == "knots on paths")
+        ball = sphere(0.0048 * size, KNOT, 12)
+        places = [(robot.base_placement * robot.forward(q)).translation for q in curve(curve.x)]
+        dots = merge_meshes([ball.shift(place) for place in places])
+        parts.draw("knots", dots, hidden=bool(shown.scenario.paths))  # many along a path
     if shown.report is not None:
         _draw_failures(parts, shown, shown.report, size)
-    return seconds
+    return legend
 
 
 def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
@@ -91,14 +82,6 @@ def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
         parts.write(name, "frame", pose.translation, f"frame {name!r}", carrier=carrier)
     for carrier, poses in placed.items():
         parts.draw("frames", _triads(poses, 0.075 * size, 0.05), carrier=carrier)
-
-
-def _on_paths(times: FloatArray, scenario: Scenario) -> NDArray[np.bool_]:
-    """Whether times are within a tool path."""
-    within = np.zeros(times.shape, dtype=bool)
-    for path in scenario.paths:
-        within |= (times > path.motion.start_time) & (times < path.motion.end_time)
-    return within
 
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
