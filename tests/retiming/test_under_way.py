@@ -261,9 +261,3 @@ def test_refuses_impossible_stops() -> None:
     calm = {"limits": LIMITS, "end_acceleration": "zero", "waypoints": joints}
     with pytest.raises(InputError, match="is at rest"):
         kw.plan(calm).stop(2.0, on_path=False)
-
-
-def test_reports_that_tool_paths_are_not_checked(deburring: kw.Plan) -> None:
-    for changed in (deburring.scaled({0: 0.5}), deburring.stop(1.0)):
-        warnings = [f.fact for f in changed.report.findings if f.quantity == "path"]
-        assert any("not checked against the tool paths" in fact for fact in warnings)

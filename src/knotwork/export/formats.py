@@ -217,7 +217,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
     try:
         target = Path(path).resolve()
         exists, regular = target.exists(), target.is_file()
-    except (OSError, RuntimeError, ValueError) as error:  # a loop of links; a NUL in the name
+    except (OSError, RuntimeError, ValueError) as error:  # a loop of links, or a NUL in the name
         raise InputError(f"can't write to {str(path)!r}: {error}") from error
     if exists and not regular:
         kind = "a folder" if target.is_dir() else "no regular file"

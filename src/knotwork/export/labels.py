@@ -11,7 +11,7 @@ from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 SAME_ROW_TIME = 1e-9
-"""Rows this little before an event are at the event [s]."""
+"""Time before an event within which a row is at the event [s]."""
 
 EVENTS_FORMAT = "knotwork.events"
 

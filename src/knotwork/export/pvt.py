@@ -86,7 +86,7 @@ def to_pvt(
 
 
 def increments(time: FloatArray) -> FloatArray:
-    """Steps between rows whose sum stays at each row's own time: no drift by rounding."""
+    """Steps between rows. Their sum is the time of each row, without drift by rounding."""
     steps, total = np.empty_like(time), 0.0
     for i, end in enumerate(time.tolist()):
         steps[i] = end - total

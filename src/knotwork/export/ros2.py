@@ -4,14 +4,12 @@ joint_trajectory_controller interpolates points of positions and velocities by c
 with accelerations as well by quintics (method `spline`, the default). So the knots alone
 define the motion.
 
-A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
-1 ns early. It has the motion at the time in the message. So a piece includes up to 1/2 ns of the
-next piece, which differs by the jump J of the acceleration at the knot, by J·1/2 ns in velocity;
-without such a jump there is no error. The controller holds the last point, up to 1 ns early, where
-the motion still has its end velocity.
-
-The message starts at `time_from_start` 0: the arm must be at the first point when it is sent, and
-stand there or move as the point says.
+A message has times in nanoseconds. A point is within 1/2 ns of its knot, and the last one is up to
+1 ns early. A point has the values of the motion at the time in the message. So a piece includes up
+to 1/2 ns of the next piece. If the acceleration jumps by J at the knot, the velocity differs by
+J·1/2 ns; without a jump there is no error. The controller stays at the last point, up to 1 ns
+early. The message starts at `time_from_start` 0. When it is sent, the arm must have the position
+and the velocity of the first point.
 """
 
 from __future__ import annotations
@@ -43,10 +41,10 @@ _VALUES = ("positions", "velocities", "accelerations")
 
 
 def ticks(trajectory: JointTrajectory) -> list[int]:
-    """Times of the points after the start [ns], each rounded once, so that errors don't add up.
+    """Times of the points after the start [ns], each rounded once, so that errors do not add up.
 
-    The exact difference of a knot's time and the start time is rounded to the nearest integer, but
-    the last one never beyond the end.
+    The exact difference of the time of a knot and the start time is rounded to the nearest integer.
+    The last one is rounded down.
 
     Raises:
         ExportError: Two knots round to the same nanosecond.
@@ -154,7 +152,7 @@ def to_ros2(
             "# The last point has a velocity: joint_trajectory_controller accepts that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
-    # Rows of numbers on a line each; YAML 1.1, which ROS 2's tools read.
+    # Each row of numbers is on one line. The tools of ROS 2 read YAML 1.1.
     text = yaml.dump(
         data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST_DURATION
     )
@@ -188,7 +186,7 @@ def to_ros2_message(
     accelerations: bool = False,
     fit: float | None = None,
 ) -> Any:
-    """Make the ROS 2 message object itself, where ROS 2's Python packages can be imported.
+    """Make the ROS 2 message object. The Python packages of ROS 2 must be installed.
 
     It is a `trajectory_msgs.msg.JointTrajectory`, or with `goal` a
     `control_msgs.action.FollowJointTrajectory.Goal`. Arguments are those of `ros2_dict`.

@@ -1,8 +1,8 @@
 """The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
 
-With `knots_only` each has the points that define the motion exactly. In place of a motion each
-takes points of it from `motion_points`, or a table from `motion_table`. Options and
-errors are those of `motion_table`.
+With `knots_only` the content is the points that define the motion exactly. In place of a motion
+each takes points of it from `motion_points`, or a table from `motion_table`. Options and errors are
+those of `motion_table`.
 """
 
 from __future__ import annotations

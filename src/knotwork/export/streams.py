@@ -1,7 +1,7 @@
 """Positions for controllers with cyclic input: RSI, EGM, FANUC's stream motion.
 
-The file is a CSV with comments; a program of yours sends one row per cycle. Between
-rows the controller is assumed to move straight, and the file states the error of that.
+The file is a CSV with comments; your own program sends one row per cycle. The file states the error
+of straight lines between the rows.
 """
 
 from __future__ import annotations

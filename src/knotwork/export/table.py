@@ -24,7 +24,10 @@ DEFAULT_RATE = 100.0
 """Default sampling rate [Hz]."""
 
 MOST_TABLE_VALUES = 20_000_000
-"""Largest number of values in a table, some 400 MB of text; more are a mistake in the rate."""
+"""Maximum number of values in a table, about 400 MB of text.
+
+More indicate a mistake in the rate.
+"""
 
 TOOL_COLUMNS = {
     "tool_position": ("tool.position", "xyz", "m"),
@@ -174,7 +177,7 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
         quaternion = pin.SE3ToXYZQUAT(pose)[3:]
-        # q and -q are the same rotation: take the one nearer to the previous sample
+        # q and -q are the same rotation; take the one nearer to the previous sample
         last = quaternion if quaternion @ last >= 0.0 else -quaternion
         rows["tool_position"][i] = pose.translation
         rows["tool_quaternion"][i] = last

@@ -1,11 +1,11 @@
 """URScript: a program that runs a motion on a controller of Universal Robots.
 
-The program makes the cubic of each piece from the positions and velocities at its ends, as the
-cubic splines of Universal Robots' own driver do, and sends the controller one `speedj` a step: the
-velocity at the end of the step, with the acceleration that gets there in just that time. So the
-commanded velocity is the motion's at every step and straight between. Its integral has the error of
-the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
-that is continuous.
+The program computes the cubic of each piece from the positions and velocities at its ends, like
+Universal Robots' own driver. In each step it sends the controller one `speedj` with the velocity at
+the end of the step, and with the acceleration that reaches this velocity in the step. So the
+commanded velocity equals that of the motion at every step and is linear between steps. Its integral
+has the error of the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and a continuous
+acceleration a(t).
 
 Outputs are switched and payloads set between two pieces, up to a step before their time.
 
@@ -55,12 +55,17 @@ FLANGE = "tool0"
 """The link with the axes of the controller's flange; a prefix is allowed."""
 
 SHORTEST_PIECE = 1e-4
-"""Events this near to a knot are at it [s]: the program extrapolates a piece by up to a step,
-which magnifies its rounding by the cube of the step over the duration."""
+"""Time from a knot within which events are at the knot [s].
+
+The program extrapolates a piece by up to a step, and rounding grows by the cube of the ratio of
+step and duration.
+"""
 
 LARGEST_ERROR = 0.05
-"""Error of a joint's target beyond which the program stops the arm [rad]. At 125 Hz a joint
-at 3 rad/s moves half as far in a step."""
+"""Error of the target of a joint beyond which the program stops the arm [rad].
+
+At 125 Hz a joint at 3 rad/s moves by half of it in a step.
+"""
 
 RATES = (125, 500)
 """Control rates of the CB series and the e-Series [Hz]."""
@@ -143,7 +148,7 @@ def to_urscript(
     """Write a program in URScript that runs a motion of an arm of Universal Robots.
 
     It runs on controllers with arithmetic of lists: PolyScope 3.14.3, 5.9.4 and later, PolyScope X.
-    The arm must be at the first point, and is at rest at the last one in the end.
+    The arm must start at the first point. At the end it is at rest at the last point.
 
     >>> import knotwork as kw
     >>> text = to_urscript(kw.plan("ur5_deburring").trajectory)
