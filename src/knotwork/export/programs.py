@@ -29,7 +29,7 @@ from knotwork.export.straight import (
     ARM_AXES,
     AXES_ACCEPTED,
     RESTING_SPEED,
-    SHOWN_UNITS,
+    CONTROLLER_UNITS,
     STRAIGHT,
     TIME_TICK,
     Positions,
@@ -244,7 +244,7 @@ def _axes(
     if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
         raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {AXES_ACCEPTED}")
     names = points.trajectory.joint_names
-    shown = {names[i]: SHOWN_UNITS[units[i]] for i in outer}
+    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in outer}
     factors = np.array([factor for _, factor in shown.values()])
     written = {name: unit for name, (unit, _) in shown.items()}
     return np.degrees(q[:, arm]), q[:, outer] * factors, written

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from knotwork.export.straight import (
-    SHOWN_UNITS,
+    CONTROLLER_UNITS,
     STRAIGHT,
     Positions,
     from_horizontal,
@@ -71,6 +71,6 @@ def _stream(motion: JointTrajectory | Positions, name: str, robot: Robot | None 
     q = from_horizontal(points, robot) if name == "j519" else points.position
     columns = {"time_s": points.time}
     for joint, unit, values in zip(curve.joint_names, curve.joint_units, q.T, strict=True):
-        shown, factor = SHOWN_UNITS[unit]
+        shown, factor = CONTROLLER_UNITS[unit]
         columns[f"{joint}_{shown}"] = values * factor
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)
