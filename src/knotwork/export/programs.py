@@ -28,8 +28,8 @@ from knotwork.export.labels import one_ascii_line
 from knotwork.export.straight import (
     ARM_AXES,
     AXES_ACCEPTED,
-    RESTING_SPEED,
     CONTROLLER_UNITS,
+    RESTING_SPEED,
     STRAIGHT,
     TIME_TICK,
     Positions,
