@@ -46,7 +46,7 @@ class Continuation(NamedTuple):
     """Joints along a path from m starts; NaN after the point where a start is blocked.
 
     Attributes:
-        q: Joint positions at the k given times [rad or m], shape (k, m, d).
+        at: Index of the step at each of the k given times, shape (k,).
         time: Time of every step [s], shape (n,).
         position: Joint positions at the steps [rad or m], shape (n, m, d).
         velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
@@ -54,7 +54,7 @@ class Continuation(NamedTuple):
         smallest_lost: Smallest singular values at those times, shape (m,).
     """
 
-    q: FloatArray
+    at: NDArray[np.intp]
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
@@ -64,7 +64,6 @@ class Continuation(NamedTuple):
     def select(self, start: int, turns: FloatArray) -> Continuation:
         """The continuation from one start, by index, with each joint turned by an angle [rad]."""
         return self._replace(
-            q=self.q[:, [start]] + turns,
             position=self.position[:, [start]] + turns,
             velocity=self.velocity[:, [start]],
             lost=self.lost[[start]],
@@ -135,8 +134,7 @@ def continue_along(
     field = JointField(robot, pull, path.full_speed)
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
     q = np.array(starts, dtype=float)
-    result = np.full((len(times), *q.shape), np.nan)
-    result[0] = q
+    at = np.zeros(len(times), dtype=np.intp)
     stops = distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
     steps: list[tuple[float, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
@@ -168,9 +166,9 @@ def continue_along(
                 if h * most > FASTER_FACTOR * step:
                     break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v))
-        result[times == end] = q
+        at[times == end] = len(steps) - 1
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
-    return Continuation(result, time, positions, velocities, lost, smallest_lost)
+    return Continuation(at, time, positions, velocities, lost, smallest_lost)
 
 
 def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:

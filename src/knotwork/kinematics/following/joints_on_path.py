@@ -163,10 +163,16 @@ class JointsOnPath:
         before = np.searchsorted(self.time, times, "right") - 1
         for i in distinct(before[stray]):  # the nearest one could be of another branch
             rows = stray & (before == i)
-            asked = np.append(self.time[i], times[rows])
-            q[rows] = continue_along(
-                self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=self._step
-            ).q[1:, 0]
+            wanted = np.append(self.time[i], times[rows])
+            path = continue_along(
+                self.robot,
+                self.path,
+                self.position[[i]],
+                wanted,
+                pull=self.pull,
+                step=self._step,
+            )
+            q[rows] = path.position[path.at[1:], 0]
         return q
 
     def rates(self, times: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,9 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
+from knotwork.kinematics.chain.joint_ranges import (
+    all_turns,
+    difference,
+    limits_of,
+    nearest_turns,
+)
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.kinematics.chain.velocity import joint_scales, solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
@@ -114,7 +120,10 @@ def find_candidates(
         copies = [all_turns(robot, q) for q in solutions]
         if sampled or not copies:
             for near in (reference,) if previous is None else (reference, previous):
-                previous = _solution(robot, waypoint, near, units)
+                if redundant and len(solutions):
+                    previous = _nearest_sample(search, solutions, near)
+                else:
+                    previous = _solution(robot, waypoint, near, units)
                 copies.insert(0, all_turns(robot, previous))
         turns.append((copies, sampled))
     return _evaluate(robot, waypoints, turns)
@@ -146,6 +155,19 @@ def _solution(
         where=waypoint.where,
         units=units,
     ).q
+
+
+def _nearest_sample(search: PoseSearch, samples: FloatArray, near: FloatArray) -> FloatArray:
+    """The nearest of some solutions, moved along its self-motion to be nearer still, shape (d,).
+
+    Each joint is measured by its velocity limit and weight.
+    """
+    robot = search.robot
+    scale = joint_scales(robot)
+    gaps = difference(samples, near, joint_axes(robot).revolute) / scale
+    nearest = samples[int(np.linalg.norm(gaps, axis=1).argmin())]
+    start = nearest_turns(robot, nearest, near)
+    return nearest_by_self_motion(search, start, near, scale=scale)[0]
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:

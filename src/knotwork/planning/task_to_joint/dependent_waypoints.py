@@ -86,7 +86,7 @@ class PathTrack(NamedTuple):
         """The continuation from joint positions (d,) of the chain, if it is known."""
         if self.continuation is None:
             return None
-        gaps = start - self.continuation.q[0]
+        gaps = start - self.continuation.position[0]
         distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
         row = int(distance.argmin())
         if distance[row] > SAME_START:
@@ -239,9 +239,8 @@ class GroupSolver:
         if not feasible[tried].any():
             raise _BlockedPathError(track, continuation, start, branches, turns, tried, contacts)
         rows, owner, onward = start.select(feasible), branches[feasible], []
-        steps = np.abs(continuation.time[:, None] - times).argmin(axis=0)
-        for position, step in zip(continuation.q[1:], steps[1:], strict=True):
-            q = track.chain.scatter(position[owner] + turns[feasible])
+        for step in continuation.at[1:]:
+            q = track.chain.scatter(continuation.position[step][owner] + turns[feasible])
             onward.append(
                 rows._replace(
                     q=q,
