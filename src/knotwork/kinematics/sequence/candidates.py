@@ -36,6 +36,8 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 TWIST_RESIDUAL = 1e-7
 # Number of samples of a self-motion.
 SELF_MOTION_SAMPLES = 24
+# Number of the nearest ones that are moved nearer to a configuration.
+NEARBY_SAMPLES = 2
 # Pose error of solutions [m, rad].
 CANDIDATE_ERROR = 1e-9
 
@@ -121,10 +123,11 @@ def find_candidates(
         if sampled or not copies:
             for near in (reference,) if previous is None else (reference, previous):
                 if redundant and len(solutions):
-                    previous = _nearest_sample(search, solutions, near)
+                    nearby = _nearest_samples(search, solutions, near)
                 else:
-                    previous = _solution(robot, waypoint, near, units)
-                copies.insert(0, all_turns(robot, previous))
+                    nearby = [_solution(robot, waypoint, near, units)]
+                copies = [*(all_turns(robot, q) for q in nearby), *copies]
+                previous = nearby[0]
         turns.append((copies, sampled))
     return _evaluate(robot, waypoints, turns)
 
@@ -157,17 +160,27 @@ def _solution(
     ).q
 
 
-def _nearest_sample(search: PoseSearch, samples: FloatArray, near: FloatArray) -> FloatArray:
-    """The nearest of some solutions, moved along its self-motion to be nearer still, shape (d,).
+def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) -> list[FloatArray]:
+    """The nearest of some solutions, moved along their self-motion to be nearer still.
 
-    Each joint is measured by its velocity limit and weight.
+    Each joint is measured in three ways: by its velocity limit and weight; by its speed after a
+    ramp at the acceleration limit; and by the acceleration limit, which decides short moves.
     """
-    robot = search.robot
-    scale = joint_scales(robot)
-    gaps = difference(samples, near, joint_axes(robot).revolute) / scale
-    nearest = samples[int(np.linalg.norm(gaps, axis=1).argmin())]
-    start = nearest_turns(robot, nearest, near)
-    return nearest_by_self_motion(search, start, near, scale=scale)[0]
+    robot, speed = search.robot, search.robot.velocity_limit
+    acceleration = robot.limits["acceleration"]
+    scales = [joint_scales(robot)]
+    if np.isfinite((speed + acceleration)[~robot.virtual]).all():
+        with np.errstate(invalid="ignore"):  # virtual joints have no limits
+            ramped = speed / (1.0 + speed / acceleration)
+        scales += [np.where(robot.virtual, scales[0], scale) for scale in (ramped, acceleration)]
+    result = []
+    for scale in scales:
+        gaps = difference(samples, near, joint_axes(robot).revolute) / scale
+        order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
+        for q in samples[order[:NEARBY_SAMPLES]]:
+            start = nearest_turns(robot, q, near)
+            result.append(nearest_by_self_motion(search, start, near, scale=scale)[0])
+    return result
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
