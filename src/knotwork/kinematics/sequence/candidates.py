@@ -172,7 +172,9 @@ def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) 
     if np.isfinite((speed + acceleration)[~robot.virtual]).all():
         with np.errstate(invalid="ignore"):  # virtual joints have no limits
             ramped = speed / (1.0 + speed / acceleration)
-        scales += [np.where(robot.virtual, scales[0], scale) for scale in (ramped, acceleration)]
+        for limit in (ramped, acceleration):
+            usual = limit[~robot.virtual].mean()
+            scales.append(np.where(robot.virtual, scales[0], limit / usual))
     result = []
     for scale in scales:
         gaps = difference(samples, near, joint_axes(robot).revolute) / scale
