@@ -172,12 +172,14 @@ def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
     """Proposal of `way: clear` for some waypoints, or an empty text."""
     if not ends or plan.scenario.scene.moves:
         return ""
-    motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
+    collisions = "the collision" if len(ends) == 1 else "the collisions"
     free = _free_times(plan)
     passed = free and any(free.speed[i] == "free" for i in ends)
     # motions joined at a free velocity are one motion, which takes no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
-    return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
+    return (
+        f"way: clear at {_quoted_names(plan, ends)}{times} may avoid {collisions} (not attempted)"
+    )
 
 
 def _with_finding(

@@ -99,7 +99,7 @@ class ExecutedMotion(PlannedMotion):
         q, v, a = (self.trajectory(at, nu) for nu in range(3))
         if first_rest(self.trajectory.polynomial, at) == at:
             raise InputError(
-                f"{self.scenario.name}: the motion is at rest at {at:g} s; there is nothing to stop"
+                f"{self.scenario.name}: the motion is at rest at {at:g} s; it can't be stopped"
             )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):

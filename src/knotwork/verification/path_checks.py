@@ -208,8 +208,8 @@ def _criteria(
         for value in (progress.start, progress.end, progress.length, progress.back)
     )
     text = (
-        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {total} {length} "
-        f"and goes back by {backward} {length} at most, tolerance {scale * most:.3g} {length}"
+        f"the tool moves from {start} {length} to {end} {length} of the {kind}'s {total} {length} "
+        f"and moves back by {backward} {length}, tolerance {scale * most:.3g} {length}"
     )
     worst = progress.worst  # proved if the distance is
     bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)
@@ -217,7 +217,7 @@ def _criteria(
     asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * tolerances.path_speed:.3g} %"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)
     speeds = _speeds(bounds, scenario, 5)
-    text = f"the speed is {speeds}, asked for {asked} from {start} to {end}, {within}"
+    text = f"the speed is {speeds}, required {asked} from {start} to {end}, {within}"
     yield "path_speed", bounds.speed, limits.speed, "m/s", text
     beyond = text_of(0.0 if bounds.ramp is None else max(bounds.ramp.value, 0.0), "m/s")
     text = f"where the speed changes it is {beyond} beyond 0 to {asked}, {within}"

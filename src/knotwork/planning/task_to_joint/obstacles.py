@@ -79,7 +79,7 @@ class Obstacles:
                     depth = f"{-scale * (distance + margin):.4g} {unit}"
                     raise CollisionError(
                         f"touches {second.name} where the robot starts, by {depth}; move it, or "
-                        f"if it may touch it say `allow: [{second.name}]`",
+                        f"if it may touch it, add `allow: [{second.name}]`",
                         names=(first.name, second.name),
                         depth=-(distance + margin),
                     )
