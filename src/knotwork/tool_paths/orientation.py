@@ -275,16 +275,7 @@ class OrientationCurve:
                 a stretch is extended smoothly beyond its ends.
             side: Side of a break that is evaluated: `"right"` or `"left"`.
         """
-        piece, u = self._pieces(s, at, side)
-        R = self.rotations[piece]
-        if self._still:
-            return np.asarray(R)
-        if self._even:
-            return np.asarray(R @ exponentials(5.0 * u[:, None] * self._v[piece, 0]))
-        f = sums_of_basis(basis(5, u))
-        for i in range(5):
-            R = R @ exponentials(f[i][:, None] * self._v[piece, i])
-        return np.asarray(R)
+        return self.states(s, at, side)[0]
 
     def rate(
         self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
@@ -304,14 +295,14 @@ class OrientationCurve:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """`rotation`, `rate` and the derivative of the rate in one evaluation."""
         piece, u = self._pieces(s, at, side)
+        R = self.rotations[piece]
         if self._even:
-            none = np.zeros((len(u), 3))
-            rate = none if self._still else self.rates[piece, 1]
-            return self.rotation(s, at, side), rate, none
+            vector = 5.0 * u[:, None] * self._v[piece, 0]
+            R = R if self._still else R @ exponentials(vector)
+            return np.asarray(R), self.rates[piece, 1], np.zeros_like(vector)
         f = sums_of_basis(basis(5, u))
         slope = 5.0 * basis(4, u)
         bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)
-        R = self.rotations[piece]
         rate, change = np.zeros((len(u), 3)), np.zeros((len(u), 3))
         for i in range(5):
             vector = self._v[piece, i]
