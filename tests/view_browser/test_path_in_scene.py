@@ -73,7 +73,7 @@ def test_deviation_is_coloured_and_red_beyond_the_tolerance_alone() -> None:
         colours = numbers(mesh["colours"], "u1").astype(int)
         red = (colours[:, 0] > 180) & (colours[:, 1] < 60)
         away = off_seam(vertices(mesh).reshape(-1, 8, 3).mean(axis=1)).repeat(8)
-        allowed = planned(None).scenario.tolerances.path
+        allowed = planned(None).scenario.si.tolerances.path
         assert (red == (away > allowed))[np.abs(away / allowed - 1) > 0.02].all()
         assert red.any() == (planner is not None)
 

@@ -123,7 +123,7 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if isinstance(knots, str) and knots == "optimal":
-        scenario, knots = _with_optimal_knots(scenario, planner or scenario.planner), None
+        scenario, knots = _with_optimal_knots(scenario, planner or scenario.si.planner), None
     if scenario.free is None:
         return _best_plan(ScenarioPlanner(scenario, planner, knots))
     from knotwork.planning.choosing import with_times_met

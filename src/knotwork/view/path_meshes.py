@@ -55,7 +55,7 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
     colours = mix_colours(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
     if not along:
         return colours, legend
-    tolerance = shown.scenario.tolerances.path_speed
+    tolerance = shown.scenario.si.tolerances.path_speed
     for part in along:
         start, end = part.full_speed
         on = (path.time >= start) & (path.time <= end)
@@ -111,7 +111,7 @@ def draw_paths(
         legend["moving"] = any(
             path.motion.seam_carrier is not None for path in shown.scenario.paths
         )
-        legend["tolerance"] = shown.scenario.tolerances.path
+        legend["tolerance"] = shown.scenario.si.tolerances.path
         legend["deviation_colours"] = css_colours(DEVIATION_COLOURS)
     return legend
 
@@ -217,7 +217,7 @@ def _deviation_mesh(shown: ShownMotion, size: float) -> Mesh | None:
     Returns:
         Colours from zero to the tolerance, red beyond; `None` without a path.
     """
-    robot, curve, tolerance = shown.robot, shown.curve, shown.scenario.tolerances.path
+    robot, curve, tolerance = shown.robot, shown.curve, shown.scenario.si.tolerances.path
     lines: list[Mesh | None] = []
     base = robot.base_placement
     for path, stretch, start, end in stretches(shown.scenario, curve):
