@@ -204,7 +204,7 @@ def test_scene_is_shown_in_world_frame() -> None:
             points @ here.rotation.T + here.translation - tool.translation, axis=1
         )
         assert nearest.min() < 5e-3
-    row = drawn.numbers(shown["arms"][0]["position"], "<f4", len(shown["joints"]))[0]
+    row = drawn.numbers(shown["arm"]["position"], "<f4", len(shown["joints"]))[0]
     first = shown["first_joint"]
     assert row[first : first + 8] == pytest.approx(plan.trajectory.position(0.0), abs=1e-6)
 

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
-from PIL import Image
 
 import knotwork as kw
 from command_line import Command
 from drawn import (
     at_rest,
-    beside_an_arm,
     coloured_cube,
-    mesh_visuals,
     scene,
     shape_warnings,
     tower,
@@ -205,33 +201,10 @@ def test_meshes_come_from_the_users_packages(
     assert "lost" in ran.err
 
 
-def with_images(folder: Path, names: Iterable[str]) -> None:
-    """Meshes beside each other, each coloured by an image."""
-    for name in names:
-        (folder / f"{name}.dae").write_text(coloured_cube(name), encoding="utf-8")
-
-
-def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
-    arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("knotwork.view.scene_data.MOST_PIXELS", 5000)
-    names = ("a.png", "b.png", "large.png", "c.eps")
-    for name, side in zip(names, (50, 60, 80, 10), strict=True):
-        Image.new("RGB", (side, side)).save(tmp_path / name)
-    with_images(tmp_path, names)
-    shapes = mesh_visuals(f"{name}.dae" for name in names)
-    said = "\n".join(shape_warnings(arm(tower(shapes))))
-    assert "6400 pixels; at most 5000" in said
-    assert "cannot identify" in said
-    assert "a.png" not in said
-
-
-def test_an_image_that_is_not_taken_is_a_warning(arm, tmp_path: Path) -> None:
-    with_images(tmp_path, ["lost.png"])
-    shape = '<mesh filename="lost.png.dae"/>'
+def test_what_an_image_would_colour_is_grey_with_a_warning(arm, tmp_path: Path) -> None:
+    (tmp_path / "cube.dae").write_text(coloured_cube("two colours.png"), encoding="utf-8")
+    shape = '<mesh filename="cube.dae"/>'
     (warning,) = shape_warnings(arm(urdf(shape)))
-    assert warning.startswith("link 'a': image 'lost.png' ")
+    assert warning == "no colour is given for parts of a; they are drawn grey"
     painted = '<material name="m"><color rgba="1 0 0 1"/></material>'
     assert not shape_warnings(arm(urdf(shape, painted)))
-    page = beside_an_arm({"mesh": str(tmp_path / "lost.png.dae"), "visual": True})
-    assert any(line.startswith("object 'it': image 'lost.png' ") for line in page.warnings)

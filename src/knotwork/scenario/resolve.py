@@ -131,7 +131,7 @@ class _Resolver:
                 )
 
     def _check_joints_alone(self) -> None:
-        """Refuse what needs a robot in a file without one."""
+        """Refuse keys that need a robot in a file without one."""
         robot, file = "needs a robot, and the file names none", self.file
         for place, joints in [
             (("start",), file.start),

@@ -112,7 +112,7 @@ class ScenarioPath:
 
 @dataclass(frozen=True, eq=False)
 class AskedEvent:
-    """An event and its place on the motion.
+    """An event and its position in the motion.
 
     Attributes:
         event: The signal and its time.
@@ -209,7 +209,7 @@ class Scenario:
         try:
             yield
         except DocumentError:
-            raise  # already located
+            raise  # the error already has its location
         except InputError as error:
             error.locate(self.where(*location))
             raise
