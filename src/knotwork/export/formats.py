@@ -209,19 +209,19 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
     Raises:
         InputError: The file exists, or the path is not a file.
     """
-    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
-        raise InputError(f"can't write to {path!r}: give the path of a file")
-    if os.path.basename(path) in ("", ".", ".."):
-        named = "names a folder" if os.fspath(path) else "is empty"
-        raise InputError(f"can't write to {str(path)!r}: it {named}; give the path of a file")
     try:
+        names_folder = os.path.basename(path) in ("", ".", "..")
         target = Path(path).resolve()
-        exists, regular = target.exists(), target.is_file()
-    except (OSError, RuntimeError, ValueError) as error:  # a loop of links, or a NUL in the name
-        raise InputError(f"can't write to {str(path)!r}: {error}") from error
-    if exists and not regular:
-        kind = "a folder" if target.is_dir() else "no regular file"
-        raise InputError(f"can't write to {path}: it is {kind}; give the path of a file")
+        exists, is_file = target.exists(), target.is_file()
+    except (TypeError, OSError, RuntimeError, ValueError) as error:
+        # no text; a loop of links; a NUL in the name
+        raise InputError(f"can't write to {path!r}: {error}; give the path of a file") from error
+    if names_folder:
+        raise InputError(
+            f"can't write to {str(path)!r}: it names a folder; give the path of a file"
+        )
+    if exists and not is_file:
+        raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
     if exists and not force:
         raise InputError(
             f"{path} exists and is kept; give another path, or replace it with --force (in Python "

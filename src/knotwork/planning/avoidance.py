@@ -133,7 +133,7 @@ def _detour_ends(plan: Plan) -> list[int]:
     """
     scenario, free = plan.scenario, _free_times(plan)
     asked = scenario if plan.chosen is None else plan.chosen.asked
-    planner, _ = planner_and_rule(asked.planner)
+    planner, _ = planner_and_rule(asked.si.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}

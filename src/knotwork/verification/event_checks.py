@@ -114,7 +114,7 @@ def _place_on_path(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     wanted = path.motion.path.position(np.array([asked.arc_length]))
-    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.tolerances.path
+    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.si.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
     return Finding.at_most(
         EVENTS, "event", event.name, "place",

@@ -18,7 +18,7 @@ from knotwork.verification.waypoint_checks import worst_joint
 
 def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint positions during each wait with those at its start, over all time."""
-    tolerances = np.array([scenario.tolerances.joint_position[unit] for unit in space.joint_units])
+    tolerances = space.tolerances["joint_position"]
     for i in space.waits:
         waypoint = scenario.waypoints[i]
         start = max(waypoint.time, motion.start_time)

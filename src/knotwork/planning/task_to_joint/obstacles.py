@@ -67,7 +67,7 @@ class Obstacles:
             CollisionError: An object touches the robot.
         """
         held = {held_object.name for held_object in self.scenario.scene.held}
-        margin = self.scenario.scene.rules.margin
+        margin = self.scenario.scene.margin
         start = float(self.scenario.provisional_times[0])
         for distance, first, second in self._gaps(q, start):
             # an object that is picked up at the start is no longer static
