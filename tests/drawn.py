@@ -45,7 +45,7 @@ def volume(mesh: Any) -> float:
 def placed(data: Any, at: int | Any) -> list[pin.SE3]:
     """Where every joint of a page is, by hand: in a frame, or at joint positions."""
     joints = data["joints"]
-    rows = numbers(data["arms"][0]["position"], "<f4", len(joints))
+    rows = numbers(data["arm"]["position"], "<f4", len(joints))
     found = [pin.SE3.Identity()]
     for joint, q in zip(joints, rows[at] if isinstance(at, int) else at, strict=True):
         own = pin.SE3(pin.Quaternion(np.array(joint["quaternion"])), np.array(joint["origin"]))

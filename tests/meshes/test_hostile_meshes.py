@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PIL import Image
-from test_mesh_files import ascii_stl, binary_stl, collada, obj
+from test_mesh_files import ascii_stl, binary_stl, collada, obj, read
 
-import knotwork as kw
-from command_line import PEAK_MEMORY
-from drawn import mesh_visuals, shape_warnings, tower
+from command_line import PEAK_MEMORY, python
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_files import read_mesh
 
@@ -101,10 +95,8 @@ HOSTILE = {
 @pytest.mark.parametrize("case", HOSTILE)
 def test_refuses_hostile_mesh_in_one_line(case: str, tmp_path: Path) -> None:
     name, content, says = HOSTILE[case]
-    path = tmp_path / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=says) as error:
-        read_mesh(path)
+        read(tmp_path, name, content)
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 600
 
@@ -118,9 +110,7 @@ MANY = {
 
 @pytest.mark.parametrize("name", MANY)
 def test_a_mesh_divided_into_many_is_read_as_one(name: str, tmp_path: Path) -> None:
-    path = tmp_path / name
-    path.write_text(MANY[name], encoding="utf-8")
-    (part,) = read_mesh(path)
+    (part,) = read(tmp_path, name, MANY[name])
     assert len(part.triangles) in (4, 40_000, 40_004)
 
 
@@ -137,9 +127,8 @@ def test_more_triangles_than_the_bound_are_refused(
 ) -> None:
     monkeypatch.setattr("knotwork.scene.meshes.mesh_part.MOST_MESH_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
-        (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
-            read_mesh(tmp_path / name)
+            read(tmp_path, name, content)
 
 
 def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
@@ -155,65 +144,5 @@ def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
         "except InputError: pass\n"
         "print(used() - before)\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
-    )
+    ran = python("-c", code, path, check=True)
     assert int(ran.stdout) < 100_000  # kB
-
-
-@pytest.fixture
-def textured(tmp_path: Path) -> Callable[[str], Path]:
-    """A mesh in a package whose material names a picture."""
-
-    def write(image: str) -> Path:
-        text = collada()
-        text = text.replace("<color>0.1 0.2 0.3 0.5</color>", '<texture texture="t" texcoord="u"/>')
-        library = (
-            f'<library_images><image id="i"><init_from>{image}</init_from></image>'
-            "</library_images><library_effects>"
-        )
-        parameters = (
-            '<newparam sid="s"><surface type="2D"><init_from>i</init_from></surface></newparam>'
-            '<newparam sid="t"><sampler2D><source>s</source></sampler2D></newparam><technique '
-        )
-        text = text.replace("<library_effects>", library)
-        text = text.replace("<technique sid", f"{parameters}sid")
-        folder = tmp_path / "arm" / "meshes"
-        folder.mkdir(parents=True)
-        path = folder / "a.dae"
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return write
-
-
-@pytest.mark.parametrize(
-    ("image", "package", "taken"),
-    [
-        ("a.png", False, True),
-        ("../textures/a.png", False, False),
-        ("../textures/a.png", True, True),
-        ("../../secret.png", True, False),
-        ("link.png", True, False),
-        ("file://{}/secret.png", True, False),
-        ("..%2f..%2fsecret.png", True, False),
-    ],
-)
-def test_reads_images_from_package_alone(
-    image: str, package: bool, taken: bool, textured, tmp_path: Path
-) -> None:
-    path = textured(image.format(tmp_path))
-    (tmp_path / "arm" / "textures").mkdir()
-    for picture in (
-        path.parent / "a.png",
-        tmp_path / "arm/textures/a.png",
-        tmp_path / "secret.png",
-    ):
-        Image.new("RGB", (2, 2)).save(picture)
-    (path.parent / "link.png").symlink_to(tmp_path / "secret.png")
-    if package:
-        (tmp_path / "arm" / "package.xml").touch()
-    urdf = path.with_name("arm.urdf")
-    urdf.write_text(tower(mesh_visuals(["a.dae"])), encoding="utf-8")
-    said = "".join(shape_warnings(kw.load_robot(urdf).with_tool("c")))
-    assert ("surfaces are drawn grey" in said) == (not taken)

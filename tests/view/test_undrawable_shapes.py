@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
-from PIL import Image
 
 import knotwork as kw
 from command_line import Command
 from drawn import (
     at_rest,
-    beside_an_arm,
     coloured_cube,
-    mesh_visuals,
     scene,
     shape_warnings,
     tower,
@@ -120,19 +116,14 @@ def test_a_mesh_without_colours_is_a_warning(arm) -> None:
     assert base["colours"] == [255, 0, 0]
 
 
-def test_shapes_that_are_nowhere_are_warnings(arm) -> None:
-    visuals = [f"<geometry>{BOX}</geometry>{place}" for place in PLACES]
-    warnings = shape_warnings(arm(tower(visuals)))
-    for warning, said in zip(warnings, PLACES.values(), strict=True):
+@pytest.mark.parametrize(("given", "drawn"), [(PLACES, ""), (COLOURS, "it is drawn grey")])
+def test_places_and_colours_that_are_none_are_warnings(
+    arm, given: dict[str, str], drawn: str
+) -> None:
+    warnings = shape_warnings(arm(tower([f"<geometry>{BOX}</geometry>{one}" for one in given])))
+    for warning, said in zip(warnings, given.values(), strict=True):
         assert said in warning
-
-
-def test_shapes_without_a_true_colour_are_drawn_grey(arm) -> None:
-    visuals = [f"<geometry>{BOX}</geometry>{colour}" for colour in COLOURS]
-    warnings = shape_warnings(arm(tower(visuals)))
-    for warning, said in zip(warnings, COLOURS.values(), strict=True):
-        assert said in warning
-        assert warning.endswith("it is drawn grey")
+        assert warning.endswith(drawn)
 
 
 def test_the_commands_show_what_is_left_of_the_arm(
@@ -205,33 +196,10 @@ def test_meshes_come_from_the_users_packages(
     assert "lost" in ran.err
 
 
-def with_images(folder: Path, names: Iterable[str]) -> None:
-    """Meshes beside each other, each coloured by an image."""
-    for name in names:
-        (folder / f"{name}.dae").write_text(coloured_cube(name), encoding="utf-8")
-
-
-def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
-    arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("knotwork.view.scene_data.MOST_PIXELS", 5000)
-    names = ("a.png", "b.png", "large.png", "c.eps")
-    for name, side in zip(names, (50, 60, 80, 10), strict=True):
-        Image.new("RGB", (side, side)).save(tmp_path / name)
-    with_images(tmp_path, names)
-    shapes = mesh_visuals(f"{name}.dae" for name in names)
-    said = "\n".join(shape_warnings(arm(tower(shapes))))
-    assert "6400 pixels; at most 5000" in said
-    assert "cannot identify" in said
-    assert "a.png" not in said
-
-
-def test_an_image_that_is_not_taken_is_a_warning(arm, tmp_path: Path) -> None:
-    with_images(tmp_path, ["lost.png"])
-    shape = '<mesh filename="lost.png.dae"/>'
+def test_what_an_image_would_colour_is_grey_with_a_warning(arm, tmp_path: Path) -> None:
+    (tmp_path / "cube.dae").write_text(coloured_cube("two colours.png"), encoding="utf-8")
+    shape = '<mesh filename="cube.dae"/>'
     (warning,) = shape_warnings(arm(urdf(shape)))
-    assert warning.startswith("link 'a': image 'lost.png' ")
+    assert warning == "no colour is given for parts of a; they are drawn grey"
     painted = '<material name="m"><color rgba="1 0 0 1"/></material>'
     assert not shape_warnings(arm(urdf(shape, painted)))
-    page = beside_an_arm({"mesh": str(tmp_path / "lost.png.dae"), "visual": True})
-    assert any(line.startswith("object 'it': image 'lost.png' ") for line in page.warnings)

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from browser import new_tab
-from drawn import coloured_cube
 from knotwork.view.page import Page
 
 SCENES = 2
@@ -101,19 +100,3 @@ ROBOT = """<robot name="dice">
   <link name="arm"><visual><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.03" length="0.1"/>
     </geometry><material name="blue"><color rgba="0 0 1 1"/></material></visual></link>
 </robot>"""
-
-
-@pytest.fixture
-def textured_robot(tmp_path: Path) -> Any:
-    """A robot with a cube whose sides are red below and green above, by an image."""
-    import numpy as np
-    from PIL import Image
-
-    import knotwork as kw
-
-    (tmp_path / "cube.dae").write_text(coloured_cube("two%20colours.png"), encoding="utf-8")
-    rows = np.zeros((8, 8, 3), dtype=np.uint8)
-    rows[:4, :, 1] = rows[4:, :, 0] = 230
-    Image.fromarray(rows).save(tmp_path / "two colours.png")
-    (tmp_path / "dice.urdf").write_text(ROBOT, encoding="utf-8")
-    return kw.load_robot(tmp_path / "dice.urdf").with_tool("arm")

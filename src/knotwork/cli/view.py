@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import io
-import re
 import shlex
-import socket
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +16,24 @@ from knotwork.cli.live_view import Files, follow
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     PASSED,
-    Listed,
     PlanOptions,
     html_option,
     motion_options,
     package_path_option,
     port_option,
 )
-from knotwork.cli.sources import Motion, checked_motions, print_failures, read_motions, refuse
+from knotwork.cli.sources import (
+    CheckedFile,
+    Motion,
+    checked_motions,
+    print_failures,
+    read_motions,
+    refuse,
+)
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
-from knotwork.planning import plan
+from knotwork.planning import Plan, plan
 from knotwork.robot import Robot, load_robot
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.sweeps.folder import is_study
@@ -39,8 +43,7 @@ from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import PageServer
 from knotwork.view.picture_files import checked_page_path
-from knotwork.view.plan_pages import scene_of_trajectory
-from knotwork.view.scene_data import scene_of
+from knotwork.view.scene_data import scene_of, scene_of_trajectory
 from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
 
@@ -59,35 +62,20 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 """
 
 
-OWN = "own"
-"""Stands for a new server, which ends with the command, in place of an address."""
-# Servers answer at once, or within a second or so while they receive large meshes [s].
-PATIENCE = 10.0
-
-
 @click.command(epilog=_VIEW_EPILOG)
 @html_option()
-@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show as well.")
 @click.option(
     "--beside",
     metavar="OTHER",
     help="Show another scenario's motion side by side, with one clock and their difference.",
 )
-@click.option("--no-ghosts", is_flag=True, help="Hide translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",
     is_flag=True,
     help="Plan again whenever the scenario, its robot or a file named in them is saved, and update "
     "the open page.",
 )
-@click.option(
-    "--meshcat",
-    metavar="[URL]",
-    is_flag=False,
-    flag_value="own",
-    help="Play in Meshcat instead: in the server at this ZMQ address, such as "
-    "tcp://127.0.0.1:6000, or without an address in a new server.",
-)
+@click.option("--meshcat", is_flag=True, help="Play in Meshcat, with a new server, instead.")
 @click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
 @port_option
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
@@ -97,16 +85,14 @@ PATIENCE = 10.0
 def view(
     source: str,
     out: Path | None,
-    compare: list[str] | None,
     beside: str | None,
     options: PlanOptions,
-    no_ghosts: bool,
     no_open: bool,
     port: int | None,
     reference: str | None,
     robot: str | None,
     watch: bool,
-    meshcat: str | None,
+    meshcat: bool,
     log: LogOptions | None,
 ) -> int:
     """Show the moving arm in a browser.
@@ -126,32 +112,30 @@ def view(
         checked_page_path(out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
-    given: dict[str, Any] = {"--watch": watch or None, "--compare": compare, "--beside": beside}
-    if meshcat is not None:
+    given: dict[str, Any] = {"--watch": watch or None, "--beside": beside}
+    if meshcat:
         refuse({"--html": out, **given, "--port": port}, "--meshcat plays in Meshcat's own page")
-        shown = read_motions(source, reference, options, log=log)
-        print_failures(shown)
-        if not checked_motions(shown[:1]):
+        motion = read_motions(source, reference, options, log=log)[0]
+        print_failures([motion])
+        if isinstance(motion, JointTrajectory):
             raise InputError("Meshcat needs a task with its motion: give --scenario")
-        play_in_meshcat(shown[0], meshcat, no_open)
+        play_in_meshcat(motion, no_open)
         return PASSED
 
     def made(before: Mapping[str, Any] | None) -> tuple[dict[str, Any], Motion]:
-        shown = read_motions(
-            source, reference, options, compare, robot=arm, instead=INSTEAD, log=log
-        )
+        shown = read_motions(source, reference, options, robot=arm, instead=INSTEAD, log=log)
         print_failures(shown)
-        return _scene(source, shown, arm, before), shown[0]
+        return _scene(source, shown[0], arm, before), shown[0]
 
     if is_study(source):
         refuse(given, f"{source} is the folder of a study, which is shown as a map")
         return _map(source, out, port, no_open)
     if beside is not None:
-        refuse({"--watch": watch or None, "--compare": compare}, "--beside shows two motions")
+        refuse({"--watch": watch or None}, "--beside shows two motions")
         return _show(_beside(source, beside, reference, options), out, port, no_open)
     if watch:
-        return _watch(source, reference, made, port, no_open, not no_ghosts)
-    return _show(scene_page(made(None)[0], ghosts=not no_ghosts), out, port, no_open)
+        return _watch(source, reference, made, port, no_open)
+    return _show(scene_page(made(None)[0]), out, port, no_open)
 
 
 def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
@@ -164,7 +148,7 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
         return scene_of(plan(study.scenario(row)), before=before)
 
     def page_of(row: int) -> Page:
-        return scene_page(scene(row), ghosts=False)
+        return scene_page(scene(row))
 
     if out is not None:
         command = f"knotwork view {shlex.quote(source)}"
@@ -196,26 +180,20 @@ def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> int:
 
 
 def _scene(
-    source: str, shown: list[Motion], robot: Robot | None, before: Mapping[str, Any] | None
+    source: str, motion: Motion, robot: Robot | None, before: Mapping[str, Any] | None
 ) -> dict[str, Any]:
-    first, *others = shown
-    if not isinstance(first, JointTrajectory):
+    if not isinstance(motion, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
-        compared = {
-            motion.trajectory.planner: motion.trajectory for motion in checked_motions(others)
-        }
-        return scene_of(first, compared, before)
+        return scene_of(motion, before)
     if robot is None:
         raise InputError(
             f"{source} does not name its robot; give its scenario "
             "with --scenario, or its robot with --robot"
         )
-    return scene_of_trajectory(robot, first, before)
+    return scene_of_trajectory(robot, motion, before)
 
 
-def _watch(
-    source: str, reference: str | None, make: Made, port: int | None, no_open: bool, ghosts: bool
-) -> int:
+def _watch(source: str, reference: str | None, make: Made, port: int | None, no_open: bool) -> int:
     """Serve a page that follows its files."""
 
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
@@ -226,7 +204,7 @@ def _watch(
         return scene, source_files(motion), f"{verdict}: {motion.report.summary}"
 
     given = [_file(name) for name in (source, reference) if name is not None]
-    with LiveServer(source, port or 0, ghosts=ghosts) as server:
+    with LiveServer(source, port or 0) as server:
         offer(server.address, f"showing {source} at {server.address} after each save", no_open)
         follow(server, Files(given), renewed)
     return PASSED
@@ -262,26 +240,15 @@ def _serve(serving: PageServer, title: str, no_open: bool) -> int:
     return PASSED
 
 
-def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
-    """Play a plan in a Meshcat viewer; with a new server until Ctrl-C.
-
-    Args:
-        motion: A plan, or a checked file.
-        address: The server's ZMQ address, or `OWN`.
-        no_open: Do not open a browser.
+def play_in_meshcat(motion: Plan | CheckedFile, no_open: bool) -> None:
+    """Play a motion in a new Meshcat viewer until Ctrl-C.
 
     Raises:
-        InputError: The server does not answer, or the motion can't be shown.
+        InputError: The motion can't be shown.
     """
     scene = scene_of(motion)
     for warning in scene["warnings"]:
         echo(f"warning: {warning}", err=True)
-    if address != OWN:
-        with _answering(address):
-            viewer = _viewer(address)
-            play_scene(scene, viewer)
-        echo(f"playing {scene['title']} at {viewer.url()}")
-        return
     viewer = _viewer()
     play_scene(scene, viewer)
     offer(viewer.url(), f"playing {scene['title']} at {viewer.url()}", no_open)
@@ -292,43 +259,8 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
         echo("stopped")
 
 
-def _viewer(address: str | None = None) -> Any:
+def _viewer() -> Any:
     import meshcat
 
     with contextlib.redirect_stdout(io.StringIO()):  # Meshcat prints its address
-        return meshcat.Visualizer(zmq_url=address)
-
-
-@contextlib.contextmanager
-def _answering(address: str) -> Iterator[None]:
-    """Connect to the Meshcat server at a ZMQ address, with a time limit.
-
-    Raises:
-        InputError: No server is at the address, or it does not answer.
-    """
-    match = re.fullmatch(r"tcp://([^:/]+|\[[^\]]+\]):(\d{1,5})/?", address)
-    if match is None:
-        raise InputError(
-            f"--meshcat {address}: not the ZMQ address of a Meshcat server; accepted: for example "
-            "tcp://127.0.0.1:6000, which meshcat-server prints as zmq_url (give the scenario "
-            "before --meshcat where no address follows)"
-        )
-    import zmq
-    from meshcat.visualizer import ViewerWindow
-
-    ViewerWindow.context.setsockopt(zmq.RCVTIMEO, round(1e3 * PATIENCE))
-    ViewerWindow.context.setsockopt(zmq.LINGER, 0)
-    try:
-        socket.create_connection((match[1].strip("[]"), int(match[2])), PATIENCE).close()
-        with ViewerWindow.context.socket(zmq.REQ) as asked:
-            asked.connect(address)
-            asked.send(b"url")
-            asked.recv()
-        yield
-    except (OSError, OverflowError, zmq.ZMQError) as error:
-        silent = isinstance(error, (TimeoutError, zmq.Again))
-        raise InputError(
-            f"--meshcat {address}: no Meshcat server answers there"
-            f"{f' within {PATIENCE:g} s' if silent else ''}; start one with meshcat-server, or "
-            "leave the address out to start one for this command"
-        ) from error
+        return meshcat.Visualizer()

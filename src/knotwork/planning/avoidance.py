@@ -1,4 +1,4 @@
-"""The next best sequences of solutions, tried where a motion collides."""
+"""Further sequences of solutions, planned when a motion collides."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.planned_motion import PlannedMotion
+from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import Step, TaskSolution
 from knotwork.scenario import FreeTimes
@@ -19,19 +19,20 @@ from knotwork.verification.finding import TRIED
 from knotwork.waypoints import FloatArray
 
 
-def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
-    """Plan the best sequence of solutions whose motion collides nowhere.
+def best_of_sequences(planner: ScenarioPlanner) -> Plan:
+    """Plan the best sequence of solutions whose motion is collision-free.
 
-    Where the motion between two waypoints collides, or none is found, the solutions at both are not
-    combined again, and the next best sequence is planned, as long as one may be feasible and clear.
-    If all of them collide, `way: clear` is tried where times are chosen; where that fails, the plan
-    with the fewest colliding pairs is returned. The report lists what was tried.
+    If the motion between two waypoints collides, or no motion is found, the solutions at both ends
+    are not combined again. The next best sequence is planned, as long as one may be feasible and
+    clear. If all sequences collide, motions with chosen times are planned with `way: clear`. If
+    that fails, the plan with the fewest colliding pairs is returned. The report lists these
+    attempts.
 
     Raises:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
         InputError: The task is wrong.
     """
-    best: PlannedMotion | None = None
+    best: Plan | None = None
     first_error: NoWayFoundError | None = None
     solution: TaskSolution | None = None
     blocked: Sequence[int] | None = None
@@ -49,7 +50,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
         except InputError:
             if solution is None:
                 raise
-            blocked = None  # this sequence has no motion, however slow
+            blocked = None  # this sequence has no motion at any duration
         else:
             solution = plan.solution
             best = plan if best is None else min(best, plan, key=_rank)
@@ -79,7 +80,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
     )
 
 
-def _colliding_intervals(plan: PlannedMotion) -> list[int]:
+def _colliding_intervals(plan: Plan) -> list[int]:
     """Intervals between waypoints in which a plan collides."""
     times = plan.scenario.times
     pairs = failed_pairs(plan.report.findings)
@@ -87,8 +88,8 @@ def _colliding_intervals(plan: PlannedMotion) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> PlannedMotion:
-    """A plan around the obstacles that all sequences hit, or the best one and what was tried."""
+def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
+    """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
@@ -119,16 +120,16 @@ def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> P
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
-def _rank(plan: PlannedMotion) -> tuple[int, int]:
+def _rank(plan: Plan) -> tuple[int, int]:
     """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _detour_ends(plan: PlannedMotion) -> list[int]:
-    """Indices of waypoints at which `way: clear` could avoid a collision on the way there.
+def _detour_ends(plan: Plan) -> list[int]:
+    """Indices of waypoints at which `way: clear` could avoid a collision of the motion to them.
 
-    The motion is between two collision-free waypoints and is not a tool path. Waypoints passed at a
-    free velocity keep one, so that the motions to them and from them are replaced together.
+    This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
+    free velocity keep it, so that the motions to them and from them are replaced together.
     """
     scenario, free = plan.scenario, _free_times(plan)
     asked = scenario if plan.chosen is None else plan.chosen.asked
@@ -152,37 +153,35 @@ def _detour_ends(plan: PlannedMotion) -> list[int]:
     return sorted(ends - unusable)
 
 
-def _free_times(plan: PlannedMotion) -> FreeTimes | None:
+def _free_times(plan: Plan) -> FreeTimes | None:
     """Unknowns that were chosen for a plan."""
     return None if plan.chosen is None else plan.chosen.asked.free
 
 
-def _with_chosen_time(plan: PlannedMotion, ends: Sequence[int]) -> list[int]:
+def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:
     """The waypoints among some whose times are chosen."""
     free = _free_times(plan)
     return [i for i in ends if free and free.duration[i - 1]]
 
 
-def _quoted_names(plan: PlannedMotion, ends: Sequence[int]) -> str:
+def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
     return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
 
 
-def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
+def _proposal(plan: Plan, ends: Sequence[int]) -> str:
     """Proposal of `way: clear` for some waypoints, or an empty text."""
     if not ends or plan.scenario.scene.moves:
         return ""
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
     free = _free_times(plan)
     passed = free and any(free.speed[i] == "free" for i in ends)
-    # ways that are passed at a free velocity are one motion, and take no times
+    # motions joined at a free velocity are one motion, which takes no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
     return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
 
 
-def _with_finding(
-    plan: PlannedMotion, message: str, quantity: str = "sequences_tried"
-) -> PlannedMotion:
-    """The plan with a finding on the sequences of solutions that were tried."""
+def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
+    """The plan with a finding on the planned sequences of solutions."""
     finding = collision_note(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -1,17 +1,16 @@
-"""The whole way from a scenario to a checked trajectory."""
+"""`plan`: from a scenario to a checked trajectory."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.planning.avoidance import best_of_sequences
-from knotwork.planning.execution import ExecutedMotion
+from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Knots
-from knotwork.planning.replanning import scenario_from
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.spline.interpolation import PLANNER_SPECS, planner_and_rule
@@ -19,67 +18,6 @@ from knotwork.task import Task
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress
-    from knotwork.view.page import Page
-
-
-class Plan(ExecutedMotion):
-    """A planned motion with its verdict, which can be shown, saved and changed.
-
-    >>> swing = kw.plan("paper_case")
-    >>> swing.joint_waypoints.time, swing.trajectory.end_time, swing.report.ok
-    (array([ 0.,  5., 15., 25.]), 25.0, True)
-    """
-
-    def view(self, compare: Sequence[str] = ()) -> Page:
-        """Show the arm making its move, in 3D.
-
-        A notebook shows the page inline; `save` writes it to a file that any browser opens.
-
-        Args:
-            compare: Planners whose motions are shown over it, as translucent arms.
-
-        Raises:
-            InputError: The scenario has no robot, or another planner can't plan it.
-        """
-        from knotwork.view.plan_pages import view_plan
-
-        others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
-        return view_plan(self, others)
-
-    def play(self, viewer: Any) -> None:
-        """Show the arm making its move in a Meshcat viewer that is running.
-
-        Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
-        URDF's root, and the motion starts. All else in the viewer stays, but a robot that
-        Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
-
-        Args:
-            viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
-
-        Raises:
-            InputError: The viewer is neither, or the scenario has no robot.
-        """
-        from knotwork.view.meshcat_player import play_scene
-        from knotwork.view.scene_data import scene_of
-
-        play_scene(scene_of(self), viewer)
-
-    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
-        """Plan another task from this motion's state at a moment, which is its time 0.
-
-        Position, velocity and acceleration go on without a jump. The state takes the place of the
-        task's `start`, or else of its first waypoint, if it has more than one. Times in the task,
-        of frames that move and of other robots too, are since that moment.
-
-        Args:
-            at: The moment [s].
-            scenario: The new task.
-
-        Raises:
-            InputError: The time is outside the motion, the tool holds something of which the task
-                says nothing, or the task is wrong: as `plan`.
-        """
-        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
 
 def plan(
@@ -92,8 +30,7 @@ def plan(
 ) -> Plan:
     """Plan a scenario and check the result.
 
-    Times and speeds that it leaves free are chosen first; `Plan.scenario` has numbers in their
-    place.
+    Free times and speeds are chosen first; `Plan.scenario` has numbers in their place.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> plan = kw.plan({"waypoints": lift})
@@ -101,31 +38,31 @@ def plan(
     (True, array([0.5]))
 
     Args:
-        scenario: A task, a shipped scenario's name, the path of a file, a mapping of the same
-            shape, or a loaded scenario.
-        planner: Takes the place of the scenario's planner; a rule may follow after a colon, as in
+        scenario: A task, the name of a shipped scenario, the path of a file, a mapping with the
+            same keys, or a loaded scenario.
+        planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.left_out` names them.
-        knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
-            their constant, or the knot times [s]; `"optimal"` to have them chosen.
-        budget: Computing time for free times [s], by default unlimited; segments that are not
-            solved by then rest at each waypoint.
+        knots: Knots in place of the scenario's: `"paper"`, `"balanced"`, `BalancedKnots` or their
+            constant, the knot times [s], or `"optimal"` for chosen knots.
+        budget: Computing time for free times [s], by default unlimited. Segments that are not
+            solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
 
     Returns:
-        The plan. Its `report.ok` tells whether the motion meets all requirements: an exceeded limit
-        raises no error.
+        The plan. `report.ok` is true if the motion meets all requirements. An exceeded limit raises
+        no error.
 
     Raises:
-        InputError: The scenario is wrong, or a waypoint can't be met as asked. The error names
-            what, where, the value found and the accepted values.
+        InputError: The scenario is wrong, or a waypoint is infeasible. The error names the field,
+            its location, the value and the accepted values.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if isinstance(knots, str) and knots == "optimal":
         scenario, knots = _with_optimal_knots(scenario, planner or scenario.planner), None
     if scenario.free is None:
-        return _best_plan(ScenarioPlanner(scenario, planner, knots))
+        return best_of_sequences(ScenarioPlanner(scenario, planner, knots))
     from knotwork.planning.choosing import with_times_met
     from knotwork.planning.timing.budget import Budget
 
@@ -136,14 +73,14 @@ def plan(
         scenario = with_times_met(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )
-    return _best_plan(replace(timed, scenario=scenario))
+    return best_of_sequences(replace(timed, scenario=scenario))
 
 
 def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
     """The scenario with knots to be chosen.
 
     Raises:
-        InputError: The planner takes no chosen knots, or has knots of its own.
+        InputError: The planner does not support chosen knots, or has its own knots.
     """
     from knotwork.planning.choosing import with_optimal_knots
 
@@ -154,7 +91,3 @@ def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
             f"{planner!r} does not take; give one of the two"
         )
     return with_optimal_knots(scenario)
-
-
-def _best_plan(planner: ScenarioPlanner) -> Plan:
-    return Plan(**vars(best_of_sequences(planner)))

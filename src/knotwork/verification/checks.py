@@ -61,5 +61,7 @@ def own_checks() -> list[str]:
 
 
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
-"""Quantities that fail if cubics fit points of a smoother motion, however dense: the acceleration
-jumps, so that the jerk is unbounded."""
+"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
+
+The acceleration jumps, so the jerk is unbounded.
+"""

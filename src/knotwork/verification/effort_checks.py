@@ -53,7 +53,7 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:
-    """The worst bound over all parts of a motion; parts that violate the limit come first."""
+    """The worst bound over all parts of a motion. Parts that violate the limit have priority."""
     decisive = [bound for bound in bounds if not bound.ok] or bounds
     return max(decisive, key=lambda bound: abs(bound.value))._replace(
         bound=max(abs(bound.bound) for bound in bounds),

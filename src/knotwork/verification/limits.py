@@ -27,8 +27,9 @@ LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
 
 ABSURD_FACTOR = 10.0
-"""A motion is absurd if a joint velocity exceeds its limit by this factor, or if a joint leaves its
-range by more than the width of the range and by more than this [rad or m]."""
+"""Thresholds above which a motion is absurd: factor on a velocity limit, and distance [rad or m] by
+which a joint leaves its range. The distance must also exceed the width of the range.
+"""
 
 
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -46,7 +47,8 @@ def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
 def slower_remedy(use: float, order: int, scenario: Scenario) -> str:
     """Text of the factor of duration with which the motion keeps a limit on a derivative.
 
-    In k times the duration, derivatives of this order fall by a factor of k to the order.
+    In k times the duration, derivatives of this order decrease by a factor of k to the power of the
+    order.
 
     Args:
         use: Value relative to the limit, above 1.
@@ -142,7 +144,7 @@ def keeps_limit(margin: float, limit: float) -> bool:
 
 
 def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> str:
-    """Text that compares a value with a limit, and names what is not proved.
+    """Text that compares a value with a limit, and states what is not proved.
 
     Args:
         worst: The value.

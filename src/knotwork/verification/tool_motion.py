@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 ALMOST_SINGULAR = 1e-3
-"""A smallest singular value below this is called almost singular if it has no limit."""
+"""Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 SMALLEST_TOOL_JUMP = 1e-9
 """Rounding tolerance of jumps of the tool's velocity [m/s]."""

@@ -14,7 +14,7 @@ from knotwork.verification.finding import Finding
 
 NO_LIMIT = "No limit known"
 MAX_ACCELERATION = 1e3
-"""No arm reaches this acceleration [rad/s² or m/s²]; it applies to joints without a limit."""
+"""Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
 def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

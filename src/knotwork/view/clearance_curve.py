@@ -17,7 +17,7 @@ from knotwork.verification.collisions import motion_model
 from knotwork.waypoints import FloatArray
 
 CLEARANCE_SAMPLES = 200
-# Every eighth sample tests whether a pair moves; by less than this [m] it is at rest.
+# Interval of the samples that test whether a pair moves, and motion [m] below which it is at rest.
 STEP_OF_TEST, AT_REST = 8, 1e-6
 
 
@@ -26,7 +26,7 @@ class ClearanceCurve(NamedTuple):
 
     Attributes:
         time: Times [s], shape (n,).
-        distance: Distance of the pair with the least margin [m], shape (n,); NaN without one.
+        distance: Distance of the pair with the smallest margin [m], shape (n,); NaN without a pair.
         pair: Index of that pair's name, shape (n,).
         names: Names of pairs.
     """
@@ -50,7 +50,7 @@ def clearance_curve(
     turning above it, is left out.
 
     Args:
-        trajectory: The whole motion, for the places of held objects.
+        trajectory: The whole motion, for the poses of held objects.
         scenario: The task.
         space: The joints and their robot.
         span: Time interval of the samples [s].
@@ -98,7 +98,7 @@ class _NearestPairs(NamedTuple):
 def _nearest(
     model: CollisionModel, pairs: tuple[Pair, ...], q: FloatArray, time: FloatArray
 ) -> _NearestPairs:
-    """The pair with the least margin at each time, or -1, and its distance [m]."""
+    """The pair with the smallest margin at each time, or -1, and its distance [m]."""
     if not pairs:
         return _NearestPairs([-1] * len(time), np.full(len(time), np.nan))
     from knotwork.scene.solid_pairs import SolidPairs

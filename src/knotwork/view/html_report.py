@@ -15,9 +15,9 @@ from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
 from knotwork.verification.worst import without_use, worst_failures
 from knotwork.view.joint_plots import plot_joints
-from knotwork.view.page import Page, asset, frame, json_in_html, render_template
+from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
-from knotwork.view.plan_pages import view_plan
+from knotwork.view.scene_data import scene_of
 from knotwork.view.scene_verdict import failures
 from knotwork.view.shown_motion import PlanLike
 from knotwork.view.tool_plots import plot_tool
@@ -32,7 +32,7 @@ NO_ROBOT = (
 MOST_ROWS = 6
 """Number of rows of failures, and of the tightest findings."""
 MOST_USE = 100.0
-"""Uses of a limit above this are not printed in percent."""
+"""Use of a limit above which it is not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 """Verdicts with other words."""
 
@@ -40,7 +40,7 @@ _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 def report_page(plan: PlanLike) -> Page:
     """Put the report of a plan on a page.
 
-    Without a robot there is no 3D view: only plots, and the page gives the reason.
+    Without a robot the page has plots but no 3D view, and gives the reason.
 
     >>> report_page(kw.plan("paper_case")).save("report.html").name
     'report.html'
@@ -54,7 +54,7 @@ def report_page(plan: PlanLike) -> Page:
     if robot is not None:
         if robot.tcp_frame_id is not None:
             plots.append(("The tool over time", plot_tool(plan)))
-        scene = view_plan(plan, embedded=True, autoplay=False)
+        scene = scene_page(scene_of(plan), embedded=True, autoplay=False)
     parts = {"style": asset("report.css"), "night": night_colours(), "script": asset("report.js")}
     parts["limits"] = json_in_html(_limits(plan))
     parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""
@@ -121,7 +121,7 @@ def _groups(report: Report) -> list[dict[str, Any]]:
 
 
 def _free_text(finding: Finding) -> str:
-    """A finding without a limit, such as the greatest jerk of a joint."""
+    """A finding without a limit, such as the maximum jerk of a joint."""
     at = f" at {finding.when} s" if finding.when else ""
     value = f"{_number(finding.value)} {finding.unit}".strip()
     return f"{finding.name} {finding.title} {value}{at}".strip()

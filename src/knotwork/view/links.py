@@ -13,7 +13,7 @@ import pinocchio as pin
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.shapes import LinkShape, UrdfShapes
-from knotwork.scene.meshes.locating import find_mesh, mesh_package
+from knotwork.scene.meshes.locating import find_mesh
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import GREY, Mesh, drawable, merge_meshes
 from knotwork.view.primitive_meshes import rod, solid, sphere
@@ -42,7 +42,7 @@ class LinkShapes:
 
     @cached_property
     def shapes(self) -> list[Mesh | None]:
-        """All parts of each joint as one mesh, without images; `None` without parts."""
+        """All parts of each joint as one mesh; `None` without parts."""
         return [merge_meshes(parts) if parts else None for parts in self.parts]
 
 
@@ -62,8 +62,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
         shapes, lost = urdf.link_shapes(link, "visual")
         parts, missing = drawn.meshes(shapes)
         notes = [shape.fault for shape in shapes if shape.fault]
-        notes += dict.fromkeys(part.fault for part in parts if part.fault)
-        if not all(part.coloured or part.fault for part in parts):
+        if not all(part.coloured for part in parts):
             plain.append(link)
         if missing or lost:
             notes += [*lost, *missing]
@@ -153,13 +152,10 @@ class _Drawn:
             raise InputError(
                 f"mesh {path} is not read: the robot's have more than {MOST_FILE_BYTES} bytes"
             )
-        meshes = _read_mesh(path, status.st_mtime_ns)
-        if any(mesh.image or mesh.fault for mesh in meshes):  # its images may have changed
-            meshes = _read_mesh.__wrapped__(path, status.st_mtime_ns)
-        return meshes
+        return _read_mesh(path, status.st_mtime_ns)
 
 
 @lru_cache(maxsize=32)  # a scenario is shown again after each change
 def _read_mesh(path: Path, changed: int) -> list[Mesh]:
     """Read a mesh file, cached by its last change."""
-    return [drawable(part) for part in read_mesh(path, mesh_package(path))]
+    return [drawable(part) for part in read_mesh(path)]

@@ -1,4 +1,4 @@
-"""Servers of pages that follow their newest scene, and of the editor's page."""
+"""Servers of pages that show the newest scene, and of the page of the editor."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from knotwork.view.page_server import Action, Answer, PageServer, Query
 from knotwork.view.scene_data import ROBOT_PARTS
 
 PULSE = 15.0
-"""Interval of writes by which a closed browser is noticed [s]."""
+"""Interval of writes that detect a closed browser [s]."""
 
 
 class LiveServer(PageServer):
@@ -27,8 +27,8 @@ class LiveServer(PageServer):
 
     editing = False
 
-    def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
-        """Listen on a port, by default any free one; `ghosts` as for `scene_page`.
+    def __init__(self, title: str, port: int = 0) -> None:
+        """Listen on a port, by default any free one.
 
         Raises:
             InputError: The port is in use, or not permitted; or the package `meshcat` is
@@ -39,7 +39,7 @@ class LiveServer(PageServer):
         self.routes = {"/": self._page, "/scene": self._newest_scene, "/changes": self._changes}
         self.version = self._robot_version = 0
         self.scene: dict[str, Any] | None = None
-        self._waiting, self._ghosts = waiting_page(title).html, ghosts
+        self._waiting = waiting_page(title).html
         self._error = ""
         self._busy = False
         self._changed = threading.Condition()
@@ -78,10 +78,10 @@ class LiveServer(PageServer):
 
     def _page(self, query: Query) -> Answer:
         """The page at the start of following."""
-        version, scene = self.version, self.scene  # in this order: a page may be newer
+        version, scene = self.version, self.scene  # in this order, because a page may be newer
         if scene is None:
             return "text/html", self._waiting
-        page = scene_page(scene, ghosts=self._ghosts, live=version, editing=self.editing)
+        page = scene_page(scene, live=version, editing=self.editing)
         return "text/html", page.html
 
     def _newest_scene(self, query: Query) -> Answer | None:
@@ -97,14 +97,14 @@ class LiveServer(PageServer):
         return "text/event-stream", self._events()
 
     def _events(self) -> Iterator[str]:
-        """Each state as an event, and a pulse where nothing changes."""
+        """Each state as an event, and a pulse if there is no change."""
         seen = -1
         while True:
             seen, changed = self._next_count(seen)
             yield f"retry: 1000\ndata: {json.dumps(self.state())}\n\n" if changed else ":\n\n"
 
     def _next_count(self, seen: int) -> tuple[int, bool]:
-        """Wait for a newer state than a seen one; its number, and whether there was one."""
+        """Wait for a state newer than a given one. Returns its number, and whether there is one."""
         with self._changed:
             changed = self._changed.wait_for(lambda: self._count != seen, timeout=PULSE)
             return self._count, changed

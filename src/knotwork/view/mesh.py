@@ -1,10 +1,9 @@
-"""Triangle meshes with normals, colours and images."""
+"""Triangle meshes with normals and colours."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -17,9 +16,8 @@ from knotwork.waypoints import FloatArray
 _Number = TypeVar("_Number", bound=np.generic)
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
-WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
 CREASE = np.radians(35.0)
-"""Faces at smaller angles are shaded as one smooth surface."""
+"""Angle of faces below which they are shaded as one smooth surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +31,6 @@ class Mesh:
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, invisible, to 1, opaque.
         coloured: Whether its colours are given; otherwise it is grey.
-        fault: Reason why the image in its file is not used, or empty.
-        uv: Image coordinates of each vertex, from the lower left corner, shape (n, 2), or `None`.
-        image: File of its image, or `None`.
     """
 
     vertices: FloatArray
@@ -44,9 +39,6 @@ class Mesh:
     colours: FloatArray
     opacity: float = 1.0
     coloured: bool = True
-    fault: str = ""
-    uv: FloatArray | None = None
-    image: Path | None = None
 
     def move(self, rotation: ArrayLike, translation: ArrayLike) -> Mesh:
         """Turn, then shift the mesh.
@@ -95,7 +87,7 @@ def box_corners(points: FloatArray) -> FloatArray:
 
 
 def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
-    """Put meshes into one, with their faults but no images; it is as opaque as the first."""
+    """Put meshes into one; it is as opaque as the first."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
@@ -105,30 +97,23 @@ def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
         ),
         np.concatenate([mesh.colours for mesh in meshes]),
         meshes[0].opacity,
-        fault="; ".join(dict.fromkeys(mesh.fault for mesh in meshes if mesh.fault)),
     )
 
 
 def drawable(part: MeshPart) -> Mesh:
     """Give a part of a mesh file normals, and grey without a colour."""
-    corners = part.points[part.triangles]
-    if part.image is not None and part.uv is not None:
-        return replace(from_triangles(corners, WHITE, part.uv), image=part.image)
-    mesh = from_triangles(corners, part.colour or GREY)
-    return replace(mesh, coloured=part.colour is not None, fault=part.fault)
+    mesh = from_triangles(part.points[part.triangles], part.colour or GREY)
+    return replace(mesh, coloured=part.colour is not None)
 
 
-def from_triangles(
-    corners: FloatArray, colour: Sequence[float], uv: FloatArray | None = None
-) -> Mesh:
-    """Make a mesh from loose triangles, smooth where faces meet at a small angle.
+def from_triangles(corners: FloatArray, colour: Sequence[float]) -> Mesh:
+    """Make a mesh from separate triangles, smooth where faces meet at a small angle.
 
     Faces without area are left out.
 
     Args:
         corners: Corners [m], shape (m, 3, 3).
         colour: Red, green, blue and opacity.
-        uv: Image coordinates of each corner, shape (m, 3, 2).
     """
     from trimesh import Trimesh, graph
 
@@ -140,19 +125,16 @@ def from_triangles(
     joined = Trimesh(points, index.reshape(-1, 3), process=False)
     smooth = joined.face_adjacency[joined.face_adjacency_angles < CREASE]
     surface = graph.connected_component_labels(smooth, len(areas))  # type: ignore[no-untyped-call]
-    columns = [index, np.repeat(surface, 3)]
-    if uv is not None:
-        columns += [*uv[keep].reshape(-1, 2).T]
-    unique, inverse = unique_rows(np.stack(columns, axis=1))
+    unique, inverse = unique_rows(np.stack([index, np.repeat(surface, 3)], axis=1))
     normals = np.zeros((len(unique), 3))
     np.add.at(normals, inverse, np.repeat(areas, 3, axis=0))
     mesh = Mesh(
-        points[unique[:, 0].astype(np.int64)],
+        points[unique[:, 0]],
         normalise_rows(normals),
         inverse.reshape(-1, 3),
         np.zeros((len(unique), 3)),
-    ).paint(colour)
-    return mesh if uv is None else replace(mesh, uv=unique[:, 2:])
+    )
+    return mesh.paint(colour)
 
 
 def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:
@@ -169,28 +151,3 @@ def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:
     inverse = np.empty(len(rows), dtype=np.int64)
     inverse[order] = np.cumsum(new) - 1
     return ordered[new], inverse
-
-
-def coarse(mesh: Mesh, cell: float) -> Mesh:
-    """Merge the vertices within each cell of a grid: fewer triangles for a faint copy.
-
-    Args:
-        mesh: The mesh.
-        cell: Width of the cells [m].
-    """
-    keys = np.round(mesh.vertices / cell).astype(np.int64)
-    _, inverse = unique_rows(keys)
-    faces = inverse[mesh.faces]
-    faces = faces[(faces != np.roll(faces, -1, axis=1)).all(axis=1)]
-    # each face once, from its smallest vertex on; its other side is another face
-    first = faces.argmin(axis=1)[:, np.newaxis]
-    faces, _ = unique_rows(np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1))
-    count = np.bincount(inverse)[:, np.newaxis]
-
-    def mean(values: FloatArray) -> FloatArray:
-        total = np.zeros((len(count), 3))
-        np.add.at(total, inverse, values)
-        return np.asarray(total / count)
-
-    normals = normalise_rows(mean(mesh.normals))
-    return Mesh(mean(mesh.vertices), normals, faces, mean(mesh.colours), mesh.opacity)

@@ -38,9 +38,9 @@ VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None
 
 
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
-    """Draw a scene in a Meshcat viewer, below `knotwork`, look at it, and start its motion.
+    """Draw a scene in a Meshcat viewer below `knotwork`, set the camera, and start its motion.
 
-    The drawing of an earlier call is replaced. The rest of the viewer stays, but the robot of
+    This replaces the drawing of an earlier call. Other objects in the viewer stay. The robot of
     Pinocchio's `MeshcatVisualizer` is hidden; `displayVisuals(True)` shows it again.
 
     Args:
@@ -72,8 +72,8 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
 def look_at(scene: Mapping[str, Any], viewer: Visualizer, board: FloatArray) -> None:
     """Turn the camera of a `meshcat.Visualizer` to a scene and its board's corners (4, 3).
 
-    It is as near as all of it is visible. Meshcat's camera looks at the origin wherever it is, so
-    its picture is shifted.
+    The camera is as near as possible with all of the scene in view. Meshcat's camera always looks
+    at the origin, so its picture is shifted.
     """
     points, towards = np.concatenate([scene["view"]["points"], board]), scene["view"]["from"]
     height = 2.0 * np.tan(np.radians(VIEW_ANGLE) / 2.0)
@@ -134,7 +134,7 @@ def _draw(node: Visualizer, mesh: Mesh, *, lit: bool) -> None:
 def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[Visualizer]) -> Any:
     from meshcat.animation import Animation, AnimationClip
 
-    arm = scene["arms"][0]
+    arm = scene["arm"]
     time = unpack_numbers(arm["time"], "<f4").astype(float)
     position = unpack_numbers(arm["position"], "<f4").astype(float).reshape(len(time), -1)
     last = np.flatnonzero(np.diff(np.floor(ANIMATION_RATE * time + 1e-3), append=np.inf))
@@ -162,7 +162,7 @@ def _joint_poses(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> di
     along = np.outer(q, joint["axis"])
     positions = joint["origin"] + slides * placed.apply(along)
     turns = (placed * Rotation.from_rotvec((not slides) * along)).as_quat()
-    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # avoids the longer rotation
+    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # this avoids the longer rotation
     turns[1:] *= np.cumprod(np.where(opposite, -1.0, 1.0))[:, np.newaxis]
     return {
         "position": AnimationTrack("position", "vector3", at, positions.tolist()),
@@ -237,30 +237,14 @@ def drawn_board(scene: Mapping[str, Any]) -> bytes:
     figure.text(0.03, 0.9, f"{scene['title']}   {verdict}", size=15, weight="bold", color=colour)
     for i, line in enumerate(board_lines(scene)):
         figure.text(0.03, 0.82 - 0.075 * i, line, size=9.5, color=colour if i else "black")
-    for i, (name, colours, low, high) in enumerate(_scales(scene)):
-        edge = 0.03 + 0.48 * i
-        axis = figure.add_axes((edge, 0.09, 0.4, 0.07))
-        shades = LinearSegmentedColormap.from_list(name, list(colours))
+    legend, units = scene["legend"], scene["units"]
+    if legend.get("high"):
+        axis = figure.add_axes((0.03, 0.09, 0.4, 0.07))
+        shades = LinearSegmentedColormap.from_list("speed", legend["colours"])
         axis.imshow(np.linspace(0, 1, 200)[np.newaxis], cmap=shades, aspect="auto")
         axis.set_axis_off()
-        figure.text(edge, 0.18, name, size=9)
-        figure.text(edge, 0.02, low, size=9)
-        figure.text(edge + 0.4, 0.02, high, size=9, ha="right")
+        high = f"{legend['high'] * units['per_metre']:.3g} {units['length']}/s"
+        figure.text(0.03, 0.18, f"tool speed, 0 to {high}", size=9)
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return file.getvalue()
-
-
-def _scales(scene: Mapping[str, Any]) -> list[tuple[str, Any, str, str]]:
-    """Scales of the tool's path: quantity, colours, and the values at both ends."""
-    legend, units = scene["legend"], scene["units"]
-    scales = []
-    if "off_colours" in legend:
-        off = f"{100 * legend['off_tolerance']:.3g} %"
-        scales.append(("off the given speed", legend["off_colours"], f"−{off}", f"+{off}"))
-    if legend.get("high"):
-        most = float(f"{legend['high'] * units['per_metre']:.3g}")
-        high = f"{most:g} {units['length']}/s"
-        elsewhere = " elsewhere" if scales else ""
-        scales.append((f"tool speed{elsewhere}", legend["colours"], "0", high))
-    return scales

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 ASSETS = Path(__file__).parent / "assets"
-# One script on the page, from these files in `assets/scene/`; each may use the ones before it.
+# The script of the page consists of these files in `assets/scene/`. Each may use the previous ones.
 SCRIPTS = (
-    *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "strip"),
+    *("shapes", "arm", "surroundings", "fit", "camera", "labels", "player", "strip"),
     *("joints", "video", "live", "scene"),
 )
 # Scripts of the editor.
@@ -75,7 +75,6 @@ def scene_page(
     *,
     embedded: bool = False,
     autoplay: bool = True,
-    ghosts: bool = True,
     live: int | None = None,
     editing: bool = False,
     scripts: bool = True,
@@ -86,7 +85,6 @@ def scene_page(
         scene: From `make_scene`.
         embedded: The page is part of another, which has the title and the verdict.
         autoplay: Start the motion automatically.
-        ghosts: Show translucent copies of the arm at the waypoints at first.
         live: Number of this version, if a `LiveServer` serves further ones.
         editing: The page is that of an `EditServer`, with handles and forms.
         scripts: Include the scripts of the scene; without them, the text only updates an open page.
@@ -94,7 +92,7 @@ def scene_page(
     Raises:
         InputError: The package `meshcat` is not installed.
     """
-    options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts, "live": live}
+    options = {"embedded": embedded, "autoplay": autoplay, "live": live}
     options["editing"] = editing
     parts = {"meshcat": "", "script": "", "style": ""}
     if scripts:

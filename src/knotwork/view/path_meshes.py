@@ -1,69 +1,50 @@
-"""The tool, its path and the given path, as meshes coloured by speed, deviation and limits."""
+"""The tool, its path coloured by speed and limits, and the given path, as meshes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.robot import Robot
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.verification.bounds.path_samples import follow_stretch
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.task_marks import RED
-from knotwork.view.tool_curves import stretches, times_along
-from knotwork.view.tool_trace import ToolTrace, tool_trace
+from knotwork.view.tool_curves import full_speeds
+from knotwork.view.tool_trace import ToolTrace
 from knotwork.waypoints import FloatArray
 
-# Slow to fast: dark violet, blue, green, yellow; evenly lighter, to be readable in grey, too.
+# Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
+# is readable in grey.
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
-# Colours in their place if the speed along tool paths is shown in colours.
-GREYS = np.array([[0.3, 0.31, 0.34], [0.74, 0.76, 0.79]])
-# Slower than given, as given, faster
-OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]])
 # Speeds closer than this fraction of the largest share a mark; largest number of marks.
-LEAST_APART, MOST_MARKS = 0.08, 3
+MIN_DISTANCE, MAX_MARKS = 0.08, 3
 
 
 def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict[str, Any]]:
     """Choose the colours of a path.
 
     Returns:
-        The colour of each sample, shape (n, 3); and the legend: scales with their colours, and the
-        given speeds as marks on them [m/s].
+        The colour of each sample, shape (n, 3); and the legend: the scale with its colours, and the
+        given speeds as marks on it [m/s].
     """
-    along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
-    targets = () if along else shown.given_velocities
-    given_speeds = sorted(
-        (float(np.linalg.norm(target.linear)) for target in targets), reverse=True
-    )
+    given = {float(np.linalg.norm(target.linear)) for target in shown.given_velocities}
+    given |= {part.speed for _, part, *_ in full_speeds(shown)}
     # A failing tool may be slower than required: the scale shows both speeds.
-    high = max([float(path.speed.max()), *given_speeds, shown.fastest])
+    high = max([float(path.speed.max()), *given, shown.fastest])
     marks: list[float] = []
-    for speed in given_speeds:
-        if all(abs(speed - mark) > LEAST_APART * high for mark in (0.0, *marks)):
+    for speed in sorted(given, reverse=True):
+        if all(abs(speed - mark) > MIN_DISTANCE * high for mark in (0.0, *marks)):
             marks.append(speed)
-    scale = GREYS if along else SPEED_COLOURS
-    legend = {"high": high, "colours": css_colours(scale), "marks": marks[:MOST_MARKS]}
-    colours = mix_colours(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
-    if not along:
-        return colours, legend
-    tolerance = shown.scenario.tolerances.path_speed
-    for part in along:
-        start, end = part.full_speed
-        on = (path.time >= start) & (path.time <= end)
-        off = (path.speed[on] / part.speed - 1.0) / tolerance
-        colours[on] = mix_colours(0.5 + 0.5 * off, OFF_COLOURS)
-    speeds = sorted({round(part.speed, 9) for part in along})
-    off_legend = {"off_colours": css_colours(OFF_COLOURS), "off_tolerance": tolerance}
-    return colours, {**legend, **off_legend, "off_speeds": speeds}
+    colours = mix_colours(path.speed / max(high, 1e-9), SPEED_COLOURS)
+    css = ["#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)]
+    return colours, {"high": high, "colours": css, "marks": marks[:MAX_MARKS]}
 
 
 def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
@@ -72,19 +53,11 @@ def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
     return np.stack([np.interp(share, at, column) for column in colours.T], axis=1)
 
 
-def css_colours(colours: FloatArray) -> list[str]:
-    """Colours in the format of pages."""
-    return ["#" + bytes(colour).hex() for colour in np.round(255 * colours).astype(np.uint8)]
-
-
-OTHER = (0.45, 0.45, 0.5)
 STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
-def draw_paths(
-    parts: SceneParts, shown: ShownMotion, motions: Mapping[str, PiecewisePolynomial], size: float
-) -> dict[str, Any]:
-    """Draw the tool, its path, those of other motions and of the task; empty without a tool.
+def draw_paths(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, Any]:
+    """Draw the tool, its path and that of the task; empty without a tool.
 
     Returns:
         The legend.
@@ -95,25 +68,20 @@ def draw_paths(
     colours, legend = speed_colours(trace, shown)
     parts.draw("path", line_mesh(trace.position, colours, 0.0032 * size), lit=False)
     parts.draw("limits broken", _broken_mesh(trace, size), lit=False)
-    deviation, clear = _deviation_mesh(shown, size), _clear_motion_mesh(trace, shown, size)
-    parts.draw("deviation", deviation, lit=False, hidden=True)
+    clear = _clear_motion_mesh(trace, shown, size)
     parts.draw("way", clear, lit=False)
-    for name, motion in motions.items():
-        line = _line_mesh(tool_trace(robot, motion).position, OTHER, 0.0022 * size)
-        parts.draw(f"path of {name}", line, lit=False)
     carrier = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     parts.draw("tool", _tool_mesh(robot, size), carrier=carrier)
     for joint, dashes in asked_points(shown, size):
         lines = (_line_mesh(points, ASKED, WIDTH * size) for points in dashes)
         parts.draw("path asked for", _merged_lines(lines), lit=False, carrier=joint)
-    legend |= {"broken": bool(trace.broken.any()), "way": clear is not None}
-    if deviation is not None:
-        legend["moving"] = any(
-            path.motion.seam_carrier is not None for path in shown.scenario.paths
-        )
-        legend["tolerance"] = shown.scenario.tolerances.path
-        legend["deviation_colours"] = css_colours(DEVIATION_COLOURS)
-    return legend
+    paths = shown.scenario.paths
+    return legend | {
+        "broken": bool(trace.broken.any()),
+        "way": clear is not None,
+        "path": bool(paths),
+        "moving": any(path.motion.seam_carrier is not None for path in paths),
+    }
 
 
 def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
@@ -160,14 +128,12 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
     return tube(points, colours, radius) if len(points) > 1 else None
 
 
-# Exact to beyond the tolerance; they differ in lightness, too.
-DEVIATION_COLOURS = np.array([[0.05, 0.4, 0.45], [0.45, 0.7, 0.45], [0.98, 0.85, 0.25]])
 ASKED, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
 # Dashes along a path: number of points of each, largest number on a path; size relative to
 DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
 # Length of a dash in half periods: the path's colours must be visible between dashes.
 DASHED = 0.3
-WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
+WIDTH = 0.0045
 
 
 def asked_points(
@@ -209,21 +175,3 @@ def _runs(on: NDArray[Any]) -> list[slice]:
     """Runs of true values."""
     runs: list[slice] = np.ma.clump_unmasked(np.ma.masked_equal(on, value=False))  # type: ignore[no-untyped-call]
     return runs
-
-
-def _deviation_mesh(shown: ShownMotion, size: float) -> Mesh | None:
-    """Draw the tool's path along tool paths, coloured by its deviation.
-
-    Returns:
-        Colours from zero to the tolerance, red beyond; `None` without a path.
-    """
-    robot, curve, tolerance = shown.robot, shown.curve, shown.scenario.tolerances.path
-    lines: list[Mesh | None] = []
-    base = robot.base_placement
-    for path, stretch, start, end in stretches(shown.scenario, curve):
-        time = times_along(curve, start, end)
-        points = np.array([(base * robot.forward(q)).translation for q in curve(time)])
-        share = follow_stretch(robot, curve, path, stretch, time).distance / tolerance
-        colours = np.where(share[:, None] > 1.0, RED[:3], mix_colours(share, DEVIATION_COLOURS))
-        lines.append(line_mesh(points, colours, DEVIATION_WIDTH * size))
-    return _merged_lines(lines)

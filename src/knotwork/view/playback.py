@@ -49,16 +49,14 @@ def frame_times(curve: PiecewisePolynomial) -> FloatArray:
 
 
 def arm_frames(
-    name: str,
     curve: PiecewisePolynomial,
     robot: Robot,
-    model: CollisionModel | None = None,
-    paths: Sequence[ScenarioPath] = (),
+    model: CollisionModel | None,
+    paths: Sequence[ScenarioPath],
 ) -> dict[str, Any]:
     """Give a motion's frames, and the tool's speed at each unless there are too many.
 
     Args:
-        name: Name of the motion.
         curve: Joint positions, trailing shape (d,).
         robot: The arm.
         model: Collision model with the positions of joints after the robot's, if there are any.
@@ -68,7 +66,6 @@ def arm_frames(
     position = curve(time)
     shown = base_joints(robot).positions(np.hstack((position, known_positions(model, time))))
     arm: dict[str, Any] = {
-        "name": name,
         "start": float(time[0]),
         "time": pack_numbers((time - time[0]).astype("<f4")),
         "position": pack_numbers(shown.astype("<f4")),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,12 +13,8 @@ from knotwork.view.mesh import Mesh
 from knotwork.waypoints import FloatArray
 
 
-def pack_mesh(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
+def pack_mesh(mesh: Mesh) -> dict[str, Any]:
     """Give a mesh as plain data: arrays in base64, little-endian.
-
-    Args:
-        mesh: The mesh.
-        images: Files of the page's images, including those of the mesh.
 
     Raises:
         InputError: The mesh has points that are not finite.
@@ -29,7 +24,7 @@ def pack_mesh(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
     wide = len(mesh.vertices) > 65535
     colours = np.round(255 * np.clip(mesh.colours, 0.0, 1.0)).astype(np.uint8)
     plain = bool(len(colours) and (colours == colours[0]).all())
-    data: dict[str, Any] = {
+    return {
         "vertices": pack_numbers(mesh.vertices.astype("<f4")),
         "normals": pack_numbers(np.round(127 * mesh.normals).astype(np.int8)),
         "faces": pack_numbers(mesh.faces.astype("<u4" if wide else "<u2")),
@@ -37,10 +32,6 @@ def pack_mesh(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
         "colours": colours[0].tolist() if plain else pack_numbers(colours),
         "opacity": mesh.opacity,
     }
-    if mesh.image is not None and mesh.uv is not None:
-        data["uv"] = pack_numbers(mesh.uv.astype("<f4"))
-        data["image"] = images.index(mesh.image)
-    return data
 
 
 class SceneParts:
@@ -88,7 +79,7 @@ def pack_numbers(array: np.ndarray[Any, Any]) -> str:
 
 
 def unpack_mesh(mesh: Mapping[str, Any]) -> Mesh:
-    """Restore a mesh from its plain data, without its image."""
+    """Restore a mesh from its plain data."""
     vertices = unpack_numbers(mesh["vertices"], "<f4").reshape(-1, 3)
     faces = unpack_numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").reshape(-1, 3)
     normals = unpack_numbers(mesh["normals"], "i1").reshape(-1, 3) / 127.0

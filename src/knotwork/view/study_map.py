@@ -76,7 +76,7 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
         except KnotworkError:  # of a robot that no longer exists
             continue
         if first is None:
-            first, page = scene, scene_page(scene, ghosts=False).html
+            first, page = scene, scene_page(scene).html
             size = len(page)
         elif any(scene[name] is not first[name] for name in ROBOT_PARTS):  # of another robot
             continue

@@ -1,4 +1,4 @@
-"""Surroundings, tool and held objects in a scene; collision shapes; nearest points."""
+"""Surroundings, tool and held objects in a scene; collision shapes."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from knotwork.robot import Robot
 from knotwork.scenario import PlacedShape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
-from knotwork.verification import Report
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merge_meshes
-from knotwork.view.primitive_meshes import box, frame_along, revolve_profile, rod, solid, sphere
+from knotwork.view.primitive_meshes import box, frame_along, revolve_profile, solid, sphere
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 
@@ -52,9 +51,6 @@ PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
 TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)
 HELD_COLOUR = (0.88, 0.62, 0.22, 1.0)
 HULL_COLOUR = (0.20, 0.55, 0.85, 0.45)
-NEAREST_COLOUR = (0.10, 0.55, 0.30, 1.0)
-
-OBJECTS, COLLISION_SHAPES, CLOSEST = "objects", "collision shapes", "closest"
 
 
 def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Mesh:
@@ -77,7 +73,7 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
         mesh = cloud_mesh(shape, shape.path, colour)
     elif shape.path is not None:
         parts = [drawable(part) for part in read_mesh(shape.path)]
-        painted = [part if part.coloured or part.fault else part.paint(colour) for part in parts]
+        painted = [part if part.coloured else part.paint(colour) for part in parts]
         mesh = merge_meshes(painted).scale(shape.scale)
     elif shape.kind == "ellipsoid":
         mesh = sphere(1.0, colour).scale(shape.size)
@@ -90,7 +86,7 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
 
 
 def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> None:
-    """Draw a scenario's scene: objects, tool, held objects, and the nearest points."""
+    """Draw a scenario's scene: objects, tool and held objects."""
     times = {waypoint.name: waypoint.time for waypoint in shown.scenario.waypoints}
     for item in shown.scenario.scene.objects:
         between = None if item.appears is None else [times[item.appears], None]
@@ -99,8 +95,7 @@ def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> Non
         mesh = shape_mesh(item.shape, PLANE_COLOUR if plane else OBJECT_COLOUR, size).place(
             placement
         )
-        _note_fault(parts, f"object {item.name!r}", mesh)
-        parts.draw(OBJECTS, mesh, around=True, carrier=carrier, between=between, of=item.name)
+        parts.draw("objects", mesh, around=True, carrier=carrier, between=between, of=item.name)
         if plane:
             continue
         middle = mesh.vertices.mean(axis=0)
@@ -110,13 +105,6 @@ def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> Non
             parts.corners.append(corners)
     _draw_carried(parts, shown, times, size)
     _draw_hulls(parts, shown.robot)
-    if shown.report is not None:
-        _draw_nearest_points(parts, shown.report, shown, size)
-
-
-def _note_fault(parts: SceneParts, name: str, mesh: Mesh) -> None:
-    if mesh.fault:
-        parts.warnings.append(f"{name}: {mesh.fault}")
 
 
 def _draw_carried(
@@ -133,10 +121,8 @@ def _draw_carried(
     for shape in scene.tool:
         mesh = shape_mesh(shape, TOOL_COLOUR, size).place(mount)
         parts.draw("tool shape", mesh, carrier=joint, of="tool")
-        _note_fault(parts, "tool", mesh)
     for held in scene.held:
         mesh = shape_mesh(held.shape, HELD_COLOUR, size)
-        _note_fault(parts, f"object {held.name!r}", mesh)
         take, leave = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
         appears = None if held.appears is None else times[held.appears]
         in_tool = mesh.place(frame.placement)
@@ -163,32 +149,10 @@ def _draw_hulls(parts: SceneParts, robot: Robot) -> None:
         ]
         by_joint.setdefault(body.joint, []).extend(meshes)
     for joint, meshes in by_joint.items():
-        parts.draw(COLLISION_SHAPES, merge_meshes(meshes), carrier=joint or None, hidden=True)
+        parts.draw("collision shapes", merge_meshes(meshes), carrier=joint or None, hidden=True)
 
 
 def solid_mesh(part: Any, colour: Sequence[float], extent: float) -> Mesh:
     """The shape of a body's part, in the body's axes; `colour` and `extent` as for `shape_mesh`."""
     at_origin = replace(part.shape, placement=pin.SE3.Identity())
     return shape_mesh(at_origin, colour, extent).move(part.rotation, part.translation)
-
-
-def _draw_nearest_points(
-    parts: SceneParts, report: Report, shown: ShownMotion, size: float
-) -> None:
-    """Draw the line between the nearest points, unless bodies are too close.
-
-    Pairs with an object have priority.
-    """
-    base = shown.robot.base_placement
-    pairs = [finding for finding in report.select(subject="pair") if len(finding.points) == 2]
-    if not pairs or not all(finding.ok for finding in pairs):
-        return
-    nearest = min(pairs, key=lambda pair: (pair.detail, not pair.around, pair.value or 0.0))
-    first, second = (base.act(np.array(point)) for point in nearest.points)
-    distance = report.units.text(nearest.value or 0.0, "m", ".3g")
-    text = f"{nearest.name}: {distance} at {nearest.time or 0.0:.2f} s"
-    parts.write(text, "closest", (first + second) / 2, nearest.message)
-    if np.linalg.norm(first - second) > 1e-6:
-        dots = [sphere(0.006 * size, NEAREST_COLOUR).shift(end) for end in (first, second)]
-        line = rod(first, second, 0.003 * size, NEAREST_COLOUR)
-        parts.draw(CLOSEST, merge_meshes([line, *dots]), lit=False)

@@ -13,17 +13,17 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.mesh import Mesh, merge_meshes
-from knotwork.view.primitive_meshes import arrow, frame_along, tube
+from knotwork.view.primitive_meshes import arrow
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
 def targets(
     scenario: Scenario, space: JointSpace, robot: Robot, curve: PiecewisePolynomial
 ) -> list[CartesianWaypoint]:
-    """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
+    """Find the given tool pose and velocity of each waypoint, in the axes of the URDF's root.
 
-    A wait appears once, at its start. Fixed poses are taken at their times if joints move the
-    base.
+    A wait appears once, at its start. If joints move the base, fixed poses are those at their
+    times.
     """
     base = robot.base_placement
     at_tool = []
@@ -52,19 +52,16 @@ def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
     return np.asarray(lengths[lengths > 1e-6])
 
 
-STRAIGHT_COLOUR = (0.9, 0.35, 0.0, 1.0)
-ROUND_COLOUR = (0.55, 0.16, 0.72, 1.0)
+ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
 # Longest motion that an arrow may represent [s].
 _NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# Largest turn of a round arrow [rad], and the smallest one with a head.
-MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
-# Distance of arrows from the path, relative to the scene: on it they would hide its colours.
+# Distance of arrows from the path, relative to the scene, so that they do not hide its colours.
 ASIDE_DISTANCE = 0.014
-# Velocities below this are stops [m/s, rad/s].
-LEAST_SPEED = 1e-9
+# Velocities below this are stops [m/s].
+MIN_DRAWN_SPEED = 1e-9
 
 
-def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
+def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
     """Draw the linear velocities; `None` if all are stops.
 
     The longest arrow is at most a sixth of the scene, and about as long as the waypoint spacing.
@@ -72,20 +69,20 @@ def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     Returns:
         The arrows, and the time in which the tool moves by their length [s].
     """
-    moving = [target for target in asked if np.linalg.norm(target.linear) > LEAST_SPEED]
+    moving = [target for target in asked if np.linalg.norm(target.linear) > MIN_DRAWN_SPEED]
     if not moving:
         return None
     longest = size / 6
     apart = spacings(asked)
     if len(apart):
         longest = min(longest, max(float(np.median(apart)), 0.04 * size))
-    seconds = _arrow_seconds(
-        max(float(np.linalg.norm(target.linear)) for target in moving), longest
-    )
+    fastest = max(float(np.linalg.norm(target.linear)) for target in moving)
+    fitting = (seconds for seconds in _NICE_SECONDS if seconds * fastest <= longest)
+    seconds = next(fitting, _NICE_SECONDS[-1])
     arrows = []
     for target in moving:
         foot = target.pose.translation + ASIDE_DISTANCE * size * _aside(target)
-        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, STRAIGHT_COLOUR))
+        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, ARROW_COLOUR))
     return merge_meshes(arrows), seconds
 
 
@@ -98,45 +95,3 @@ def _aside(target: CartesianWaypoint) -> FloatArray:
         if length > 0.3:
             break
     return np.asarray(across / length)
-
-
-def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mesh, float] | None:
-    """Draw the angular velocities about their axes; `None` without any.
-
-    Returns:
-        The arrows, and the time in which the tool turns by their angle [s].
-    """
-    turning = [target for target in asked if np.linalg.norm(target.angular) > LEAST_SPEED]
-    if not turning:
-        return None
-    seconds = _arrow_seconds(
-        max(float(np.linalg.norm(target.angular)) for target in turning), MOST_TURN
-    )
-    arrows = [
-        _round_arrow(target.pose.translation, seconds * target.angular, radius)
-        for target in turning
-    ]
-    return merge_meshes(arrows), seconds
-
-
-def _arrow_seconds(fastest: float, most: float) -> float:
-    return next(
-        (seconds for seconds in _NICE_SECONDS if seconds * fastest <= most), _NICE_SECONDS[-1]
-    )
-
-
-def _round_arrow(centre: FloatArray, turn: FloatArray, radius: float) -> Mesh:
-    """An arc about a centre with a head, along a rotation vector [rad]."""
-    angle = float(np.linalg.norm(turn))
-    axes = frame_along(turn / angle)
-    head = min(0.5 * max(angle, LEAST_TURN), 0.5)
-    ends = np.linspace(0.0, max(angle - head, 0.02), max(int(24 * angle), 3))
-    rim = np.stack([np.cos(ends), np.sin(ends), np.zeros_like(ends)], axis=1)
-    shaft = tube(radius * rim, np.tile(ROUND_COLOUR[:3], (len(rim), 1)), 0.055 * radius)
-    last = ends[-1]
-    base = radius * np.array([np.cos(last), np.sin(last), 0.0])
-    tangent = np.array([-np.sin(last + 0.5 * head), np.cos(last + 0.5 * head), 0.0])
-    tip = base + radius * head * tangent
-    # an arrow of such a width is nearly all head
-    cone = arrow(base - 0.02 * (tip - base), tip, 0.17 * radius / 2.6, ROUND_COLOUR)
-    return merge_meshes([shaft, cone]).move(axes, centre)

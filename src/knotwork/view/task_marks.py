@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import short_text
@@ -18,11 +16,11 @@ from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.targets import round_arrows, spacings, straight_arrows
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.view.targets import spacings, velocity_arrows
+from knotwork.waypoints import CartesianWaypoint
 
 ROUNDING_USE = 1e6
-"""A tolerance exceeded by this factor is one for rounding, and is not printed."""
+"""Factor on a tolerance above which the tolerance is one for rounding, and is not printed."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MOST_KNOTS = 2000
@@ -32,34 +30,27 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     """Draw the marks of a task, and of the failures of its check, in a scene of some size [m].
 
     Returns:
-        For the legend the time in which the tool goes the length of straight arrows,
-        `arrow_seconds`, and turns by round ones, `turn_seconds`.
+        For the legend `arrow_seconds`, the time in which the tool moves by the length of arrows.
     """
     curve, robot = shown.curve, shown.robot
     _draw_waypoints(parts, shown, size)
-    axis = _axis_length([target for target in shown.targets if not target.standing], size)
-    arrows = {
-        ("speeds asked for", "arrow_seconds"): straight_arrows(shown.given_velocities, size),
-        ("turning asked for", "turn_seconds"): round_arrows(shown.given_velocities, 0.75 * axis),
-    }
-    seconds = {}
-    for (name, key), drawn in arrows.items():
-        if drawn is not None:
-            mesh, seconds[key] = drawn
-            parts.draw(name, mesh)
+    legend = {}
+    arrows = velocity_arrows(shown.given_velocities, size)
+    if arrows is not None:
+        mesh, legend["arrow_seconds"] = arrows
+        parts.draw("speeds asked for", mesh)
     if len(curve.x) <= MOST_KNOTS:
-        along, ball = _on_paths(curve.x, shown.scenario), sphere(0.0048 * size, KNOT, 12)
-        for name, times in (("knots", curve.x[~along]), ("knots on paths", curve.x[along])):
-            points = [(robot.base_placement * robot.forward(q)).translation for q in curve(times)]
-            dots = [ball.shift(point) for point in points]
-            parts.draw(name, merge_meshes(dots) if dots else None, hidden=name == "knots on paths")
+        ball = sphere(0.0048 * size, KNOT, 12)
+        places = [(robot.base_placement * robot.forward(q)).translation for q in curve(curve.x)]
+        dots = merge_meshes([ball.shift(place) for place in places])
+        parts.draw("knots", dots, hidden=bool(shown.scenario.paths))  # many along a path
     if shown.report is not None:
         _draw_failures(parts, shown, shown.report, size)
-    return seconds
+    return legend
 
 
 def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
-    """Draw the waypoints; those that stand while joints move the base frame ride along."""
+    """Draw the waypoints. Fixed ones move in the scene if joints move the base frame."""
     robot = shown.robot
     waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
@@ -82,7 +73,7 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
 
 
 def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
-    """Draw the named frames of a task; those that move ride along."""
+    """Draw the named frames of a task. Moving ones move in the scene."""
     placed: dict[int | None, list[pin.SE3]] = {}
     for name, frame in shown.scenario.frames.items():
         carrier, base = shown.carrier_of(shown.scenario.scene.moving.get(name))
@@ -91,14 +82,6 @@ def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
         parts.write(name, "frame", pose.translation, f"frame {name!r}", carrier=carrier)
     for carrier, poses in placed.items():
         parts.draw("frames", _triads(poses, 0.075 * size, 0.05), carrier=carrier)
-
-
-def _on_paths(times: FloatArray, scenario: Scenario) -> NDArray[np.bool_]:
-    """Whether times are within a tool path."""
-    within = np.zeros(times.shape, dtype=bool)
-    for path in scenario.paths:
-        within |= (times > path.motion.start_time) & (times < path.motion.end_time)
-    return within
 
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
@@ -122,7 +105,7 @@ def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
 
 
 def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: float) -> None:
-    """Mark where the tool is when something fails; from there to where it should be."""
+    """Mark the position of the tool at a failure, with a line to the required position."""
     robot, curve = shown.robot, shown.curve
     base = robot.base_placement
     wrong: list[Mesh] = []
@@ -150,7 +133,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
 
 
 def _failure_text(finding: Finding, units: Units) -> str:
-    """A finding as lists have it, but for a tolerance that is one for rounding."""
+    """Text of a finding as in lists, but without a tolerance that is one for rounding."""
     name = waypoint_text(finding.name) if finding.subject == "waypoint" else finding.name
     if finding.requested is not None:
         miss = units.text(finding.value or 0.0, finding.unit, ".3g")

@@ -192,9 +192,9 @@ class ToolRow:
 
 
 def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
-    """Candidate rows; the caller leaves out those without values."""
+    """Candidate rows. The caller leaves out rows without values."""
     for motion in motions:
-        robot_of(motion)  # raises before anything is drawn
+        robot_of(motion)  # raises before the first row is drawn
     scenario = motions[0].scenario
     allowed, limits = scenario.tolerances, scenario.motion_limits
     off, straight = path_deviations, straight_deviations

@@ -40,10 +40,10 @@ class ToolTrace:
 def tool_trace(
     robot: Robot,
     curve: PiecewisePolynomial,
-    space: JointSpace | None = None,
-    failures: Sequence[Finding] = (),
-    also: Sequence[float] = (),
-    paths: Sequence[ScenarioPath] = (),
+    space: JointSpace,
+    failures: Sequence[Finding],
+    also: Sequence[float],
+    paths: Sequence[ScenarioPath],
 ) -> ToolTrace:
     """Sample the tool's path evenly in time, and at every break.
 
@@ -71,10 +71,9 @@ def tool_trace(
     broken = np.zeros(len(time), dtype=bool)
     for begin, end in spans:
         broken |= (time >= begin) & (time <= end)
-    if space is not None:
-        for failure, share in limit_shares(robot, curve, space, limits, time):
-            slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
-            broken |= share > 1.0 + slack
+    for failure, share in limit_shares(robot, curve, space, limits, time):
+        slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
+        broken |= share > 1.0 + slack
     return ToolTrace(time, position, speed, broken)
 
 
@@ -82,7 +81,7 @@ def tool_speeds(
     robot: Robot,
     curve: PiecewisePolynomial,
     time: FloatArray,
-    paths: Sequence[ScenarioPath] = (),
+    paths: Sequence[ScenarioPath],
 ) -> FloatArray:
     """Speed of the tool centre point [m/s], shape (n,), at times of shape (n,).
 

@@ -1,1 +1,1 @@
-"""Mesh files: triangles with the colours and images of their materials; nothing here draws."""
+"""Mesh files: triangles with the colours of their materials; nothing here draws."""

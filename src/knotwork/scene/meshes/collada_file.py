@@ -1,7 +1,7 @@
-"""Reading COLLADA with pycollada: shapes where nodes place them, colours and images.
+"""Reading COLLADA with pycollada: shapes where nodes place them, and their colours.
 
 As in ROS, the unit of length of a file is used and its upward axis ignored. Nodes can show other
-nodes, so that a short file can show millions of shapes: they are counted first. Lines
+nodes, so that a short file can show millions of shapes. Therefore shapes are counted first. Lines
 have no surface and are not read.
 """
 
@@ -10,9 +10,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
@@ -41,13 +39,11 @@ _UNREAD = {
 }
 
 
-def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...]:
+def read_collada(data: bytes) -> tuple[MeshPart, ...]:
     """Read a COLLADA file, without colours if its materials have a fault.
 
     Args:
         data: The content.
-        folder: Folder of the file; image paths are relative to it.
-        inside: Folder that contains all accepted images.
 
     Raises:
         InputError: The data is not XML, or too large.
@@ -74,7 +70,7 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     parts: list[MeshPart] = []
     triangles = 0
     for shape in document.scene.objects("geometry"):
-        for part in _shape_parts(shape, unit @ shape.matrix, folder, inside):
+        for part in _shape_parts(shape, unit @ shape.matrix):
             parts.append(part)
             triangles += len(part.triangles)
             check_triangles(triangles)
@@ -163,9 +159,7 @@ def _without_materials(data: bytes) -> io.BytesIO:
     return io.BytesIO(ElementTree.tostring(root))
 
 
-def _shape_parts(
-    shape: Any, placement: FloatArray, folder: Path, inside: Path
-) -> Iterator[MeshPart]:
+def _shape_parts(shape: Any, placement: FloatArray) -> Iterator[MeshPart]:
     """Give the parts of a `collada.geometry.BoundGeometry` where its nodes place it."""
     import collada
 
@@ -177,33 +171,12 @@ def _shape_parts(
             continue
         # a mirroring placement reverses the triangles
         order = slice(None, None, -1 if np.linalg.det(turn) < 0 else 1)
-        uv = None
-        if faces.texcoordset:
-            uv = faces.texcoordset[0][faces.texcoord_indexset[0]][:, order, :2]
         material = shape.materialnodebysymbol.get(primitive.material)
         diffuse = material.target.effect.diffuse if material else None
-        colour, image, fault = None, None, ""
-        if isinstance(diffuse, tuple):
+        colour = None
+        if isinstance(diffuse, tuple):  # otherwise it is an image
             red, green, blue, opacity = (*diffuse, 1.0)[:4]
             colour = (red, green, blue, opacity)
-        elif diffuse is not None:
-            image, fault = _image(diffuse.sampler.surface.image.path, folder, inside)
         points = faces.vertex @ turn.T + placement[:3, 3]
         triangles = faces.vertex_index[:, order].astype(np.int64)
-        yield MeshPart(points, triangles, uv, colour, image, fault)
-
-
-def _image(address: str, folder: Path, inside: Path) -> tuple[Path | None, str]:
-    """File of a material's image, or `None` with the reason.
-
-    An image outside the folder is refused, because pages with it are sent to others. Whether it
-    exists is not reported.
-    """
-    path = (folder / unquote(address.strip().removeprefix("file://"))).resolve()
-    if not path.is_relative_to(inside.resolve()):
-        why = f"is outside {inside}, and only images below it are accepted"
-    elif not path.is_file():
-        why = f"does not exist below {inside}"
-    else:
-        return path, ""
-    return None, f"image {shown(address)} {why}; its surfaces are drawn grey"
+        yield MeshPart(points, triangles, colour)

@@ -25,7 +25,7 @@ from knotwork.waypoints import FloatArray
 MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".glb", ".gltf")
 
 
-def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
+def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     """Read a mesh file; at least one part has triangles with an area.
 
     A COLLADA file with faulty materials is read without colours.
@@ -36,7 +36,6 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
 
     Args:
         path: The file.
-        inside: Folder that contains the images of its materials; by default the file's folder.
 
     Raises:
         InputError: The file can't be read whole, is too large, has no triangles
@@ -46,7 +45,7 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
         if path.suffix.lower() not in MESH_SUFFIXES:
             raise InputError(f"read are {', '.join(MESH_SUFFIXES)}")
         data = read_bounded(path)
-        parts = _read_parts(data, path, inside or path.parent)
+        parts = _read_parts(data, path)
         _check(parts)
     except Exception as error:  # readers raise any error on unexpected content
         raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
@@ -100,8 +99,6 @@ def _check(parts: tuple[MeshPart, ...]) -> None:
         indices, n = part.triangles, len(part.points)
         if indices.size and (indices.min() < 0 or indices.max() >= n):
             raise InputError(f"it has an index that is not in 0 to {n - 1}")
-        if part.uv is not None and not np.isfinite(part.uv).all():
-            raise InputError("it has places in images that are not finite")
     if not any(_has_area(part) for part in parts):
         raise InputError("none of its triangles has an area")
 
@@ -111,12 +108,12 @@ def _has_area(part: MeshPart) -> bool:
     return bool(np.cross(b - a, c - a).any())
 
 
-def _read_parts(data: bytes, path: Path, inside: Path) -> tuple[MeshPart, ...]:
+def _read_parts(data: bytes, path: Path) -> tuple[MeshPart, ...]:
     kind = path.suffix.lower()[1:]
     if kind == "dae":
         from knotwork.scene.meshes.collada_file import read_collada
 
-        return read_collada(data, path.parent, inside)
+        return read_collada(data)
     if kind in ("glb", "gltf"):
         from knotwork.scene.meshes.gltf_file import read_gltf
 

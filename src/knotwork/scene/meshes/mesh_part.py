@@ -1,4 +1,4 @@
-"""A part of a mesh, and limits of files, so that no file takes minutes or gigabytes."""
+"""A part of a mesh, and size limits of files, which bound time and memory."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from knotwork.waypoints import FloatArray
 
 MOST_MESH_BYTES = 64_000_000
 MOST_MESH_TRIANGLES = 1_000_000
-"""Triangles of one file, counted each time the file shows them."""
+"""Maximum number of triangles of a file, counted each time the file shows them."""
 MOST_SHOWN_SHAPES = 5_000
-"""Shapes that a file shows, counted each time."""
+"""Maximum number of shapes that a file shows, counted each time."""
 FARTHEST_POINT = 1e9
 """Distance of a point from the origin, along each axis, in the file's unit."""
 
@@ -29,18 +29,12 @@ class MeshPart(NamedTuple):
     Attributes:
         points: [m], shape (n, 3).
         triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
-        uv: Image coordinates of each corner, from the lower left, shape (m, 3, 2), or `None`.
         colour: Red, green, blue and opacity in 0 … 1, or `None`.
-        image: File of its image, or `None`.
-        fault: Reason why the image of the file is not used, or empty.
     """
 
     points: FloatArray
     triangles: IndexArray
-    uv: FloatArray | None = None
     colour: Colour | None = None
-    image: Path | None = None
-    fault: str = ""
 
 
 def read_bounded(path: Path) -> bytes:

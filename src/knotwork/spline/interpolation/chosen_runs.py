@@ -26,7 +26,7 @@ from knotwork.spline.polynomial.from_accelerations import (
 from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
 
 SAME_KNOT_TIME = 1e-9
-"""Times that differ by less than this, relative to the largest, are one."""
+"""Difference relative to the largest time below which times are equal."""
 
 STALE = 1e-3
 """Maximum correction of rounding, relative to the largest acceleration."""
@@ -38,8 +38,8 @@ def plan_modified_hermite(
     """Make a C2 smooth curve of degree three through positions and velocities.
 
     Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
-    whose acceleration is known are met with it, and divide the curve into sections that don't
-    depend on one another. Chosen segments are sections, too.
+    with a known acceleration divide the curve into sections that are independent of each other.
+    Chosen segments are sections as well.
 
     Args:
         waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
@@ -47,7 +47,7 @@ def plan_modified_hermite(
             chosen segments (`chosen`).
 
     Raises:
-        KnotError: Knots given by hand don't suit the waypoints.
+        KnotError: Given knots do not suit the waypoints.
         OptionError: End accelerations are wrong. A chosen segment does not begin, end and pass at
             waypoints, has fewer than two knots between two of them, overlaps another, or has
             accelerations for other waypoints.
@@ -93,12 +93,16 @@ def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[Inde
             raise OptionError("chosen", f"{where}; {stale}")
     rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
     knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
-    for row in rows[np.abs(x[knots] - t[rows]) > slack][:1]:
-        name = waypoints.names[row]
-        where = f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {name!r}"
+    missing = np.abs(x[knots] - t[rows]) > slack
+    if missing.any():
+        row = rows[missing][0]
+        where = (
+            f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
+        )
         raise OptionError("chosen", f"{where}; {stale}")
-    for row in rows[1:][np.diff(knots) < 3][:1]:
-        name = waypoints.names[row]
+    is_sparse = np.diff(knots) < 3
+    if is_sparse.any():
+        name = waypoints.names[rows[1:][is_sparse][0]]
         message = f"run {i} has fewer than two knots between {name!r} and the one before"
         raise OptionError("chosen", message)
     return rows, knots
@@ -140,15 +144,15 @@ def _run_pieces(
         span, ends = np.diff(x[part])[None], slice(k, k + 2)
         states = waypoints.position[ends], waypoints.velocity[ends]
         corrected = corrected_accelerations(span, a[part][None], *states)
-        most = np.abs(corrected[0] - a[part]).max(axis=0)
-        beyond = np.flatnonzero(most > STALE * np.maximum(peak, 1e-9))
+        change = np.abs(corrected[0] - a[part]).max(axis=0)
+        beyond = np.flatnonzero(change > STALE * np.maximum(peak, 1e-9))
         if beyond.size:
             raise OptionError(
                 "chosen",
                 f"run {i} is for other waypoints than {waypoints.names[k]!r} and "
                 f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
                 f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
-                f"{most[beyond[0]]:.3g}; choose the times again",
+                f"{change[beyond[0]]:.3g}; choose the times again",
             )
         pieces.append(cubics_from_accelerations(span, corrected, *states))
     return x, np.concatenate(pieces, axis=1)

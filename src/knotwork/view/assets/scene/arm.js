@@ -1,10 +1,6 @@
-// Arms as nested groups, one a joint; their motion; faint copies of the arm at the waypoints.
+// The arm as nested groups, one a joint, and its motion.
 
 const ROOT = ["Knotwork"];
-const TINTS = [[70, 105, 225], [215, 125, 30], [20, 150, 110]]; // of arms after the first
-const COPY = [105, 140, 185];
-
-const armName = (arm, number) => (number > 0 ? `arm: ${arm.name}` : "arm");
 
 function placeJoint(object, joint, q) {
   const turn = new THREE.Quaternion(...joint.quaternion);
@@ -15,42 +11,30 @@ function placeJoint(object, joint, q) {
   else object.quaternion.multiply(new THREE.Quaternion().setFromAxisAngle(axis, q));
 }
 
-// Where the scene holds what a joint of an arm carries; joint 0 does not move.
-function pathOf(joints, name, joint) {
-  if (joint === 0) return [...ROOT, name];
-  return [...pathOf(joints, name, joints[joint - 1].parent), joints[joint - 1].name];
+// Where the scene holds what a joint of the arm carries; joint 0 does not move.
+function pathOf(joints, joint) {
+  if (joint === 0) return [...ROOT, "arm"];
+  return [...pathOf(joints, joints[joint - 1].parent), joints[joint - 1].name];
 }
 
-function addArms(viewer, data, images) {
-  const shapes = data.shapes.map((parts) => parts.map((mesh) => ({ mesh, geometry: geometry(mesh) })));
-  const links = []; // of the first arm, by joint
-  data.arms.forEach((arm, number) => shapes.forEach((parts, joint) => {
-    const path = pathOf(data.joints, armName(arm, number), joint);
-    const node = viewer.scene_tree.find(path);
-    if (joint > 0) placeJoint(node.object, data.joints[joint - 1], 0);
+// Gives the meshes of each joint.
+function addArm(viewer, data) {
+  return data.shapes.map((parts, joint) => {
+    const path = pathOf(data.joints, joint);
+    if (joint > 0) placeJoint(viewer.scene_tree.find(path).object, data.joints[joint - 1], 0);
     const group = new THREE.Group();
-    for (const part of parts) {
-      const object = number > 0
-        ? translucent(part, 0.45, TINTS[(number - 1) % TINTS.length], 100 + 2 * number)
-        : dressed(part, images);
-      // Copies in front of the arm must not veil it: they are drawn only where this is not.
-      if (number === 0) {
-        Object.assign(object.material, { stencilWrite: true, stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp });
-      }
-      group.add(object);
-    }
+    for (const mesh of parts) group.add(new THREE.Mesh(geometry(mesh), material(mesh)));
     viewer.set_object(path, group);
-    if (number === 0) links[joint] = [...group.children];
-  }));
-  return links;
+    return [...group.children];
+  });
 }
 
-// The motions as Meshcat's animation: frames are shown as sampled, none is made between two.
+// The motion as Meshcat's animation: frames are shown as sampled, none is made between two.
 function animate(viewer, data) {
-  const animations = data.arms.flatMap((arm, number) => tracks(data.joints, arm).map((track, i) => ({
-    path: pathOf(data.joints, armName(arm, number), i + 1),
+  const animations = tracks(data.joints, data.arm).map((track, i) => ({
+    path: pathOf(data.joints, i + 1),
     clip: { fps: 1, name: "motion", tracks: [track] },
-  })));
+  }));
   viewer.set_animation(animations, { play: false, repetitions: 1 });
   for (const action of viewer.animator.actions) action.play();
   viewer.animator.seek(0);
@@ -75,49 +59,4 @@ function tracks(joints, arm) {
       interpolation: THREE.InterpolateDiscrete,
     };
   });
-}
-
-// Copies of the arm where it stands at the waypoints.
-class Copies {
-  constructor(viewer, data) {
-    Object.assign(this, { viewer, joints: data.joints, copies: [] });
-    this.shapes = data.coarse.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
-  }
-
-  set(data) {
-    this.ghosts = data.ghosts;
-    this.positions = floats(data.arms[0].position);
-    while (this.copies.length < this.ghosts.length) this.copies.push(this.another());
-    this.ghosts.forEach((q, number) => this.joints.forEach((joint, i) => placeJoint(this.copies[number][i + 1], joint, q[i])));
-  }
-
-  // Those that stand where the arm is in a frame of the motion are not seen.
-  update(frame) {
-    const at = frame * this.joints.length;
-    this.copies.forEach(([object], number) => {
-      const q = this.ghosts[number] ?? [];
-      object.visible = q.some((value, i) => Math.abs(value - this.positions[at + i]) > 0.02);
-    });
-  }
-
-  // What each joint of one more copy carries
-  another() {
-    const number = this.copies.length;
-    const groups = [new THREE.Group()];
-    for (const { parent } of this.joints) {
-      const group = new THREE.Group();
-      groups[parent].add(group);
-      groups.push(group);
-    }
-    this.shapes.forEach((shape, joint) => {
-      if (!shape || joint === 0) return;
-      const copy = translucent(shape, 0.2, COPY, 10 + 2 * number);
-      for (const { material: paint } of copy.children) {
-        Object.assign(paint, { stencilWrite: true, stencilRef: 1, stencilFunc: THREE.NotEqualStencilFunc });
-      }
-      groups[joint].add(copy);
-    });
-    this.viewer.set_object([...ROOT, "ghosts", `${number + 1}`], groups[0]);
-    return groups;
-  }
 }

@@ -291,7 +291,7 @@ class Jog {
     const { stage } = this.editing;
     const { data, player } = stage;
     const at = player.frame() * data.joints.length;
-    this.q = [...floats(data.arms[0].position).slice(at, at + data.joint_panel.length)];
+    this.q = [...floats(data.arm.position).slice(at, at + data.joint_panel.length)];
     byId("sliders").replaceChildren(...data.joint_panel.map((joint, i) => this.slider(joint, i)));
     this.renew();
     this.ask({});
@@ -331,8 +331,8 @@ class Jog {
       groups.push(new THREE.Group());
       groups[parent].add(groups[groups.length - 1]);
     });
-    data.coarse.forEach((mesh, joint) => {
-      if (mesh && joint) groups[joint].add(translucent({ mesh, geometry: geometry(mesh) }, 0.55, [225, 130, 50], 300));
+    this.editing.stage.links.forEach((parts, joint) => {
+      if (joint) groups[joint].add(...parts.map((part, i) => translucent(part.geometry, data.shapes[joint][i], 0.55, [225, 130, 50], 300)));
     });
     viewer.set_object(["Jogged"], groups[0]);
     this.arm = groups;

@@ -23,7 +23,7 @@ class Joints {
       list.append(row);
       return { row, mark, value, unit, factor, low, high };
     });
-    this.positions = floats(data.arms[0].position);
+    this.positions = floats(data.arm.position);
     this.joints = data.joints.length; // what moves by itself comes after the robot
     this.first = data.first_joint; // and what carries its base frame comes before
     this.frame = -1;

@@ -1,7 +1,7 @@
 // Labels: words beside their points, none over another; of many some wait until they are hovered.
 
 // What fails comes and goes: it is placed last, so that nothing else moves.
-const ORDER = { closest: 1, waypoint: 2, object: 3, frame: 4, miss: 5 };
+const ORDER = { waypoint: 1, object: 2, frame: 3, miss: 4 };
 // Where a label may be, from its point [pixels]: in rings, to the upper right first
 const PLACES = [16, 30, 48, 70, 96, 126, 165, 210, 270, 340, 420].flatMap((radius) =>
   [...Array(12).keys()].map((k) => {
@@ -104,18 +104,12 @@ class Labels {
   // Gives where a label is now: a joint takes it along, as it does its things.
   point({ at, carrier }, joints) {
     if (!carrier) return () => world(at);
-    const holder = this.viewer.scene_tree.find(pathOf(joints, "arm", carrier)).object;
+    const holder = this.viewer.scene_tree.find(pathOf(joints, carrier)).object;
     return () => holder.localToWorld(new THREE.Vector3(...at));
   }
 
   show(on) {
     for (const id of ["labels", "leaders"]) byId(id).style.display = on ? "" : "none";
-  }
-
-  // Labels that are seen
-  seen() {
-    if (byId("labels").style.display === "none") return [];
-    return this.labels.filter(({ box }) => box.style.visibility === "visible");
   }
 
   // Makes boxes of several lines as narrow as their words.
@@ -130,11 +124,10 @@ class Labels {
     boxes.forEach((box, i) => (box.style.width = `${Math.ceil(widths[i]) + EDGES}px`));
   }
 
-  // Failures near the time shown [s], of a motion of so long; on paper the first ones
+  // Failures near the time shown [s], of a motion of so long
   near(time, duration, pane) {
     const misses = this.labels.filter((label) => label.kind === "miss");
     const away = (label) => Math.abs((label.time ?? time) - time);
-    if (document.body.classList.contains("still")) return misses.slice(0, MISSES);
     const soon = misses.filter((label) => away(label) <= SOON * duration);
     const most = Math.max(1, Math.min(MISSES, Math.round((pane.width * pane.height) / ROOM)));
     return soon.sort((a, b) => away(a) - away(b)).slice(0, most);
@@ -169,7 +162,7 @@ class Labels {
     }
     this.arm = misses.length ? this.outlines(pane) : [];
     const { called } = this;
-    const kept = (label) => label === called || misses.includes(label) || label.kind === "closest";
+    const kept = (label) => label === called || misses.includes(label);
     const order = called ? [called, ...this.labels.filter((label) => label !== called)] : this.labels;
     let room = Math.round((pane.width * pane.height) / ROOM);
     for (const label of order) {

@@ -31,8 +31,8 @@ function tell({ error, busy, gone = false }) {
 // What the page says of the motion, and the motion, from a page without scripts and what is known of the robot
 function renew(stage, text) {
   const page = new DOMParser().parseFromString(text, "text/html");
-  const { joints, shapes, images, coarse } = stage.data;
-  const data = { joints, shapes, images, coarse, ...JSON.parse(page.getElementById("data").textContent) };
+  const { joints, shapes } = stage.data;
+  const data = { joints, shapes, ...JSON.parse(page.getElementById("data").textContent) };
   document.title = page.title;
   for (const id of ["head", "legend"]) {
     const [old, made] = [byId(id), page.getElementById(id)];

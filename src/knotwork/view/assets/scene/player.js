@@ -36,7 +36,7 @@ class Player {
 
   // A motion; where another one was shown, its time is kept, and it goes on if that was running.
   set(data) {
-    const [arm] = data.arms;
+    const { arm } = data;
     const running = this.running;
     const shown = this.start + this.time;
     this.start = arm.start;

@@ -4,12 +4,12 @@ const TOUCHING = 0x8a0a0a;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const TURN = Math.PI / 18; // of the view, by a key [rad]
 
-async function showScene(data, options) {
+function showScene(data, options) {
   const viewer = new MeshCat.Viewer(byId("scene"));
   window.viewer = viewer;
   const stage = new Stage(viewer, options);
-  const ready = stage.show(data);
-  const { player, camera, labels } = stage;
+  stage.show(data);
+  const { player, camera } = stage;
   if (byId("legend")) byId("legend").open = window.innerWidth > 700 && window.innerHeight > 440;
   camera.look();
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
@@ -22,11 +22,10 @@ async function showScene(data, options) {
   tick();
   offer(stage);
   if (!options.embedded) offerVideo(viewer, player);
-  await ready;
   viewer.render();
   document.documentElement.dataset.ready = "true";
   if (window.parent !== window) {
-    givePictures(viewer, () => still(viewer, camera, labels));
+    givePictures(viewer);
     shareTime(stage);
   }
   if (options.editing) stage.editing = new Editing(stage);
@@ -56,7 +55,7 @@ class Stage {
       const button = event.target.closest("button[data-at]");
       if (button) this.goTo(Number(button.dataset.at));
     });
-    this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
+    this.switches = new Switches(viewer);
     Object.assign(this.player.uses, {
       "Shift ArrowLeft": () => this.camera.turn(TURN, 0),
       "Shift ArrowRight": () => this.camera.turn(-TURN, 0),
@@ -70,21 +69,16 @@ class Stage {
     });
   }
 
-  // Gives a promise that all images are there.
   show(data) {
     const { viewer, labels, player } = this;
-    const names = (scene) => scene.arms.map((arm) => arm.name).join("\n");
-    const before = this.data && data.still === this.data.still && names(data) === names(this.data) ? this.data : null;
-    const { images, ready } = textures(before ? [] : data.images);
+    const before = this.data && data.still === this.data.still ? this.data : null;
     if (!before) {
       viewer.scene_tree.find(ROOT).object.traverse((object) => object.geometry?.dispose());
       viewer.delete_path(ROOT);
       addLamps(viewer, data.view.from);
-      this.links = addArms(viewer, data, images);
-      this.copies = new Copies(viewer, data);
+      this.links = addArm(viewer, data);
     }
     addSurroundings(viewer, data);
-    this.copies.set(data);
     addMarks(viewer, data, before);
     animate(viewer, data);
     labels.set(data, this.links);
@@ -99,7 +93,6 @@ class Stage {
     this.uncovered = null;
     this.editing?.shown();
     viewer.set_dirty();
-    return ready.then(() => viewer.set_dirty());
   }
 
   // Go to the time of a failure, and look at its place.
@@ -113,7 +106,6 @@ class Stage {
   arrange() {
     const { player } = this;
     player.update();
-    this.copies.update(player.frame());
     this.editing?.arrange();
     showWhenThere(this.data.things, player.start + player.time);
     this.redden(player.start + player.time);
@@ -172,9 +164,9 @@ class Stage {
 
 // What can be shown and hidden; a choice stays when another scene is shown.
 class Switches {
-  constructor(viewer, hidden) {
+  constructor(viewer) {
     this.viewer = viewer;
-    this.chosen = new Map(hidden.map((name) => [name, false]));
+    this.chosen = new Map();
     this.add("Meshcat's own controls", (on) => document.body.classList.toggle("controls", on), false);
     this.lasting = byId("switches").childElementCount;
   }
@@ -183,7 +175,7 @@ class Switches {
     const list = byId("switches");
     while (list.childElementCount > this.lasting) list.firstElementChild.remove();
     const show = (path) => (on) => this.viewer.set_property(path, "visible", on);
-    const rows = { labels: (on) => labels.show(on), ghosts: show([...ROOT, "ghosts"]) };
+    const rows = { labels: (on) => labels.show(on) };
     const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
     data.things.forEach((thing, number) => {
       if (thing.name === "tool") return;
@@ -194,13 +186,6 @@ class Switches {
         own(on);
       };
     });
-    if (rows.deviation) {
-      rows.deviation = (on) => {
-        show([...ROOT, "deviation"])(on);
-        byId("deviation").hidden = !on;
-      };
-    }
-    data.arms.slice(1).forEach((arm) => { rows[`arm: ${arm.name}`] = show([...ROOT, `arm: ${arm.name}`]); });
     for (const [name, change] of Object.entries(rows)) this.add(name, change, !hidden.has(name));
   }
 
@@ -240,18 +225,13 @@ function offer(stage) {
   };
 }
 
-// Give the page around this one a picture for paper: as the scene was turned, and as wide.
-function givePictures(viewer, picture) {
+// Give the page around this one a picture for paper, as the scene was turned.
+function givePictures(viewer) {
   const give = () => { // there is none while the frame is hidden, as on paper
-    if (byId("scene").clientWidth > 0) window.parent.postMessage({ knotwork: picture() }, "*");
+    if (byId("scene").clientWidth > 0) window.parent.postMessage({ knotwork: viewer.capture_image() }, "*");
   };
   give();
   viewer.controls.addEventListener("end", give);
-  let waiting = 0;
-  window.addEventListener("resize", () => {
-    clearTimeout(waiting);
-    waiting = setTimeout(give, 300);
-  });
 }
 
 // The page around this one has plots over the same time: they share the cursor.

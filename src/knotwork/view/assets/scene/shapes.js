@@ -1,4 +1,4 @@
-// Meshes as Three.js has them: geometry, colours and images.
+// Meshes as Three.js has them: geometry and colours.
 
 const THREE = MeshCat.THREE;
 function bytes(text) {
@@ -16,7 +16,6 @@ function geometry(mesh) {
   made.setAttribute("normal", new THREE.BufferAttribute(normals, 3, true));
   const faces = bytes(mesh.faces).buffer;
   made.setIndex(new THREE.BufferAttribute(mesh.wide ? new Uint32Array(faces) : new Uint16Array(faces), 1));
-  if (mesh.uv) made.setAttribute("uv", new THREE.BufferAttribute(floats(mesh.uv), 2));
   if (typeof mesh.colours === "string") {
     made.setAttribute("color", new THREE.BufferAttribute(bytes(mesh.colours), 3, true));
   }
@@ -38,39 +37,8 @@ function material(mesh, { lit = true, opacity = 1, tint = null } = {}) {
   return new THREE.MeshPhongMaterial({ ...settings, specular: 0x1c1c1c, shininess: 25 });
 }
 
-// Images on meshes, and a promise that all are there
-function textures(addresses) {
-  const pending = [];
-  const images = addresses.map((address) => {
-    if (!address) return null;
-    const image = new Image();
-    const texture = new THREE.Texture(image);
-    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
-    pending.push(new Promise((done, fail) => {
-      image.onload = () => {
-        texture.needsUpdate = true;
-        done();
-      };
-      image.onerror = () => fail(new Error("an image of a mesh can't be shown"));
-    }));
-    image.src = address;
-    return texture;
-  });
-  return { images, ready: Promise.all(pending) };
-}
-
-// A mesh in its colours or with its image; grey if that can't be shown
-function dressed({ mesh, geometry: form }, images) {
-  const paint = material(mesh);
-  if ("image" in mesh) {
-    paint.map = images[mesh.image];
-    if (!paint.map) paint.color.setRGB(0.75, 0.75, 0.75);
-  }
-  return new THREE.Mesh(form, paint);
-}
-
 // The nearest surface alone, and behind the arm's where the two coincide
-function translucent({ mesh, geometry: form }, opacity, tint, renderOrder) {
+function translucent(form, mesh, opacity, tint, renderOrder) {
   const paint = material(mesh, { opacity, tint });
   Object.assign(paint, { transparent: true, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 });
   const depth = Object.assign(paint.clone(), { colorWrite: false, depthWrite: true });

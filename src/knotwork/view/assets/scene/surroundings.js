@@ -73,7 +73,7 @@ function addMarks(viewer, data, before) {
 
 // Where the scene holds a thing; one with a carrier moves with that joint.
 function thingPath(data, { name, carrier }, number) {
-  const path = carrier ? pathOf(data.joints, "arm", carrier) : ROOT;
+  const path = carrier ? pathOf(data.joints, carrier) : ROOT;
   const alone = data.things.filter((other) => other.name === name).length === 1;
   return [...path, alone ? name : `${name} ${number}`];
 }
