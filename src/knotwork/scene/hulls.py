@@ -30,12 +30,15 @@ def convex_hull(points: FloatArray) -> Any:
     """Convex hull of points [m], shape (n, 3), for Coal; larger by 0.1 % at most.
 
     It is exact if each corner has at most `MAX_NEIGHBOURS` neighbours. Flat bodies are thickened by
-    `SHEET_THICKNESS` to both sides: a hull needs an inside.
+    `SHEET_THICKNESS` on both sides, because a hull needs an
+    inside.
 
     Raises:
         InputError: The hull can't be made.
     """
-    points = _thicken_sheet(np.unique(points, axis=0))
+    points = points[np.lexsort(points.T)]
+    points = points[np.append(True, np.any(points[1:] != points[:-1], axis=1))]
+    points = _thicken_sheet(points)
     if len(points) <= MAX_COAL_POINTS:
         try:
             return coal.ConvexBase.convexHull(_vectors(points), True, "Qt")
