@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
+from knotwork.planning.choosing.limit_shares import Limit, LimitShares
 from knotwork.planning.choosing.path_speeds import NoSpeedsError, SpeedBound
 from knotwork.planning.timing.timing_problem import with_margin
 from knotwork.scenario import FreeTimes, ScenarioPath
@@ -64,7 +64,7 @@ def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[Inpu
         if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
             continue
         shares = LimitShares(task, path)
-        used = of_stretches(shares.of_motion(task, path))
+        used = shares.of_motion(task, path).max(axis=1)
         for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
             errors.setdefault(number, []).append(_path_error(task, path, k, limit, share))
