@@ -23,10 +23,7 @@ from knotwork.planning.choosing.segments import (
     find_segments,
     timing_problem,
 )
-from knotwork.planning.choosing.speed_errors import (
-    paths_beyond_limits,
-    waypoints_near_tool_speed,
-)
+from knotwork.planning.choosing.speed_errors import paths_beyond_limits
 from knotwork.planning.choosing.timed_paths import TimedPaths, with_max_speeds
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
@@ -218,7 +215,6 @@ def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[FreeSegmen
     beyond = paths_beyond_limits(task, asked)
     unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
     errors = [error for path_errors in beyond.values() for error in path_errors]
-    errors += waypoints_near_tool_speed(task)
     for segment in segments:
         if not unknown & {segment.waypoints[0], segment.waypoints[-1]}:
             problem = timing_problem(task, segment, Objective())

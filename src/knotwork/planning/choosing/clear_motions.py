@@ -10,9 +10,8 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion, TimingProblem
-from knotwork.planning.timing.bounds import lower_bound
+from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.solving import timed_motion
 from knotwork.planning.timing.timed_motion import Status
 from knotwork.planning.ways.clear_motion import ClearMotion, ClearMotionProblem, NoClearMotionError
@@ -199,14 +198,18 @@ def _stretch_to_time(
         return way.curve
     curve = stretch(way, duration) if duration > way.duration else None
     if curve is None:
-        error = InputError(
-            f"{duration:g} s is shorter than the fastest motion found, which takes "
-            f"{rounded_up(way.duration):.6g} s; accepted: {with_room(way.duration):.6g} s or more, "
-            "or no time"
-            if duration < way.duration
-            else f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
-            "accepted: no time, or a stop at both ends"
-        )
+        if duration < way.duration:
+            sufficient = sufficient_duration(way.duration)
+            message = (
+                f"{duration:g} s is shorter than the fastest motion found, which takes "
+                f"{rounded_up(way.duration):.6g} s; accepted: {sufficient:.6g} s or more, or no time"
+            )
+        else:
+            message = (
+                f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
+                "accepted: no time, or a stop at both ends"
+            )
+        error = InputError(message)
         raise task.locate(error, segment.waypoints[-1])
     return curve
 

@@ -123,7 +123,7 @@ class PathSpeeds:
         return np.asarray((used * self._ratio / EXPECTED_SHARE).max(axis=1))
 
     def _slow_down(self, used: FloatArray) -> None:
-        """Lower the speed where a limit is exceeded most, in one step at most to a neighbour's.
+        """Lower the speed where a limit is exceeded most.
 
         A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
         speeds.

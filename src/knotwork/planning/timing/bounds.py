@@ -14,7 +14,11 @@ import numpy as np
 
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial.least_durations import feasible_durations
+from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
+
+DURATION_RESERVE = 1e-4
+"""Relative margin of a reported duration over a sufficient one."""
 
 
 def lower_bound(problem: TimingProblem) -> float:
@@ -103,3 +107,12 @@ def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray)
         cruising = (V - v) / A + (D - reach) / V
     durations = np.where(reach < D, cruising, rising)
     return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, durations))
+
+
+def sufficient_duration(value: float) -> float:
+    """A duration slightly above a feasible one, with few digits.
+
+    >>> sufficient_duration(1.3833333)
+    1.384
+    """
+    return rounded_up(value * (1.0 + DURATION_RESERVE), 4)

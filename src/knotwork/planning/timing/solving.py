@@ -14,7 +14,7 @@ from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import concatenate_curves, concatenate_knots
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
-from knotwork.planning.timing.objective_terms import objective_value, terms
+from knotwork.planning.timing.robot_limits import effort_integral
 from knotwork.planning.timing.timed_motion import Binding, Progress, Status, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
 from knotwork.spline.polynomial import PiecewisePolynomial
@@ -49,8 +49,8 @@ def solve(
 
     Sections between waypoints with known velocity and acceleration are independent and solved
     separately; a section of more than 24 intervals is solved in windows of 8, each with 4 intervals
-    ahead of it. The optimum is local: the solver (IPOPT) starts from one or two plain cubics. If
-    none converges, the arm comes to rest in each interval.
+    ahead of it. The optimum is local: the solver (IPOPT) starts from plain cubics. If
+    it does not converge, the arm comes to rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
@@ -165,7 +165,7 @@ def timed_motion(
         planner=planner,
         waypoint_times=time,
     )
-    binding, objective = binding_limits(problem, time, curve), terms(problem, curve)
+    binding, objective = binding_limits(problem, time, curve), _terms(problem, curve)
     return TimedMotion(trajectory, time, velocity, acceleration, least, status, binding, objective)
 
 
@@ -223,9 +223,29 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     attempt = Attempt(knots, status)
     # one motion with rests may be much faster than those of the windows
     rests = resting_motion(problem, status) if status != "optimal" else None
-    if rests is None:
-        return attempt
-    return min((attempt, rests), key=lambda attempt: objective_value(problem, attempt.knots.curve))
+    if rests is not None and rests.knots.time[-1] < knots.time[-1]:
+        return rests
+    return attempt
+
+
+def _terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+    """Unweighted values by name: the time, and the other terms with a weight.
+
+    The integrals run over the motion and are summed over the joints.
+    """
+    objective, span = problem.objective, np.diff(curve.x)[:, None]
+    values = {"time": float(curve.x[-1] - curve.x[0])}
+    if objective.jerk:
+        values["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
+    if objective.acceleration:
+        start = 2.0 * curve.c[1]
+        end = start + 6.0 * curve.c[0] * span
+        values["acceleration"] = float(
+            np.sum((start * start + start * end + end * end) * span) / 3.0
+        )
+    if objective.effort:
+        values["effort"] = effort_integral(problem, curve)
+    return values
 
 
 def binding_limits(
