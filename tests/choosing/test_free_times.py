@@ -121,7 +121,7 @@ def test_optimal_knots_have_less_jerk_than_paper() -> None:
     assert made.report.ok
 
 
-def test_segments_share_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock that goes on by a second each time it is looked at."""
     task = swing(
         *(to(one, -0.5, velocity="free") for one in (1, 2, 3)),
@@ -131,7 +131,6 @@ def test_segments_share_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     best = kw.plan(task)
     monkeypatch.setattr(chosen_times, "Budget", lambda *given: Budget(*given, now=count().__next__))
-    # without a share of its own the second would have no time left
     made = kw.plan(task, budget=6)
     made.report.raise_if_failed()
     assert made.chosen is not None

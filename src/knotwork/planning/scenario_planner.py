@@ -50,7 +50,7 @@ class ScenarioPlanner:
     @property
     def is_late(self) -> bool:
         """Whether the time budget has ended."""
-        return self.time is not None and self.time.remaining() <= 0.0
+        return self.time is not None and self.time.is_over
 
     @cached_property
     def _interpolation(self) -> Interpolation:

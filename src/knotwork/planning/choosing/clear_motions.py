@@ -74,19 +74,19 @@ def clear_motion(
         budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
 
     try:
-        with budget.part(1):
-            way = find_clear_motion(
-                way_problem,
-                tries=options.tries,
-                room=options.room,
-                late=lambda: budget.late(has_motion=True),
-                report=report,
-            )
+        way = find_clear_motion(
+            way_problem,
+            tries=options.tries,
+            room=options.room,
+            late=lambda: budget.is_over,
+            report=report,
+        )
     except NoClearMotionError as no_way:
         error = _located_error(no_way, task, segment)
         if len(way_problem.starts) == len(way_problem.goals) == 1:
             error.waypoints = segment.waypoints
         raise error from None
+    budget.solved += 1
     curve = _stretch_to_time(way, problem, task, segment)
     motion = _timed_motion(way, curve, problem, way_problem)
     room = way.room if options.room else None
@@ -202,7 +202,8 @@ def _stretch_to_time(
             sufficient = sufficient_duration(way.duration)
             message = (
                 f"{duration:g} s is shorter than the fastest motion found, which takes "
-                f"{rounded_up(way.duration):.6g} s; accepted: {sufficient:.6g} s or more, or no time"
+                f"{rounded_up(way.duration):.6g} s; accepted: {sufficient:.6g} s or more, or no "
+                "time"
             )
         else:
             message = (

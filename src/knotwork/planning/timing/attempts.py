@@ -42,13 +42,10 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
         The motion. If the solver does not converge within the budget, one that rests in each
         interval; `None` if there is none.
     """
-    rests = None if budget.seconds is None else resting_motion(problem, "stopped")
-    attempt = _optimised_motion(problem, budget, has_motion=rests is not None)
+    attempt = _optimised_motion(problem, budget)
     if attempt is not None:
         return attempt
-    if budget.late(has_motion=rests is not None):
-        return rests
-    return resting_motion(problem, "resting")
+    return resting_motion(problem, "stopped" if budget.is_over else "resting")
 
 
 def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
@@ -65,20 +62,12 @@ def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
     return None
 
 
-def _optimised_motion(
-    problem: TimingProblem, budget: Budget, *, has_motion: bool
-) -> Attempt | None:
-    """Solve with more tightening whenever the exact check finds an excess.
-
-    Args:
-        problem: The section.
-        budget: Progress and budget.
-        has_motion: Whether there is already a motion.
-    """
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> Attempt | None:
+    """Solve a section with more tightening whenever the exact check finds an excess."""
     guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
-        seconds = budget.remaining(has_motion=has_motion)
+        seconds = budget.remaining()
         if seconds <= 0.0:
             return None
         section = Section(problem, guess, tightening)

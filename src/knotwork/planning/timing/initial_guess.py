@@ -31,10 +31,15 @@ class Guess:
 
 
 def plain_guess(problem: TimingProblem) -> Guess:
-    """An initial guess of plain cubics."""
+    """An initial guess of plain cubics.
+
+    Joints pass waypoints without a stop where they may.
+    """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
     duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
+    short = short_durations(problem)
+    duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
@@ -64,6 +69,21 @@ def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
     typical = np.maximum(typical, problem.at_least)
     typical = np.where(typical > 0.0, typical, 1.0)
     return np.where(problem.free, 1.3 * typical, problem.duration)
+
+
+def short_durations(problem: TimingProblem) -> FloatArray:
+    """Durations that all joints can take without stopping [s], shape (n-1,).
+
+    They are the middle of the common interval; NaN if no joint is limited in this way, or if
+    there is no common interval.
+    """
+    durations = np.full(problem.duration.shape, np.nan)
+    known = problem.velocity_known
+    for i in np.flatnonzero(known[:-1] & known[1:] & problem.free).tolist():
+        first, last, _ = problem.possible_durations(i)
+        if first.max() <= last.min() < np.inf and last.min() >= problem.at_least[i]:
+            durations[i] = 0.5 * (first.max() + last.min())
+    return durations
 
 
 def first_velocities(problem: TimingProblem) -> FloatArray:

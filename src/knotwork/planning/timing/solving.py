@@ -114,7 +114,7 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
         attempt = solve_windows(section, budget)
         if attempt is not None:
             attempts.append(attempt)
-        elif budget.late(has_motion=False):
+        elif budget.is_over:
             message = (
                 "no motion that keeps every limit was found within the budget of "
                 f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
@@ -192,8 +192,9 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
-        with budget.part(last):
-            return solve_section(problem, budget)
+        attempt = solve_section(problem, budget)
+        budget.solved += last
+        return attempt
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
     windows: list[Attempt] = []
@@ -206,13 +207,11 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
         )
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if end == last else WINDOW_INTERVALS
-        with budget.part(count):
-            attempt = solve_section(part_of(start_known, first, end), budget)
-        if attempt is None:
-            # the start state may be the reason
-            budget.solved -= first + count
-            with budget.part(last):
-                return solve_section(problem, budget)
+        attempt = solve_section(part_of(start_known, first, end), budget)
+        if attempt is None:  # the start state may be the reason
+            budget.solved += last - first
+            return solve_section(problem, budget)
+        budget.solved += count
         windows.append(replace(attempt, knots=attempt.knots.first_intervals(count)))
         knots = windows[-1].knots
         first += count
