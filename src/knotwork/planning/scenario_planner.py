@@ -43,7 +43,7 @@ class ScenarioPlanner:
     met: tuple[str, ...] = ()
 
     @property
-    def most_sequences(self) -> int:
+    def max_sequences(self) -> int:
         """Maximum number of sequences to plan."""
         return FIXED_SEQUENCES if self.scenario.free is None else TIMED_SEQUENCES
 

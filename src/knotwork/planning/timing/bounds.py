@@ -40,11 +40,11 @@ def lower_bound(problem: TimingProblem) -> float:
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
-    least = np.maximum(least_durations(problem), problem.at_least)
+    least = np.maximum(min_durations(problem), problem.at_least)
     return np.where(problem.free, least, problem.duration)
 
 
-def least_durations(problem: TimingProblem) -> FloatArray:
+def min_durations(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations from the limits alone [s], shape (n-1,)."""
     known = problem.velocity_known
     durations: FloatArray = _of_joints(problem).max(axis=1)
@@ -55,7 +55,7 @@ def least_durations(problem: TimingProblem) -> FloatArray:
 
 def slowest(problem: TimingProblem, i: int) -> str:
     """Text of the limit that determines the lower bound of an interval, with the joint quoted."""
-    alone, least = _of_joints(problem)[i], least_durations(problem)[i]
+    alone, least = _of_joints(problem)[i], min_durations(problem)[i]
     if alone.max() >= least:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"
     if _straight_lines(problem)[i] >= least:

@@ -16,7 +16,7 @@ from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.bounds import (
     interval_bounds,
-    least_durations,
+    min_durations,
     slowest,
     sufficient_duration,
 )
@@ -132,7 +132,7 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
             yield _short_total(problem.total, reason, shortest)
         if len(problem.position) == 2:
             problem = replace(problem, duration=np.array([problem.total]), total=None)
-    wrong = problem.duration < least_durations(problem) * (1.0 - EQUAL_DURATION)
+    wrong = problem.duration < min_durations(problem) * (1.0 - EQUAL_DURATION)
     if wrong.any():
         yield from _given_durations(problem, wrong, "", direct=direct)
 
@@ -153,7 +153,7 @@ def _given_durations(
         prefix: Beginning of the reason.
         direct: See `infeasible_values`.
     """
-    rests, least = resting_motion(with_longer(problem), "resting"), least_durations(problem)
+    rests, least = resting_motion(with_longer(problem), "resting"), min_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
     errors = []
     for i in np.flatnonzero(wrong).tolist():

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import TimingError, together
-from knotwork.planning.timing.attempts import Attempt, resting_motion, solve_section
+from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import concatenate_curves, concatenate_knots
@@ -208,7 +208,7 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if end == last else WINDOW_INTERVALS
         attempt = solve_section(part_of(start_known, first, end), budget)
-        if attempt is None:  # the start state may be the reason
+        if attempt is None or attempt.status == "resting":  # the start state may be the reason
             budget.solved += last - first
             return solve_section(problem, budget)
         budget.solved += count
@@ -218,13 +218,7 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
         velocity[first], along[first] = knots.velocity[-1], False
         acceleration[first] = knots.acceleration[-1, -1]
     knots = concatenate_knots([attempt.knots for attempt in windows])
-    status = status_of(attempt.status for attempt in windows)
-    attempt = Attempt(knots, status)
-    # one motion with rests may be much faster than those of the windows
-    rests = resting_motion(problem, status) if status != "optimal" else None
-    if rests is not None and rests.knots.time[-1] < knots.time[-1]:
-        return rests
-    return attempt
+    return Attempt(knots, status_of(attempt.status for attempt in windows))
 
 
 def _terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
