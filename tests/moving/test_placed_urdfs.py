@@ -19,7 +19,7 @@ from command_line import Command
 from drawn import placed
 from moving.moving_truth import OfArm, distance, links
 from moving.test_moving_things import refused
-from moving.test_positioners import CELL
+from moving.test_positioners import CELL, on_table
 from moving.test_shown import scene_of, times
 
 HERE = Path(__file__).parent
@@ -97,25 +97,8 @@ class Composed:
 
 def task(folder: Path, **more: Any) -> dict[str, Any]:
     """A pose passed at speed, and a path, on the plate of the positioner."""
-
-    def pose(x: float, y: float, z: float) -> dict[str, Any]:
-        return {"position": [x, y, z], "rpy": [np.pi, 0, 0]}
-
-    return {
-        "robot": str(folder / "cell.yaml"),
-        "frames": {"part": {"on": "plate", "position": [0.05, 0, 0.02], "rpy": [0, 0, 0.3]}},
-        "frame": "part",
-        "start": "home",
-        "near": "home",
-        "prefer": {TILT: 0.5, "turn": 0.3},
-        "waypoints": [
-            {"pose": pose(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
-            {"pose": pose(0, 0, 0.15), "after": 1, "stop": True},
-            {"along": "line", "pose": pose(0.12, 0.1, 0.15), "speed": 0.05, "stop": True},
-            {"joints": "home", "after": 3},
-        ],
-        **more,
-    }
+    own = {"robot": str(folder / "cell.yaml"), "prefer": {TILT: 0.5, "turn": 0.3}}
+    return on_table(0.15, **{**own, **more})
 
 
 def named(plan: kw.Plan, t: float) -> dict[str, float]:
@@ -167,34 +150,6 @@ def test_stacked_urdfs_may_share_names(folder: Path) -> None:
     there = both.place.actInv(both.link({TILT: q[2], "turn": q[3]}, "plate"))
     asked = here * pin.SE3(np.eye(3), np.array([0.0, 0.1, 0.3])) * there
     assert robot.forward(q).isApprox(asked, 1e-12)
-
-
-def test_plans_and_exports_poses_and_paths_on_positioner(folder: Path) -> None:
-    plan = kw.plan(task(folder))
-    assert plan.report.ok, plan.report
-    assert {*JOINTS} < {*plan.space.joint_names}
-    for text in (plan.trajectory.to_ros2(), plan.trajectory.to_csv()):
-        assert all(name in text for name in (*JOINTS, "elbow_joint"))
-    both = Composed(folder)
-
-    def seen(t: float) -> pin.SE3:
-        q = named(plan, t)
-        return (both.link(q, "plate") * STEP).actInv(both.tool(q))
-
-    h = 1e-5
-    speed = (seen(2.0 + h).translation - seen(2.0 - h).translation) / (2 * h)
-    assert seen(2.0).translation == pytest.approx([0, -0.1, 0.2], abs=1e-8)
-    assert speed == pytest.approx([0, 0.05, -0.1], abs=1e-5)
-    motion = plan.scenario.paths[0].motion
-    along = np.array([0.12, 0.1, 0]) / np.hypot(0.12, 0.1)
-    for t in np.linspace(motion.start_time, motion.end_time, 30).tolist():
-        pose = seen(t)
-        assert np.linalg.norm(np.cross(pose.translation - [0, 0, 0.15], along)) < 1e-4
-        assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 2e-3
-    moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
-    assert moved[[plan.space.joint_names.index(name) for name in JOINTS]].min() > 0.01
-    (row,) = plan.report.select(quantity="external_axes")
-    assert all(name in row.message for name in JOINTS)
 
 
 def shapes(both: Composed, q: dict[str, float]) -> dict[str, Any]:
@@ -355,12 +310,3 @@ def test_refuses_invalid_positioners(folder: Path, name: str, knotwork: Command)
     ran = knotwork("robots", str(path))
     assert ran.code == 2
     assert re.search(words, ran.err), ran.err
-
-
-def test_refuses_frame_on_unknown_link(folder: Path, knotwork: Command) -> None:
-    part = {"on": "plte", "position": [0, 0, 0]}
-    path = write(folder / "task.yaml", task(folder, frames={"part": part}))
-    ran = knotwork("plan", str(path))
-    assert ran.code == 2
-    assert "frames.part.on: " in ran.err
-    assert "did you mean 'plate'" in ran.err

@@ -15,6 +15,7 @@ from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.verification.metrics.deviation import straight_path_deviation
 from knotwork.view import plot_joints, plot_tool
+from plans import arm, planned
 
 
 def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
@@ -28,8 +29,7 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
         "turned off line [deg]",
     ]
     time, speed = data(lines(figure.axes[0], "curve")[0])
-    robot = deburring.space.robot
-    assert robot is not None
+    robot = arm(deburring)
     for i in range(0, len(time), 97):
         near = [
             robot.forward(deburring.trajectory(time[i] + dt)).translation
@@ -98,8 +98,7 @@ def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:
 def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> None:
     deburring = deburring_by_waypoints
     figure = plot_tool(deburring, degrees=True)
-    robot = deburring.space.robot
-    assert robot is not None
+    robot = arm(deburring)
     worst = straight_path_deviation(robot, deburring.trajectory, deburring.scenario.waypoints)
     assert worst is not None
     off, turned = (data(lines(axis, "curve")[0]) for axis in figure.axes[2:])
@@ -111,7 +110,7 @@ def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> No
 
 
 def test_planners_lie_over_each_other(deburring: Plan) -> None:
-    figure = plot_tool([deburring, kw.plan("ur5_deburring", planner="trapezoidal")])
+    figure = plot_tool([deburring, planned("ur5_deburring", planner="trapezoidal")])
     for axis in figure.axes:
         assert [str(line.get_gid()).split(":")[1] for line in lines(axis, "curve")] == [
             "modified-hermite",

@@ -61,3 +61,8 @@ def side_path(path: Path) -> Path:
     'motion.events.json'
     """
     return path.with_name(f"{path.stem}.events.json")
+
+
+def one_ascii_line(name: str) -> str:
+    """A name in one line of ASCII: text after a line break would be a part of a program."""
+    return ascii(name)[1:-1]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
@@ -26,11 +26,6 @@ from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.packages import import_package
 from knotwork.spline.trajectory import JointTrajectory
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from knotwork.spline.trajectory.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
 LONGEST_DURATION = 2**31 - 1
@@ -76,7 +71,11 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
 
 
 def ros2_dict(
-    motion: JointTrajectory | Points, **options: Unpack[MessageOptions]
+    motion: JointTrajectory | Points,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
 ) -> dict[str, Any]:
     """Give the message as plain data: its fields by name, nested as in the message.
 
@@ -87,27 +86,17 @@ def ros2_dict(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        options: See `knotwork.spline.trajectory.exportable.MessageOptions`.
+        goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
+        accelerations: Send accelerations too, which makes the controller join by quintics.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must define it exactly.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.
         InputError: The tolerance can't be met, or a time does not fit into a message.
     """
-    points, goal = _points(motion, **options)
-    message = _message(points)
-    return {"trajectory": message} if goal else message
-
-
-def _points(
-    motion: JointTrajectory | Points,
-    *,
-    goal: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-) -> tuple[Points, bool]:
-    """Points of a message, and whether it is part of a goal."""
-    goal = flag(goal, "goal")
-    return motion_points(motion, accelerations=accelerations, fit=fit), goal
+    message = _message(motion_points(motion, accelerations=accelerations, fit=fit))
+    return {"trajectory": message} if flag(goal, "goal") else message
 
 
 def _message(points: Points) -> dict[str, Any]:
@@ -132,7 +121,13 @@ def _message(points: Points) -> dict[str, Any]:
     }
 
 
-def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> str:
+def to_ros2(
+    motion: JointTrajectory | Points,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
     Both accept the text unchanged:
@@ -147,16 +142,16 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     >>> text.splitlines()[2]
     'header:'
     """
-    points, goal = _points(motion, **options)
-    lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
+    points = motion_points(motion, accelerations=accelerations, fit=fit)
     message = _message(points)
+    data = {"trajectory": message} if flag(goal, "goal") else message
+    lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append(_first_line(points.trajectory))
-    if max(abs(v) for v in message["points"][-1]["velocities"]) > NEGLIGIBLE_SPEED:
+    if np.abs(points.trajectory.knots.velocity[-1]).max() > NEGLIGIBLE_SPEED:
         lines.append(
             "# The last point has a velocity: joint_trajectory_controller accepts that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
-    data = {"trajectory": message} if goal else message
     # Each row of numbers is on one line. The tools of ROS 2 read YAML 1.1.
     text = yaml.dump(
         data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST_DURATION
@@ -184,7 +179,13 @@ def _first_line(curve: JointTrajectory) -> str:
     )
 
 
-def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> Any:
+def to_ros2_message(
+    motion: JointTrajectory | Points,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> Any:
     """Make the ROS 2 message object. The Python packages of ROS 2 must be installed.
 
     It is a `trajectory_msgs.msg.JointTrajectory`, or with `goal` a
@@ -193,16 +194,15 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
     Raises:
         InputError: ROS 2 can't be imported, or as for `ros2_dict`.
     """
-    points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"
     messages = import_package("trajectory_msgs.msg", "a ROS 2 message object", how)
     duration = import_package("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
-    data = _message(points)
+    data = ros2_dict(motion, accelerations=accelerations, fit=fit)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
         time = duration(**row.pop("time_from_start"))
         message.points.append(messages.JointTrajectoryPoint(**row, time_from_start=time))
-    if not goal:
+    if not flag(goal, "goal"):
         return message
     action = import_package("control_msgs.action", "a FollowJointTrajectory goal", how)
     return action.FollowJointTrajectory.Goal(trajectory=message)

@@ -43,6 +43,8 @@ STRAIGHT: Mapping[str, Any] = {
     "franka": {"cycle": 0.001},
 }
 """Options of `straight_points` for formats of positions."""
+CONTROLLER_UNITS = {"rad": ("deg", np.degrees(1.0)), "m": ("mm", 1e3)}
+"""Units of positions in files for controllers by the unit of a joint, and their factors."""
 RESTING_SPEED = 1e-9
 """Speed below which a joint is at rest [rad/s or m/s]."""
 

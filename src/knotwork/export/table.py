@@ -102,11 +102,10 @@ def motion_table(
 
     Args:
         motion: The motion; for knots, also points of it from `motion_points`.
-        rate: This and the others are described at
-            `knotwork.spline.trajectory.exportable.TableOptions` [Hz].
-        knots_only: Take the knots instead of samples.
-        accelerations: Include accelerations at the knots.
-        fit: Tolerance of the motion for knots [rad or m].
+        rate: Samples per second [Hz], by default 100; the last one is at the end of the motion.
+        knots_only: Take points that define the whole motion instead of samples.
+        accelerations: These points have accelerations too, for quintics instead of cubics.
+        fit: Insert points until the motion is met within this tolerance [rad or m].
         robot: Robot, for pose and twist of the tool.
         labels: Include the names of segments and events; by default if there are events.
 

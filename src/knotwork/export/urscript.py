@@ -21,6 +21,7 @@ import numpy as np
 
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
+from knotwork.export.labels import one_ascii_line
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
 from knotwork.export.straight import bound_text, refuse_moving
@@ -185,7 +186,7 @@ def to_urscript(
         "Each line kw_cubic is a piece: positions [rad] and velocities [rad/s] at its end, and its",
         "duration [s]. The arm must stand at the first point. Try it in the simulator first.",
         f"{describe_steps(trajectory)}.",
-        f"Joints: {', '.join(_comment(trajectory.joint_names[i]) for i in order)}.",
+        f"Joints: {', '.join(one_ascii_line(trajectory.joint_names[i]) for i in order)}.",
     ]
     program = _PROGRAM.format(
         first=_numbers(position[0]),
@@ -229,14 +230,14 @@ def _lines_before_pieces(trajectory: JointTrajectory, time: FloatArray) -> list[
         lines[int(np.abs(time - load.time).argmin())].append(_load(load))
     for segment in trajectory.segments:
         i = int(np.searchsorted(time, segment.start, "right")) - 1
-        lines[max(i, 0)].append(f"# {_comment(segment.text)}")
+        lines[max(i, 0)].append(f"# {one_ascii_line(segment.text)}")
     return lines
 
 
 def _load(load: Load) -> str:
     """The command that sets the payload, which is only possible in the axes of the flange."""
     if not load.frame.endswith(FLANGE):
-        return f"# payload of {load.mass:.6g} kg at {_comment(load.frame)}, not set"
+        return f"# payload of {load.mass:.6g} kg at {one_ascii_line(load.frame)}, not set"
     mass, centre = _number(load.mass), _numbers(np.array(load.centre_of_mass))
     if any(load.inertia):
         inertia = _numbers(np.array(load.inertia))
@@ -253,7 +254,7 @@ def _tool(robot: Robot | None) -> list[str]:
     if robot is None:
         return ["# The tool centre point is not set: no robot is given."]
     if not (robot.tool_frame or "").endswith(FLANGE):
-        return [f"# tool centre point at {_comment(robot.tool_frame or '')}, not set"]
+        return [f"# tool centre point at {one_ascii_line(robot.tool_frame or '')}, not set"]
     offset = robot.tool_offset
     pose = np.append(offset.translation, pin.log3(offset.rotation))
     return [f"set_tcp(p{_numbers(pose)})  # m, rotation vector in rad"]
@@ -272,13 +273,9 @@ def _switch(event: Event) -> str:
             time=event.time,
         )
     kind, number = UR_OUTPUTS[n]
-    words = f"{_comment(event.text)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
+    text, waypoint = one_ascii_line(event.text), one_ascii_line(event.waypoint)
+    words = f"{text}, {event.time:.3f} s, waypoint {waypoint}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
-
-
-def _comment(name: str) -> str:
-    """A name in one line of ASCII: text after a line break would be a part of the program."""
-    return ascii(name)[1:-1]
 
 
 def _number(value: float) -> str:
