@@ -110,7 +110,7 @@ def test_reports_speeds_beyond_tool_limit_then_short_times() -> None:
 
     assert "along the path from 'a' to 'b'" in refusal(asked(500, 800, 0.2, 0.3))
     said = refusal(asked(299, 800, 0.2, 0.3))
-    assert "waypoint 'e': the tool is given a speed of 800 mm/s" in said
+    assert "waypoint 'e': the given speed of the tool is 800 mm/s" in said
     part = re.search(r"tool_speed is 300 mm/s. At most ([0-9.]+) times", said)
     assert part, said
     speeds = 299.0, 800 * float(part[1])

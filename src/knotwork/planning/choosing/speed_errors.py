@@ -1,4 +1,4 @@
-"""Errors of speeds along tool paths, and of given speeds of the tool, with accepted values."""
+"""Errors of speeds along tool paths, with accepted values."""
 
 from __future__ import annotations
 

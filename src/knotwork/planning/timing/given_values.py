@@ -94,7 +94,7 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
             yield (
                 "tool speed",
                 TimingError(
-                    f"{waypoint_text(problem.names[i])}: the tool is given a speed of "
+                    f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
                     f"{problem.units.text(speed, 'm/s')}, and tool_speed is "
                     f"{problem.limits.text(limit, 'm/s', problem.units)}"
                     f"{_advice('velocity', bound / speed)}",
@@ -114,7 +114,7 @@ def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
         unit, value = problem.joint_units[k], float(q[i, k])
         lower, upper = float(limits.lower[k]), float(limits.upper[k])
         message = (
-            f"stands at {text(value, unit)}, outside its limits "
+            f"is at {text(value, unit)}, outside its limits "
             f"{text(lower, unit)} to {text(upper, unit)}"
         )
         bound = min(max(value, lower), upper)
