@@ -71,12 +71,12 @@ class PathSpeeds:
     Args:
         task: The task.
         path: One of its paths.
-        caps: Upper bounds of the free speeds [m/s] and what they stem from, by index of the
+        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the
             stretch.
 
     Attributes:
         speeds: The chosen speeds.
-        limiting: What limits each of them.
+        limiting: The limit or other bound of each of them.
     """
 
     def __init__(
