@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError
@@ -63,17 +64,6 @@ def test_the_payload_bounds_the_times_by_torque() -> None:
     document = made.chosen.asked.task.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
     assert kw.plan(light).trajectory.duration < made.trajectory.duration
-
-
-def reach(*waypoints: dict[str, Any], **keys: Any) -> dict[str, Any]:
-    pose = {"position": [400, -200, 300], "rpy": [180, 0, 0]}
-    return {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "limits": {"acceleration": 400},
-        "waypoints": [{"name": "in", "pose": pose}, *waypoints],
-        **keys,
-    }
 
 
 def line(speed: Any, y: float = 200) -> dict[str, Any]:

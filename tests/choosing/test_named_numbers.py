@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import pytest
+from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError
@@ -92,23 +93,17 @@ def test_reports_speeds_beyond_tool_limit_then_short_times() -> None:
             return {"name": name, "pose": place, "after": "fastest", **keys}
 
         end = {"name": "b", "along": "line", "pose": {"position": [400, 0, 300]}, "speed": along}
-        start = {"name": "a", "pose": {"position": [400, -200, 300], "rpy": [180, 0, 0]}}
-        return {
-            "robot": "ur5",
-            "units": {"length": "mm", "angle": "deg"},
-            "limits": {"velocity": 90, "acceleration": 400, "tool_speed": 300},
-            "branch": {"shoulder": "left", "elbow": "up", "wrist": "flip"},
-            "waypoints": [
-                start,
-                end,
-                pose("c", 200, 300, after=times[0], stop=True),
-                pose("d", 250, 400, stop=True),
-                pose("e", 250, 500, speed=past),
-                pose("f", 250, 600, after=times[1], stop=True),
-            ],
-        }
+        return reach(
+            end,
+            pose("c", 200, 300, after=times[0], stop=True),
+            pose("d", 250, 400, stop=True),
+            pose("e", 250, 500, speed=past),
+            pose("f", 250, 600, after=times[1], stop=True),
+            limits={"velocity": 90, "acceleration": 400, "tool_speed": 300},
+            branch={"shoulder": "left", "elbow": "up", "wrist": "flip"},
+        )
 
-    assert "along the path from 'a' to 'b'" in refusal(asked(500, 800, 0.2, 0.3))
+    assert "along the path from 'in' to 'b'" in refusal(asked(500, 800, 0.2, 0.3))
     said = refusal(asked(299, 800, 0.2, 0.3))
     assert "waypoint 'e': the given speed of the tool is 800 mm/s" in said
     part = re.search(r"tool_speed is 300 mm/s. At most ([0-9.]+) times", said)
