@@ -14,7 +14,11 @@ import numpy as np
 
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial.least_durations import feasible_durations
+from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
+
+DURATION_RESERVE = 1e-4
+"""Relative margin of a reported duration over a sufficient one."""
 
 
 def lower_bound(problem: TimingProblem) -> float:
@@ -36,11 +40,11 @@ def lower_bound(problem: TimingProblem) -> float:
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
-    least = np.maximum(least_durations(problem), problem.at_least)
+    least = np.maximum(min_durations(problem), problem.at_least)
     return np.where(problem.free, least, problem.duration)
 
 
-def least_durations(problem: TimingProblem) -> FloatArray:
+def min_durations(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations from the limits alone [s], shape (n-1,)."""
     known = problem.velocity_known
     durations: FloatArray = _of_joints(problem).max(axis=1)
@@ -51,7 +55,7 @@ def least_durations(problem: TimingProblem) -> FloatArray:
 
 def slowest(problem: TimingProblem, i: int) -> str:
     """Text of the limit that determines the lower bound of an interval, with the joint quoted."""
-    alone, least = _of_joints(problem)[i], least_durations(problem)[i]
+    alone, least = _of_joints(problem)[i], min_durations(problem)[i]
     if alone.max() >= least:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"
     if _straight_lines(problem)[i] >= least:
@@ -103,3 +107,12 @@ def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray)
         cruising = (V - v) / A + (D - reach) / V
     durations = np.where(reach < D, cruising, rising)
     return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, durations))
+
+
+def sufficient_duration(value: float) -> float:
+    """A duration slightly above a feasible one, with few digits.
+
+    >>> sufficient_duration(1.3833333)
+    1.384
+    """
+    return rounded_up(value * (1.0 + DURATION_RESERVE), 4)
