@@ -1,4 +1,4 @@
-"""Changes to a running plan: speed override and stop."""
+"""Changes of a plan in execution: speed override and stop."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
-"""Planning options of a task, of no use for a given motion."""
+"""Planning options of a task, which a given motion does not need."""
 
 
 class PlannedTask(NamedTuple):
@@ -114,9 +114,7 @@ def stopped_motion(planned: PlannedTask, at: float, *, on_path: bool) -> Checked
     scenario, space, trajectory = planned
     q, v, a = (trajectory(at, nu) for nu in range(3))
     if first_rest(trajectory.polynomial, at) == at:
-        raise InputError(
-            f"{scenario.name}: the motion is at rest at {at:g} s; there is nothing to stop"
-        )
+        raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
         if unlimited.size:
@@ -245,7 +243,7 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
 
 
 def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[str, Any]]]:
-    """Actions at each waypoint; at the first one all signals already on."""
+    """Actions at each waypoint. Signals that are already on are at the first one."""
     outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
     clock, start = executed.clock, executed.span[0]
     begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME
@@ -282,7 +280,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:
-    """A task independent of its file: named, with absolute paths."""
+    """A task that does not depend on its file: it has a name and absolute paths."""
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
     data = task.to_dict() | {"name": scenario.name}
     return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)

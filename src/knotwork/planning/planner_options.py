@@ -38,56 +38,56 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         InputError: An option names an unknown joint, or is out of range.
     """
     knots, ends = scenario.knots, scenario.task.end_acceleration
-    _refuse_values_for_each(scenario, space)
+    _refuse_knots_for_each(scenario)
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
         chosen=space.chosen,
-        accelerations=space.accelerations,
+        accelerations=scenario.task.planner_options.accelerations,
     )
 
 
-def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
-    """Raise an error if values are given for each waypoint and a path inserts further waypoints."""
+def _refuse_knots_for_each(scenario: Scenario) -> None:
+    """Raise an error if knot times are given and a path inserts further waypoints."""
     if not scenario.paths:
         return
-    text = "given one by one, but waypoints are inserted along the path"
     if not isinstance(scenario.knots, str | int | float):
         with scenario.error_context("knots"):
-            raise InputError(f"times are {text}; accepted: paper, balanced or its constant")
-    if space.accelerations is not None and not isinstance(space.accelerations, str):
-        with scenario.error_context("planner_options", "accelerations"):
-            raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
+            raise InputError(
+                "times are given one by one, but waypoints are inserted along the path; accepted: "
+                "paper, balanced or its constant"
+            )
 
 
 def supported_options(
-    options: PlannerOptions, original: str, planner: str
+    options: PlannerOptions, planner: str
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
     """Keep those options of one planner that another one supports.
 
-    Accelerations given for each waypoint are dropped, because they are meant for its own planner.
     Options that the rule of the other planner sets are dropped as well.
 
     Args:
         options: The options.
-        original: Their planner.
         planner: The other planner; a rule may follow after a colon.
 
     Returns:
         The supported options, and the names of the others.
     """
     base, ruled = planner_and_rule(planner)
-    same = base == planner_and_rule(original)[0]
     left_out = tuple(
         name
         for name in options.requested
         if name not in PLANNER_SPECS[base].supports
         or (name in ruled and options != replace(options, **{name: ruled[name]}))
         or (name == "chosen" and "knots" in ruled)
-        or (name == "accelerations" and not same and not isinstance(options.accelerations, str))
     )
     defaults = PlannerOptions()
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
+
+
+def _with_option(scenario: Scenario, **option: Any) -> Scenario:
+    """A scenario with an option in place of its own; the task as given stays."""
+    return replace(scenario, si=scenario.si.model_copy(update=option))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,31 +115,31 @@ class Interpolation:
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
-        original, left_out = scenario.planner, tuple[str, ...]()
+        original, left_out = scenario.si.planner, tuple[str, ...]()
         arguments = {"planner": planner, "knots": knots}
         replaced = frozenset(name for name, value in arguments.items() if value is not None)
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
-        scenario = replace(scenario, planner=planner or original)
+        scenario = _with_option(scenario, planner=planner or original)
         space = joint_space(scenario)
         options = planner_options(scenario, space)
-        if scenario.planner != original:
-            options, left_out = supported_options(options, original, scenario.planner)
+        if scenario.si.planner != original:
+            options, left_out = supported_options(options, scenario.si.planner)
         if knots is not None:
-            if "knots" in planner_and_rule(scenario.planner)[1]:
+            if "knots" in planner_and_rule(scenario.si.planner)[1]:
                 raise InputError(
-                    f"{scenario.name}: knots: given together with those of {scenario.planner!r}; "
-                    "give one of the two"
+                    f"{scenario.name}: knots: given together with those of "
+                    f"{scenario.si.planner!r}; give one of the two"
                 )
             placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
-            scenario = replace(scenario, knots=placed)
+            scenario = _with_option(scenario, knots=placed)
             options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
         return cls(scenario, space, options, left_out, replaced)
 
     @property
     def knots_along_paths(self) -> Any:
         """Knot positions for inserting waypoints: those of the planner, if it has knots."""
-        base, ruled = planner_and_rule(self.scenario.planner)
+        base, ruled = planner_and_rule(self.scenario.si.planner)
         if "knots" not in PLANNER_SPECS[base].supports:
             return PlannerOptions().knots
         return ruled.get("knots", self.options.knots)
@@ -152,7 +152,7 @@ class Interpolation:
                 or the argument that was given instead.
         """
         try:
-            return get_planner(self.scenario.planner)(waypoints, self.options)
+            return get_planner(self.scenario.si.planner)(waypoints, self.options)
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError) and error.waypoint is not None:

@@ -49,7 +49,7 @@ def _check_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class HalfSpace(TaskPart):
-    """Everything behind a plane: a floor, a wall."""
+    """The space behind a plane: a floor, a wall."""
 
     normal: Annotated[Vector3, AfterValidator(_check_direction)] = required(
         "Outward normal, of any length"
@@ -195,8 +195,9 @@ class Collisions(TaskPart):
         "and `scenario:NAME` resolve a name that both have",
         (),
     )
-    resolution: Positive | None = optional(
+    resolution: Positive = optional(
         "A clearance that exceeds the required one by less than this counts as "
         "failed; left out: 0.1 mm",
         unit="length",
+        si_default=1e-4,
     )

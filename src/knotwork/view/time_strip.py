@@ -146,5 +146,5 @@ def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
         "distance": [round(d, 6) if np.isfinite(d) else None for d in clearance.distance.tolist()],
         "pair": clearance.pair,
         "names": clearance.names,
-        "margin": scenario.scene.rules.margin,
+        "margin": scenario.scene.margin,
     }

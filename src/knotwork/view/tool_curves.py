@@ -196,7 +196,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     for motion in motions:
         robot_of(motion)  # raises before the first row is drawn
     scenario = motions[0].scenario
-    allowed, limits = scenario.tolerances, scenario.motion_limits
+    allowed, limits = scenario.si.tolerances, scenario.motion_limits
     off, straight = path_deviations, straight_deviations
     speed, speed_error = limits.tool_speed, allowed.path_speed
     rows = [
@@ -219,7 +219,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
             unit = rate_unit("m", order)
             rows.append(ToolRow(title, unit, curve, limit=limit, judged=(quantity, frame)))
     if scenario.scene.objects:
-        least = scenario.scene.rules.margin
+        least = scenario.scene.margin
         rows.append(ToolRow("clearance", "m", clearances, limit=least, least=True))
     if limits.singular_value is not None:
         title, judged = "smallest singular value", ("smallest_singular_value", "")

@@ -46,9 +46,9 @@ def plot_tool(
     """Draw the tool over time: its speed, and its deviation from its path.
 
     Given velocities at waypoints are marked. Along tool paths the deviation in position,
-    orientation and speed is shown with its tolerance, and limited quantities of tool and links
-    with their limits. Between two poses without a path, the deviation is that from the straight
-    line with constant angular velocity. Everything is sampled.
+    orientation and speed is shown with its tolerance, and limited quantities of tool and links with
+    their limits. Between two poses without a path, the deviation is that from the straight line
+    with constant angular velocity. All values are sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
@@ -107,7 +107,7 @@ def _panel(
         asked = [factor * float(np.linalg.norm(getattr(pose, row.asked))) for pose in poses]
         panel.mark("asked", row.title, np.array([pose.time for pose in poses]), np.array(asked))
     if row.asked == "linear":
-        part = scenario.tolerances.path_speed
+        part = scenario.si.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:
                 continue  # its speed is relative to a moving frame

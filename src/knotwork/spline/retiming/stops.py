@@ -69,7 +69,7 @@ def joint_stop(
     times = distinct(corners)
     times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
     if len(times) < 2:
-        raise InputError("the motion stands still at this moment; there is nothing to stop")
+        raise InputError("the motion stands still at this moment; it can't be stopped")
     columns = zip(corners.T, heights.T, strict=True)
     ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
     slopes = np.diff(ramps, axis=0) / np.diff(times)[:, None]
@@ -99,8 +99,8 @@ def stop_on_path(
         tolerance: Maximum deviation of a joint from the path [rad or m].
 
     Returns:
-        The clock, which is the time of the curve over the time since the start of the stop [s], and
-        the motion; `None` if no such stop keeps the limits before the curve ends.
+        The clock and the motion; `None` if no such stop keeps the limits before the curve ends. The
+        clock is the time of the curve over the time since the start of the stop [s].
     """
     rest_time = first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
