@@ -198,7 +198,7 @@ def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
     """
     if path.carrier is not None:
         return np.zeros(time.shape, dtype=bool)
-    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.speed_asked_for(time))
+    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.requested_speed(time))
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
