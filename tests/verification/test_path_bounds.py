@@ -14,7 +14,8 @@ import knotwork as kw
 from judged import judged
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divide, path_bounds
+from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.stretch_bounds import PathBound, _divide, path_bounds
 from sweeps import examples
 
 ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
