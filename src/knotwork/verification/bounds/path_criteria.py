@@ -29,7 +29,7 @@ class PathLimits(NamedTuple):
     speed: float
 
 
-class PathError(NamedTuple):
+class PathCriterion(NamedTuple):
     """An error of the tool on the path by one criterion.
 
     Attributes:
@@ -66,7 +66,7 @@ class PathError(NamedTuple):
         return np.where(self.upper > self.limit, parts, 0.0)
 
 
-class PathErrors(NamedTuple):
+class PathCriteria(NamedTuple):
     """Errors of the tool on the path by all criteria.
 
     Attributes:
@@ -80,17 +80,17 @@ class PathErrors(NamedTuple):
         turned: Turn of the tool at the start and at the end of the stretch [rad].
     """
 
-    position: PathError
-    orientation: PathError
-    speed: PathError
-    ramp: PathError
-    turn: PathError
+    position: PathCriterion
+    orientation: PathCriterion
+    speed: PathCriterion
+    ramp: PathCriterion
+    turn: PathCriterion
     least: FloatArray
     greatest: FloatArray
     turned: tuple[float, float]
 
     @property
-    def criteria(self) -> tuple[PathError, ...]:
+    def criteria(self) -> tuple[PathCriterion, ...]:
         """The errors by each criterion."""
         return self.position, self.orientation, self.speed, self.ramp, self.turn
 
@@ -105,7 +105,7 @@ def path_errors(
     limits: PathLimits,
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
-) -> PathErrors:
+) -> PathCriteria:
     """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
 
     Args:
@@ -132,12 +132,12 @@ def path_errors(
     everywhere = np.ones(len(square), dtype=bool)
     in_full = (t[:-1] >= full[0]) & (t[1:] <= full[1])
 
-    def speed_error(slowest: float, judged: NDArray[np.bool_]) -> PathError:
+    def speed_error(slowest: float, judged: NDArray[np.bool_]) -> PathCriterion:
         errors = np.maximum(size - speed, slowest - samples.along)
         upper = np.maximum(greatest - speed, slowest - least)
         return _error(limits.speed, errors, upper, judged)
 
-    return PathErrors(
+    return PathCriteria(
         position=_error(
             limits.position, samples.distance, _worse_end(samples.distance) + apart, everywhere
         ),
@@ -163,12 +163,12 @@ def _worse_end(errors: FloatArray) -> FloatArray:
 
 def _error(
     limit: float, errors: FloatArray, upper: FloatArray, judged: NDArray[np.bool_]
-) -> PathError:
+) -> PathCriterion:
     """An error that is judged in some intervals, from all samples and bounds."""
     known = np.append(judged, False) | np.append(False, judged)
     ends = np.where(judged, _worse_end(errors), 0.0)
     upper = np.where(judged, upper, 0.0)
-    return PathError(limit, np.where(known, errors, -np.inf), ends, upper, judged)
+    return PathCriterion(limit, np.where(known, errors, -np.inf), ends, upper, judged)
 
 
 def _follow_turn(

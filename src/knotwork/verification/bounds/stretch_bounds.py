@@ -20,8 +20,8 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.path_criteria import (
-    PathError,
-    PathErrors,
+    PathCriteria,
+    PathCriterion,
     PathLimits,
     path_errors,
 )
@@ -217,7 +217,7 @@ def _divide(
 
 
 def _summarize(
-    stretch: PathStretch, t: FloatArray, samples: PathSamples, errors: PathErrors
+    stretch: PathStretch, t: FloatArray, samples: PathSamples, errors: PathCriteria
 ) -> StretchBounds:
     orientation = _worst_bound(t, errors.orientation)
     value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
@@ -237,7 +237,7 @@ def _summarize(
     )
 
 
-def _worst_bound(t: FloatArray, error: PathError) -> PathBound:
+def _worst_bound(t: FloatArray, error: PathCriterion) -> PathBound:
     i, j = int(error.samples.argmax()), int(error.upper.argmax())
     value, bound = float(error.samples[i]), float(error.upper[j])
     proved = bound <= error.limit or value > error.limit
