@@ -15,11 +15,8 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.units import Units
-    from knotwork.verification.bounds.stretch_bounds import (
-        PathBound,
-        PathLimits,
-        StretchBounds,
-    )
+    from knotwork.verification.bounds.path_criteria import PathLimits
+    from knotwork.verification.bounds.stretch_bounds import PathBound, StretchBounds
 
 TOOL_PATHS = "Tool paths"
 POSE_TOLERANCE = 1e-9
@@ -154,7 +151,8 @@ def _follow_from(
     turn: float,
 ) -> list[_FollowedStretch]:
     """Bounds on each stretch, the first of which begins at about a turn [rad]."""
-    from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
+    from knotwork.verification.bounds.path_criteria import PathLimits
+    from knotwork.verification.bounds.stretch_bounds import path_bounds
 
     allowed, followed = scenario.si.tolerances, []
     clock = None if execution is None else execution.clock
