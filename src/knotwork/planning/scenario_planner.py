@@ -31,7 +31,7 @@ class ScenarioPlanner:
 
     Attributes:
         scenario, planner, knots, progress: As of `plan`.
-        time: Budget shared by everything that is planned, if times are chosen.
+        time: Budget of all plans together, if times are chosen.
         met: Waypoints in moving frames, by name, whose times were chosen first.
     """
 

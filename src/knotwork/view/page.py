@@ -128,7 +128,7 @@ def json_in_html(data: Mapping[str, Any]) -> str:
 
 @cache
 def _environment() -> Environment:
-    """Jinja's environment: everything put into a page is escaped."""
+    """Jinja's environment, which escapes all values in a page."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -150,7 +150,7 @@ def _mark_code(text: object) -> Markup:
 
 
 def asset(name: str) -> str:
-    """Text of a file that pages are made of."""
+    """Text of a file of which pages consist."""
     return (ASSETS / name).read_text(encoding="utf-8")
 
 

@@ -77,7 +77,7 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
 
 
 def part_of(data: Any, place: Location) -> Any:
-    """The value at a place, or `None`."""
+    """The value at a location, or `None`."""
     for key in place:
         if isinstance(data, dict):
             data = data.get(key)
@@ -107,7 +107,7 @@ def edited_text(text: str, edits: Edits) -> str:
 
 
 def changed_text(text: str, place: Location, value: Any, *, insert: bool = False) -> str:
-    r"""The text of a YAML file with one change, whatever is at its place.
+    r"""The text of a YAML file with one change at any location.
 
     Missing mappings around a new key are added; a mapping that loses its last key is removed.
 
@@ -118,7 +118,7 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
         insert: Insert an item into a list, before the item with its index.
 
     Raises:
-        InputError: The place does not exist, or the change can't be written into this text, for
+        InputError: The location does not exist, or the change can't be written into this text, for
             example because an alias shares the value.
 
     >>> print(changed_text("a: [1, 2] # two", ("a", 1), 5, insert=True))

@@ -1,8 +1,8 @@
 """Minimum durations in closed form, under limits of velocity, acceleration and tool speed.
 
 The minimum-time motion of a joint by D with velocities v0 and v1 at its ends, |v| <= V and |a| <=
-A, accelerates to a peak velocity and then decelerates, or the reverse, with a phase at V if the
-peak would be higher. If both velocities have the same direction, durations slightly above the
+A, accelerates to a peak velocity and then decelerates, or the reverse. If the peak would exceed V,
+there is a phase at V. If both velocities have the same direction, durations slightly above the
 minimum may be infeasible, up to the duration in which the joint can stop.
 
 The path of the tool between two waypoints is at least as long as a straight line.

@@ -48,9 +48,9 @@ def solve(
     """Minimise the objective of a problem over its unknowns, within all limits.
 
     Sections between waypoints with known velocity and acceleration are independent and solved
-    separately; a section of more than 24 intervals is solved in windows of 8, each with 4 intervals
-    ahead of it. The optimum is local: the solver (IPOPT) starts from plain cubics. If
-    it does not converge, the arm comes to rest in each interval.
+    separately. A section of more than 24 intervals is solved in windows of 8, each with the 4
+    following intervals. The optimum is local: the solver (IPOPT) starts from plain cubics. If it
+    does not converge, the arm comes to rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
