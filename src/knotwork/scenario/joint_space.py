@@ -26,6 +26,7 @@ from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+    from knotwork.spline.trajectory import JointTrajectory
 
 
 SAME_PLACE_TOLERANCE = 1e-12
@@ -100,6 +101,21 @@ class JointSpace:
         if JOINT_QUANTITIES[quantity].limit == "range":
             return self.lower_position_limit, self.upper_position_limit
         return -self.limits[quantity], self.limits[quantity]
+
+
+def by_joint(
+    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+) -> dict[str, float]:
+    """Values by joint in the units of a file.
+
+    Args:
+        joints: The joints.
+        values: Their values in SI, shape (d,).
+        length: The unit of lengths of the file [m].
+        angle: Its unit of angles [rad].
+    """
+    units = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))
 
 
 def joint_space(scenario: Scenario) -> JointSpace:
