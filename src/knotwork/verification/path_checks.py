@@ -31,10 +31,10 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 def path_geometry(
     motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
 ) -> Iterator[Finding]:
-    """Compare the tool with the paths of the scenario at any speed: its places, turns and progress.
+    """Compare the tool with the paths of the scenario at any speed: positions, turns and progress.
 
     Args:
-        motion: A motion that runs the task, or a part of it, with another clock.
+        motion: A motion that executes the task, or a part of it, with another clock.
         scenario: The task, with its own times.
         space: The joints and their robot.
         execution: The clock of the motion.
