@@ -49,8 +49,7 @@ class LinkShapes:
 def link_shapes(robot: Robot) -> LinkShapes:
     """Read the shapes of all links, including those of locked joints.
 
-    A shape that can't be drawn is a warning; the link is drawn from its collision shape, or as a
-    line to its child links.
+    A shape that can't be drawn is a warning; the link is drawn as a line to its child links.
     """
     urdf, drawn = UrdfShapes(robot.urdf_files), _Drawn(robot)
     frames = {f.name: f for f in robot.model.frames if f.type == pin.FrameType.BODY}
@@ -61,19 +60,12 @@ def link_shapes(robot: Robot) -> LinkShapes:
     for link in links:
         shapes, lost = urdf.link_shapes(link, "visual")
         parts, missing = drawn.meshes(shapes)
-        notes = [shape.fault for shape in shapes if shape.fault]
+        notes = [*(shape.fault for shape in shapes if shape.fault), *lost, *missing]
         if not all(part.coloured for part in parts):
             plain.append(link)
         if missing or lost:
-            notes += [*lost, *missing]
-            shapes, lost = urdf.link_shapes(link, "collision")
-            instead, missing = drawn.meshes(shapes)
-            if instead and not (lost or missing):
-                parts = instead
-                notes.append("drawn from its collision shape")
-            else:
-                parts += _lines(urdf.carried.get(link, ()))
-                notes.append("drawn as a line")
+            parts += _lines(urdf.carried.get(link, ()))
+            notes.append("drawn as a line")
         if notes:
             warnings.append(f"link {link!r}: {'; '.join(notes)}")
         by_link[link] = parts
