@@ -99,6 +99,12 @@ def test_the_files_are_right_and_hold_every_key_of_the_schema(kind, files, model
     assert keys <= {key for file in files.values() for place in places(file) for key in place}
 
 
+def test_units_are_data_of_the_schema_and_end_the_first_clause_of_descriptions() -> None:
+    speed = Task.model_json_schema()["$defs"]["PathWaypoint"]["properties"]["speed"]
+    assert speed["unit"] == "length/s"
+    assert speed["description"].partition(";")[0] == "Speed of the TCP along the path [length/s]"
+
+
 def check_words(kind: str, data: dict[str, Any], place: Place, wrong: Any) -> bool:
     """Whether one wrong value is refused; if it is, what is said must be right."""
     error = said(kind, changed(data, place, wrong))

@@ -32,7 +32,7 @@ def planning(process: psutil.Process) -> list[psutil.Process]:
     found = []
     for one in process.children(recursive=True):
         try:
-            if "knotwork.sweeps.child" in one.cmdline():
+            if any("LokyProcess" in part for part in one.cmdline()):
                 found.append(one)
         except psutil.Error:  # it has ended meanwhile
             continue

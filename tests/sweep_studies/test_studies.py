@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
-import yaml
 from tasks import LIFT, without_time
 
 import knotwork as kw
 from knotwork.verification import CHECKS
-from shipped import ROBOT_FILES
 
 VARY = {"waypoints[up].after": "1:3:5", "knots": "paper,balanced"}
 
@@ -135,7 +133,7 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
             kw.Study.open(folder)
     data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
     for wrong, said in (
-        ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 4 is accepted"),
+        ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 5 is accepted"),
         ({**data, "file": 1}, "is invalid"),
         ([], "is not the description of a study"),
     ):
@@ -214,61 +212,6 @@ def test_what_is_varied_may_be_free_itself(tmp_path: Path) -> None:
     assert kw.plan(frozen).trajectory.duration == study["duration"][0]
 
 
-def standing(start: str | dict[str, float], back: bool, robot: str = "ur5") -> dict[str, Any]:
-    """A task of two poses, from where an arm stands and perhaps back to there."""
-    ball = {"sphere": 0.05, "position": [0.0, 0.3, 0.9]}
-    poses = [
-        {"pose": {"position": [0.4, 0.1 * i, 0.3], "rpy": [3.14, 0, 0]}, "after": 4, "stop": True}
-        for i in range(2)
-    ]
-    return {
-        "robot": robot,
-        "scene": {"objects": {"ball": ball}},
-        "start": start,
-        "waypoints": [*poses, *([{"joints": start, "after": 4}] if back else [])],
-    }
-
-
-@pytest.mark.parametrize("place", ["start", "start and end", "values at the start", "between"])
-def test_every_figure_leaves_out_joint_values_that_are_not_varied(
-    place: str, tmp_path: Path
-) -> None:
-    """With a name or without, and in the middle of the task as before it.
-
-    There a joint is near its limit, and the arm is nearly stretched.
-    """
-    names = kw.load_robot("ur5").joint_names
-    values = dict(zip(names, [0.0, -1.6, 0.05, -1.5, -1.57, 6.2], strict=True))
-    file = yaml.safe_load((ROBOT_FILES / "ur5.yaml").read_text(encoding="utf-8"))
-    file["configurations"]["stretched"] = values
-    robot = tmp_path / "own.yaml"
-    robot.write_text(yaml.safe_dump(file), encoding="utf-8")
-    start = {"between": "home", "values at the start": values}.get(place, "stretched")
-    task = standing(start, place == "start and end", str(robot))
-    if place == "between":
-        task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
-    (row,) = kw.sweep(task, {"waypoints[0].after": [4]}, workers=0).rows()
-    plan = kw.plan(task)
-    (whole,) = plan.report.select(quantity="smallest_singular_value")
-    assert whole.value < 0.5 * row["smallest_singular_value"]
-    used = max(one.use for one in plan.report.select(quantity="position"))
-    assert row["position_use"] < 0.9 * used
-
-
-@pytest.mark.parametrize("place", ["waypoints[1].joints", "start"])
-def test_joint_values_that_are_varied_count(place: str) -> None:
-    """Next to a singularity, in the middle of the task or at its start."""
-    names = kw.load_robot("ur5").joint_names
-    home = kw.load_robot("ur5").configurations["home"].tolist()
-    task = standing(dict(zip(names, home, strict=True)) if place == "start" else "home", back=False)
-    if place != "start":
-        values = dict(zip(names, [0.0, -1.6, 1.0, -1.5, -1.57, 0.0], strict=True))
-        task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
-    study = kw.sweep(task, {f"{place}.wrist_2_joint": [-0.05, -1.0]}, workers=0)
-    near, far = (row["smallest_singular_value"] for row in study.rows())
-    assert near < 0.02 < 0.1 < far
-
-
 def test_rows_out_of_reach_are_no_motions() -> None:
     vary = {"frames.block.position[0]": [450, 1500, 2500]}
     study = kw.sweep("ur5_deburring", vary, workers=0)
@@ -323,7 +266,7 @@ def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
     messages = study["message"]
     assert "SIGABRT" in messages[1]
     assert messages[2] == "took longer than 20 s"
-    assert "code 7" in messages[4]
+    assert "EXIT(7)" in messages[4]
 
 
 def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:

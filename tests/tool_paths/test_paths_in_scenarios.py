@@ -109,13 +109,11 @@ def test_blend_stays_within_its_distance() -> None:
     assert 0.5 < near.min() < 10
 
 
-def test_reports_corner_with_tight_blend() -> None:
+def test_fails_in_corner_with_tight_blend() -> None:
     corner = {**LINE, "name": "corner", "blend": 0.001}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
     failures = kw.plan(task(FIRST, corner, end, UP)).report.failures
     assert {failure.quantity for failure in failures} >= {"effort", "acceleration_jump"}
-    for failure in failures:
-        assert "the corner at 'corner', of blend 0.001 mm, at 60 mm/s then" in failure.message
 
 
 def test_speed_changes_in_faster_stretch() -> None:

@@ -349,25 +349,3 @@ def test_copies_keep_payload_of_frame() -> None:
     np.testing.assert_array_equal(hanging.gravity, [0, 0, 9.81])
     assert robot.with_tool("wrist_3_link").payload is None
     assert robot.with_limits(velocity=1.0).payload is robot.payload
-
-
-@pytest.mark.parametrize(("quantity", "limit"), [("acceleration", 1.0), ("jerk", 12.0)])
-@pytest.mark.parametrize("backwards", [False, True])
-def test_names_path_acceleration_that_keeps_limit(
-    quantity: str, limit: float, backwards: bool
-) -> None:
-    down = {"rpy": [np.pi, 0, 0]}
-    ends = [{"position": [0.5, y, 0.3], **down} for y in (-0.1, 0.2)][:: -1 if backwards else 1]
-    task = {
-        "robot": "ur5",
-        "limits": {quantity: limit},
-        "waypoints": [{"pose": ends[0]}, {"along": "line", "pose": ends[1], "speed": 0.2}],
-    }
-    failed = kw.plan(task).report.failures
-    assert {one.quantity for one in failed} == {quantity}
-    least = [re.findall(r"acceleration: 1} \[m/s²\]; about (\S+) keeps it", str(f)) for f in failed]
-    eased = min(float(one[0]) for one in least if one)
-    plan = kw.plan({**task, "path": {"acceleration": eased}})
-    assert plan.report.ok, plan.report
-    peaks = [one.use for one in plan.report.select(quantity=quantity)]
-    assert max(one for one in peaks if one is not None) > 0.8

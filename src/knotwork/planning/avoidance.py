@@ -1,4 +1,4 @@
-"""The next best sequences of solutions, tried where a motion collides."""
+"""Further sequences of solutions, planned when a motion collides."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from knotwork.waypoints import FloatArray
 
 
 def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
-    """Plan the best sequence of solutions whose motion collides nowhere.
+    """Plan the best sequence of solutions whose motion is collision-free.
 
-    Where the motion between two waypoints collides, or none is found, the solutions at both are not
-    combined again, and the next best sequence is planned, as long as one may be feasible and clear.
-    If all of them collide, `way: clear` is tried where times are chosen; where that fails, the plan
-    with the fewest colliding pairs is returned. The report lists what was tried.
+    If the motion between two waypoints collides, or no motion is found, the solutions at both ends
+    are not combined again. The next best sequence is planned, as long as one may be feasible and
+    clear. If all sequences collide, motions with chosen times are planned with `way: clear`. If
+    that fails, the plan with the fewest colliding pairs is returned. The report lists these
+    attempts.
 
     Raises:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
@@ -49,7 +50,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
         except InputError:
             if solution is None:
                 raise
-            blocked = None  # this sequence has no motion, however slow
+            blocked = None  # this sequence has no motion at any duration
         else:
             solution = plan.solution
             best = plan if best is None else min(best, plan, key=_rank)
@@ -88,7 +89,7 @@ def _colliding_intervals(plan: PlannedMotion) -> list[int]:
 
 
 def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> PlannedMotion:
-    """A plan around the obstacles that all sequences hit, or the best one and what was tried."""
+    """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
@@ -125,10 +126,10 @@ def _rank(plan: PlannedMotion) -> tuple[int, int]:
 
 
 def _detour_ends(plan: PlannedMotion) -> list[int]:
-    """Indices of waypoints at which `way: clear` could avoid a collision on the way there.
+    """Indices of waypoints at which `way: clear` could avoid a collision of the motion to them.
 
-    The motion is between two collision-free waypoints and is not a tool path. Waypoints passed at a
-    free velocity keep one, so that the motions to them and from them are replaced together.
+    This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
+    free velocity keep it, so that the motions to them and from them are replaced together.
     """
     scenario, free = plan.scenario, _free_times(plan)
     asked = scenario if plan.chosen is None else plan.chosen.asked
@@ -174,7 +175,7 @@ def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
     free = _free_times(plan)
     passed = free and any(free.speed[i] == "free" for i in ends)
-    # ways that are passed at a free velocity are one motion, and take no times
+    # motions joined at a free velocity are one motion, which takes no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
     return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
 
@@ -182,7 +183,7 @@ def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
 def _with_finding(
     plan: PlannedMotion, message: str, quantity: str = "sequences_tried"
 ) -> PlannedMotion:
-    """The plan with a finding on the sequences of solutions that were tried."""
+    """The plan with a finding on the planned sequences of solutions."""
     finding = collision_note(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -40,8 +40,8 @@ def check_alone(
     Args:
         path: The trajectory.
         robot: Name or file of its robot; by default the one named in the scene.
-        scene: A scenario's name or file, used without its waypoints: surroundings, tool,
-            limits, units.
+        scene: Name or file of a scenario. Its surroundings, tool, limits and units are used,
+            without its waypoints.
         limits: Limits in place of the robot's and the scene's, in its units: a mapping, the path
             of a file, or YAML.
 
@@ -92,7 +92,7 @@ def check_alone(
 
 def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
     """The task of a motion with its two ends as waypoints."""
-    # held objects need waypoints, and there are none
+    # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, Document(data, places.file, places.lines))
     units = si_factors(task.units)

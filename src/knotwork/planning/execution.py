@@ -1,4 +1,4 @@
-"""Changes to a running plan: speed override, stop, another goal."""
+"""Changes of a plan in execution: speed override, stop, another goal."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
-"""Planning options of a task, of no use for a given motion."""
+"""Planning options of a task, which a given motion does not need."""
 
 
 class ExecutedMotion(PlannedMotion):
-    """A planned motion, and changes to it while it runs."""
+    """A planned motion, and its changes during execution."""
 
     def scaled(self, profile: Mapping[float, float]) -> Self:
         """Execute the same path at another speed.
@@ -50,14 +50,14 @@ class ExecutedMotion(PlannedMotion):
         Moving frames and other robots keep their own speed.
 
         Args:
-            profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
-                smoothly from each value to the next, and keeps the last one. If it changes too fast
-                for limits of acceleration and jerk, and is at most 1, the nearest feasible override
-                found is executed instead; a warning of the report gives it.
+            profile: Speed override by time since the start [s]: 1 is the planned speed. The
+                override changes smoothly from each value to the next, and keeps the last one. If it
+                is at most 1 and changes too fast for the limits of acceleration and jerk, the
+                nearest feasible override found replaces it. A warning of the report states it.
 
         Raises:
-            InputError: A time or an override is negative, nothing would move, or a waypoint is in a
-                moving frame, which the tool would miss.
+            InputError: A time or an override is negative, the arm would not move, or the tool would
+                miss a waypoint in a moving frame.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
@@ -79,15 +79,15 @@ class ExecutedMotion(PlannedMotion):
         Args:
             at: Start of the stop [s].
             on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop at its next rest
-                if no stop is sooner. Otherwise each joint stops independently, as fast as it can.
+                if no stop is sooner. Otherwise each joint stops independently, in minimum time.
 
         Returns:
-            A plan from the time `at` on, which is its time 0. It starts with the position,
-            velocity and acceleration at that time.
+            A plan that begins at the time `at`, which is its time 0, with the position, velocity
+            and acceleration at that time.
 
         Raises:
-            InputError: The time is outside the motion, a joint has no acceleration limit (or,
-                off the path, no jerk limit), the motion ends before it can stop on its path, or is
+            InputError: The time is outside the motion; a joint has no acceleration limit (or, off
+                the path, no jerk limit); the motion ends before it can stop on its path; or it is
                 at rest at that time.
 
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
@@ -130,7 +130,7 @@ class ExecutedMotion(PlannedMotion):
         ends: tuple[str, str],
         known: Sequence[Finding] = (),
     ) -> Self:
-        """The plan of another motion, through the waypoints that it reaches.
+        """The plan of a changed motion, with the waypoints that it reaches.
 
         Args:
             motion: Motion of the joints.
@@ -181,7 +181,7 @@ class ExecutedMotion(PlannedMotion):
         span: tuple[float, float],
         arrivals: Mapping[str, float],
     ) -> Scenario:
-        """The task of another motion: its states at the waypoints that it reaches."""
+        """The task of a changed motion: its states at the waypoints that it reaches."""
         scenario, space = self.scenario, self.space
         names = list(arrivals)
         task = scene_from(scenario, space.robot, self.trajectory, span, (names[0], names[-1]))
@@ -244,7 +244,10 @@ class ExecutedMotion(PlannedMotion):
     def _actions(
         self, placed: Mapping[str, float], clock: PiecewisePolynomial | None, start: float
     ) -> dict[str, list[dict[str, Any]]]:
-        """Actions at waypoints, for given times; at the first one all signals already on."""
+        """Actions at waypoints, from given times.
+
+        Signals that are already on are at the first waypoint.
+        """
         outputs, events = self.scenario.task.outputs, self.trajectory.events
         begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME
         actions: dict[str, list[dict[str, Any]]] = {name: [] for name in placed}
@@ -278,7 +281,7 @@ class ExecutedMotion(PlannedMotion):
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:
-    """A task independent of its file: named, with absolute paths."""
+    """A task that does not depend on its file: it has a name and absolute paths."""
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
     data = task.to_dict() | {"name": scenario.name}
     return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)

@@ -53,13 +53,14 @@ def follow_path(
         start: Joint positions at the path's start [rad or m], shape (d,); by default those of the
             solution nearest to the robot's configuration `home`.
         rotation: Rotation of the tool along a curve, shape (3, 3); by default the one at the start.
-        acceleration: Largest along the path [m/s²]; the motion then begins and ends at rest.
+        acceleration: Largest acceleration along the path [m/s²]; the motion then begins and ends at
+            rest.
         orientation_tolerance: Largest angle from the path's orientation [rad].
         speed_tolerance: Largest deviation of the speed, as a fraction of it.
         pull_to_middle: Rate at which self-motion pulls joints to the middle of their ranges [1/s].
 
     Raises:
-        InputError: A value is wrong, the arm is not or can't be at the start of the path; or no
+        InputError: A value is wrong, the arm is not or can't be at the start of the path, or no
             start is given and the robot has no configuration `home`.
         PathError: The path has stops but no acceleration, or is too short or too long.
         FollowingError: A joint limit, a velocity limit or a singularity prevents it.

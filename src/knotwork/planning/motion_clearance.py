@@ -24,7 +24,9 @@ def clearance_between(
     *,
     space: JointSpace | None = None,
 ) -> Finding:
-    """Prove that a motion is clear of another robot's, or find the place and time of their contact.
+    """Prove that the motions of two robots are clear of each other, or find their contact.
+
+    A contact has a location and a time.
 
     Args:
         trajectory: The motion.
@@ -34,7 +36,7 @@ def clearance_between(
         space: The scenario's joints and robot, if loaded already.
 
     Returns:
-        The pair with the least clearance: `ok`, `value` [m], `time` [s] and `message`.
+        The pair with the minimum clearance: `ok`, `value` [m], `time` [s] and `message`.
 
     Raises:
         InputError: A scenario or a motion is wrong, or the other motion fails its own check.

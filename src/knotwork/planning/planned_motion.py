@@ -31,11 +31,13 @@ class PlannedMotion:
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: Findings of the check.
-        left_out: Options of the scenario that a planner given in place of its own does not support.
+        left_out: Options of the scenario that are not supported by a planner given in place of its
+            own.
         solution: Choice of the solutions of the poses.
-        chosen: Chosen values of a scenario with free times, which `scenario` then has as numbers;
-            `None` if nothing was free.
-        sequences: Number of sequences of solutions planned until one collided nowhere, or all.
+        chosen: Chosen values of a scenario with free times; `scenario` then has them as numbers.
+            `None` if no value was free.
+        sequences: Number of planned sequences of solutions. The last one is collision-free, or all
+            collide.
     """
 
     scenario: Scenario
@@ -79,7 +81,7 @@ class PlannedMotion:
         return data
 
     def freeze(self, path: str | Path) -> Path:
-        """Write the scenario with the chosen times and speeds as numbers, comments kept.
+        """Write the scenario with the chosen times and speeds as numbers, and keep its comments.
 
         Planning that file gives this motion again.
 
@@ -87,8 +89,8 @@ class PlannedMotion:
             path: The file to write; an existing one is replaced.
 
         Raises:
-            InputError: Nothing was free, the file can't be written, or the numbers can't be written
-                into the text of the scenario.
+            InputError: No value was free, the file can't be written, or the numbers can't be
+                written into the text of the scenario.
 
         >>> import tempfile
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
@@ -120,9 +122,9 @@ class PlannedMotion:
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, each whole.
 
-        The report states the SHA-256 of the other two under `files`, and the place of the scenario
-        under `scenario_file`. Where times were chosen, the scenario with numbers in their place
-        is written as well, as `scenario.yaml`, comments kept; so is a scenario without a file.
+        The report states the SHA-256 of the other two under `files`, and the path of the scenario
+        under `scenario_file`. If times were chosen, or if the scenario has no file, `scenario.yaml`
+        is written as well. It has numbers in place of free times, and keeps comments.
 
         Args:
             folder: Created if it does not exist; files of these names in it are replaced.

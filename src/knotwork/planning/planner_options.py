@@ -1,4 +1,4 @@
-"""A scenario's planner options: in SI, support by other planners, places of errors."""
+"""Planner options of a scenario: values in SI, support by other planners, locations in errors."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
 
 
 def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
-    """Raise an error if values are given for each waypoint while a path inserts more of them."""
+    """Raise an error if values are given for each waypoint and a path inserts further waypoints."""
     if not scenario.paths:
         return
     text = "given one by one, but waypoints are inserted along the path"
@@ -65,8 +65,8 @@ def supported_options(
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
     """Keep those options of one planner that another one supports.
 
-    Accelerations given for each waypoint are dropped, as they are meant for its own planner. So are
-    options that the other planner's rule sets.
+    Accelerations given for each waypoint are dropped, because they are meant for its own planner.
+    Options that the rule of the other planner sets are dropped as well.
 
     Args:
         options: The options.
@@ -148,8 +148,8 @@ class Interpolation:
         """Interpolate joint waypoints.
 
         Raises:
-            InputError: The planner can't. The error names a field of the scenario, or the argument
-                that was given instead.
+            InputError: The planner can't interpolate them. The error names a field of the scenario,
+                or the argument that was given instead.
         """
         try:
             return get_planner(self.scenario.planner)(waypoints, self.options)

@@ -1,4 +1,4 @@
-"""The whole way from a scenario to a checked trajectory."""
+"""Planning from a scenario to a checked trajectory."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Plan(ExecutedMotion):
     """
 
     def view(self) -> Page:
-        """Show the arm making its move, in 3D.
+        """Show the motion of the arm in 3D.
 
         A notebook shows the page inline; `save` writes it to a file that any browser opens.
 
@@ -44,10 +44,10 @@ class Plan(ExecutedMotion):
         return scene_page(scene_of(self))
 
     def play(self, viewer: Any) -> None:
-        """Show the arm making its move in a Meshcat viewer that is running.
+        """Show the motion of the arm in a running Meshcat viewer.
 
         Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
-        URDF's root, and the motion starts. All else in the viewer stays, but a robot that
+        URDF's root, and the motion starts. Other objects in the viewer stay. A robot that
         Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
 
         Args:
@@ -62,19 +62,20 @@ class Plan(ExecutedMotion):
         play_scene(scene_of(self), viewer)
 
     def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
-        """Plan another task from this motion's state at a moment, which is its time 0.
+        """Plan another task from the state of this motion at a given time.
 
-        Position, velocity and acceleration go on without a jump. The state takes the place of the
-        task's `start`, or else of its first waypoint, if it has more than one. Times in the task,
-        of frames that move and of other robots too, are since that moment.
+        That time is time 0 of the new plan. Position, velocity and acceleration continue without a
+        jump. The state replaces the `start` of the task, or its first waypoint if the task has
+        several waypoints and no `start`. Times in the task, and those of moving frames and other
+        robots, count from that time.
 
         Args:
-            at: The moment [s].
+            at: Time of the state in this motion [s].
             scenario: The new task.
 
         Raises:
-            InputError: The time is outside the motion, the tool holds something of which the task
-                says nothing, or the task is wrong: as `plan`.
+            InputError: The time is outside the motion, the tool holds an object that the task does
+                not hold, or the task is wrong as in `plan`.
         """
         return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
@@ -89,8 +90,7 @@ def plan(
 ) -> Plan:
     """Plan a scenario and check the result.
 
-    Times and speeds that it leaves free are chosen first; `Plan.scenario` has numbers in their
-    place.
+    Free times and speeds are chosen first; `Plan.scenario` has numbers in their place.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> plan = kw.plan({"waypoints": lift})
@@ -98,24 +98,24 @@ def plan(
     (True, array([0.5]))
 
     Args:
-        scenario: A task, a shipped scenario's name, the path of a file, a mapping of the same
-            shape, or a loaded scenario.
-        planner: Takes the place of the scenario's planner; a rule may follow after a colon, as in
+        scenario: A task, the name of a shipped scenario, the path of a file, a mapping with the
+            same keys, or a loaded scenario.
+        planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.left_out` names them.
-        knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
-            their constant, or the knot times [s]; `"optimal"` to have them chosen.
-        budget: Computing time for free times [s], by default unlimited; segments that are not
-            solved by then rest at each waypoint.
+        knots: Knots in place of the scenario's: `"paper"`, `"balanced"`, `BalancedKnots` or their
+            constant, the knot times [s], or `"optimal"` for chosen knots.
+        budget: Computing time for free times [s], by default unlimited. Segments that are not
+            solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
 
     Returns:
-        The plan. Its `report.ok` tells whether the motion meets all requirements: an exceeded limit
-        raises no error.
+        The plan. `report.ok` is true if the motion meets all requirements. An exceeded limit raises
+        no error.
 
     Raises:
-        InputError: The scenario is wrong, or a waypoint can't be met as asked. The error names
-            what, where, the value found and the accepted values.
+        InputError: The scenario is wrong, or a waypoint is infeasible. The error names the field,
+            its location, the value and the accepted values.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
@@ -140,7 +140,7 @@ def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
     """The scenario with knots to be chosen.
 
     Raises:
-        InputError: The planner takes no chosen knots, or has knots of its own.
+        InputError: The planner does not support chosen knots, or has its own knots.
     """
     from knotwork.planning.choosing import with_optimal_knots
 

@@ -115,7 +115,7 @@ def _frames_from(task: Task, start: float) -> dict[str, Any]:
 def _put_down(
     scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
 ) -> SceneObject:
-    """A held object at the place where the tool takes or releases it, at waypoint i."""
+    """A held object at its pose where the tool takes or releases it, at waypoint i."""
     task, carrier = scenario.task, held.carriers[scenario.waypoints[i].name == held.leave]
     asked = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"

@@ -1,4 +1,4 @@
-"""Another task, from a time of a running motion."""
+"""Another task that begins during the execution of a motion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def scenario_from(
     """A task that starts from the state of a motion at a given time: see `Plan.replace`.
 
     Args:
-        motion: The running motion.
+        motion: The motion in execution.
         at: Its time that is time 0 of the task [s].
         scenario: The new task.
         current: The scenario of the motion, if known.

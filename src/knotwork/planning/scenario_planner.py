@@ -112,7 +112,7 @@ class ScenarioPlanner:
             from knotwork.planning.choosing.findings import findings
 
             known += findings(chosen, space)
-            # the solutions were chosen before the times were, which hold them fast
+            # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )

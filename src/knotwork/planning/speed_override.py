@@ -24,10 +24,12 @@ PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""
 
 SAME_WAYPOINT_TIME = 1e-9
-"""Times nearer to one another than this [s] are the same."""
+"""Difference within which times are equal [s]."""
 
 LOWER_CAPS, CHANGE_FACTORS = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
-"""Maximum overrides, and factors of the durations of changes, tried where limits are exceeded."""
+"""Candidates where limits are exceeded: maximum overrides, and factors on the durations of
+changes.
+"""
 
 
 def change_speed(
@@ -73,7 +75,7 @@ def change_speed(
 
 
 def _loss(attempt: tuple[float, float]) -> float:
-    """Order of attempts: a lower override counts more than a slower change of it."""
+    """Cost of an attempt, from its maximum override and the factor on its changes."""
     cap, factor = attempt
     return 20.0 * (1.0 - cap) + factor
 

@@ -1,38 +1,30 @@
-"""Child processes for planning; a parent survives their crashes and timeouts.
+"""Calls in child processes, with time limits; a parent survives their crashes.
 
-Parent and child have a pipe. A child ends when its parent does, which closes it. The pools of
-`concurrent.futures` and `multiprocessing` are not sufficient: they give up all processes when one
-ends, have no time limits, or import the user's script.
+loky's processes do not import the user's script, as those of `multiprocessing` do. Each child has
+an executor of its own, since an executor gives up all its processes when one ends.
 """
 
 from __future__ import annotations
 
-import contextlib
-import importlib
 import os
-import queue
+import re
 import signal
-import subprocess
-import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 from knotwork.errors import InputError
 from knotwork.verification.checks import own_checks
 
-START_LIMIT = 120.0
-"""Time for imports in a child [s], not counted for a row."""
-LONGEST_LIMIT = 1e6
+MAX_TIME_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
-POLL_PERIOD = 1.0
-"""Longest interval between checks of the number of tasks in progress [s]."""
+PARENT_PERIOD = 1.0
+"""Interval at which a child looks for its parent [s]."""
 # One process is one thread of work; NumPy's threads would slow down the others.
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -62,9 +54,7 @@ class Child:
     """A child process; started at its first call, and restarted after its end."""
 
     def __init__(self) -> None:
-        self._process: Any = None
-        self._pipe: Any = None
-        self._closed = False
+        self._executor: Any = None
 
     def call(self, function: Callable[..., Any], *arguments: Any, limit: float) -> Any:
         """Call a function in the child, a second time if it ends, as others may have ended it.
@@ -78,73 +68,55 @@ class Child:
 
         Raises:
             ChildTimeoutError: The call took longer.
-            ChildCrashedError: The process ended twice, or this object was closed.
+            ChildCrashedError: The process ended twice.
         """
         try:
-            return self._ask((function, arguments), limit)
+            return self._call_once(function, arguments, limit)
         except ChildCrashedError:
-            return self._ask((function, arguments), limit)
+            return self._call_once(function, arguments, limit)
 
-    def _ask(self, question: Any, limit: float) -> Any:
-        if self._closed:
-            raise ChildCrashedError("it was closed")
-        if self._process is None:
-            self._pipe, far_end = Pipe()
-            with far_end:
-                self._process = subprocess.Popen(
-                    [sys.executable, "-m", "knotwork.sweeps.child", str(far_end.fileno())],
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    pass_fds=[far_end.fileno()],
-                    env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
-                )
-            try:
-                self._answer((_load, ()), START_LIMIT)
-            except ChildTimeoutError as error:
-                raise ChildCrashedError(f"the child process {error} to start") from error
-        return self._answer(question, limit)
+    def _call_once(self, function: Callable[..., Any], arguments: Any, limit: float) -> Any:
+        from loky import BrokenProcessPool, ProcessPoolExecutor
 
-    def _answer(self, question: Any, limit: float) -> Any:
-        """The child's answer; the child is ended after the time limit."""
-        process = self._process
         try:
-            self._pipe.send(question)
-            answer = self._pipe.recv() if self._pipe.poll(min(limit, LONGEST_LIMIT)) else None
-        except (EOFError, OSError) as error:
-            raise ChildCrashedError(_exit_reason(self._end(process))) from error
-        if answer is None:
-            self._end(process)
-            raise ChildTimeoutError(f"took longer than {limit:g} s")
-        ok, result = answer
-        if not ok:
-            raise result
-        return result
-
-    def _end(self, process: Any) -> int:
-        """End the process, which may have ended already, and give its exit code."""
-        self._process = None
-        process.kill()
-        code: int = process.wait()
-        self._pipe.close()
-        return code
+            if self._executor is None:
+                self._executor = ProcessPoolExecutor(1, env=_ONE_THREAD)
+                self._executor.submit(_begin_child).result()
+            call = self._executor.submit(function, *arguments)
+            wait([call], min(limit, MAX_TIME_LIMIT))
+            if call.done():
+                return call.result()
+        except BrokenProcessPool as error:
+            self.close()
+            code = re.search(r"exit codes of the workers are {(.*?)}", str(error))
+            raise ChildCrashedError(
+                f"its process ended with {code[1] if code else 'an unknown code'}"
+            ) from error
+        self.close()
+        raise ChildTimeoutError(f"took longer than {limit:g} s")
 
     def close(self) -> None:
-        """End the process at once, and start none again."""
-        self._closed = True
-        process, self._process = self._process, None
-        if process is not None:  # the thread that waits for an answer closes the pipe
-            process.kill()
-            process.wait()
+        """End the process at once."""
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            executor.shutdown(kill_workers=True)
 
 
-def _exit_reason(code: int) -> str:
-    """Reason of a process's end, in words."""
-    if code >= 0:
-        return f"its process ended with code {code}"
-    with contextlib.suppress(ValueError):
-        return f"its process was ended by {signal.Signals(-code).name}"
-    return f"its process was ended by signal {-code}"
+def _begin_child() -> None:
+    """Import what planning needs, and end with the parent, which handles keyboard interrupts."""
+    import knotwork.sweeps.outcome  # noqa: F401
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, args=[os.getppid()], daemon=True).start()
+    with open(os.devnull, "w") as nothing:
+        for stream in (1, 2):
+            os.dup2(nothing.fileno(), stream)
+
+
+def _end_with_parent(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(PARENT_PERIOD)
+    os._exit(0)
 
 
 def by_children(
@@ -165,57 +137,17 @@ def by_children(
     def perform(item: Item) -> Answer:
         return task(thread.child, item)
 
+    remaining, waiting = iter(items), set[Future[Answer]]()
     with ThreadPoolExecutor(workers, initializer=begin) as pool:
         try:
-            yield from as_ready(lambda item: pool.submit(perform, item), items, lambda: workers)
+            while True:
+                for item in islice(remaining, workers - len(waiting)):
+                    waiting.add(pool.submit(perform, item))
+                if not waiting:
+                    return
+                ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    yield future.result()
         finally:  # inside, as the pool waits for running tasks after an interrupt
             for child in children:
                 child.close()
-
-
-def as_ready(
-    submit: Callable[[Item], Future[Answer]], items: Iterable[Item], most: Callable[[], int]
-) -> Iterator[Answer]:
-    """Submit items, at most `most()` at a time, and give answers in the order of completion."""
-    remaining, waiting = iter(items), set[Future[Answer]]()
-    while True:
-        waiting.update(map(submit, islice(remaining, max(0, most() - len(waiting)))))
-        if not waiting:
-            return
-        ready, waiting = wait(waiting, timeout=POLL_PERIOD, return_when=FIRST_COMPLETED)
-        for future in ready:
-            yield future.result()
-
-
-def _load() -> None:
-    """Import the modules for planning."""
-    importlib.import_module("knotwork.sweeps.outcome")
-
-
-def main() -> None:
-    """Answer calls until the parent closes the pipe."""
-    pipe: Any = Connection(int(sys.argv[1]))
-    # The parent handles keyboard interrupts, and ends this process.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    questions: queue.SimpleQueue[Any] = queue.SimpleQueue()
-
-    def receive_questions() -> None:
-        """End this process when the parent has gone."""
-        try:
-            while True:
-                questions.put(pipe.recv())
-        finally:
-            os._exit(0)
-
-    threading.Thread(target=receive_questions, daemon=True).start()
-    while True:
-        function, arguments = questions.get()
-        try:
-            answer = True, function(*arguments)
-        except Exception as error:
-            answer = False, error
-        pipe.send(answer)
-
-
-if __name__ == "__main__":
-    main()

@@ -3,89 +3,58 @@
 from __future__ import annotations
 
 import asyncio
+import multiprocessing
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.export.packages import import_package
-from knotwork.files.documents import Document, Edits
-from knotwork.sweeps.child import (
-    Child,
-    ChildCrashedError,
-    ChildTimeoutError,
-    as_ready,
-    by_children,
-)
+from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError, by_children
 from knotwork.sweeps.folder import RESUME_ADVICE, own_version
 from knotwork.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcome_of
+from knotwork.sweeps.spec import StudySpec
 
-BATCHES_PER_THREAD = 3
-"""Batches handed to each thread of a Dask worker: one is planned, the others wait."""
-LARGEST_BATCH, FEWEST_BATCHES = 8, 32
+MAX_BATCH, MIN_BATCHES = 8, 32
 """Rows in a batch, and number of batches, of which small studies have smaller ones."""
 CONNECT_TIMEOUT = 20.0
 """Timeout of the connection to a scheduler [s]."""
-LONGEST_ABSENCE = 300.0
-"""Longest time that rows wait for a worker [s]."""
-
-
-class RowTask(NamedTuple):
-    """A row to plan.
-
-    Attributes:
-        row: Its number.
-        document: The varied scenario.
-        edits: The row's values.
-        time_limit: Its time limit [s].
-    """
-
-    row: int
-    document: Document
-    edits: Edits
-    time_limit: float
 
 
 def plan_rows(
-    tasks: Iterable[RowTask], count: int, workers: int, scheduler: str | None
+    spec: StudySpec, rows: Sequence[int], workers: int, scheduler: str | None
 ) -> Iterator[tuple[int, Outcome]]:
     """Plan rows, and give their numbers and outcomes in the order of completion.
 
     Args:
-        tasks: Rows to plan.
-        count: Their number.
+        spec: The study.
+        rows: Numbers of the rows to plan.
         workers: Number of child processes; 0 to plan in this process, which a crash of a row ends.
         scheduler: Address of a Dask scheduler, in place of child processes.
 
     Raises:
-        InputError: The scheduler can't be reached, its workers can't plan, or the scheduler or all
-            workers are lost.
+        InputError: The scheduler can't be reached or is lost, or its workers can't plan.
     """
     if scheduler is not None:
-        size = max(1, min(LARGEST_BATCH, count // FEWEST_BATCHES))
-        rows = iter(tasks)
-        batches: Iterator[list[RowTask]] = iter(lambda: list(islice(rows, size)), [])
-        for outcomes in _on_scheduler(batches, scheduler):
-            yield from outcomes
+        yield from _on_scheduler(spec, rows, scheduler)
     elif workers:
-        yield from by_children(_in_child, tasks, workers)
+        yield from by_children(partial(_in_child, spec), rows, workers)
     else:
-        for task in tasks:
-            yield task.row, outcome_of(task.document, task.edits)
+        for row in rows:
+            yield row, outcome_of(spec.document, spec.edits(row))
 
 
-def _in_child(child: Child, task: RowTask) -> tuple[int, Outcome]:
+def _in_child(spec: StudySpec, child: Child, row: int) -> tuple[int, Outcome]:
     """Plan a row in a child process, and report a timeout or crash."""
     begin = time.perf_counter()
     try:
-        limit = task.time_limit
-        return task.row, child.call(outcome_of, task.document, task.edits, limit=limit)
+        return row, child.call(outcome_of, spec.document, spec.edits(row), limit=spec.time_limit)
     except (ChildTimeoutError, ChildCrashedError) as error:
         verdict = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
         plan_time = time.perf_counter() - begin
-        return task.row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
+        return row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
 
 
 def distributed() -> Any:
@@ -99,17 +68,16 @@ def distributed() -> Any:
 
 
 def _on_scheduler(
-    batches: Iterable[Sequence[RowTask]], address: str
-) -> Iterator[list[tuple[int, Outcome]]]:
+    spec: StudySpec, rows: Sequence[int], address: str
+) -> Iterator[tuple[int, Outcome]]:
+    size = max(1, min(MAX_BATCH, len(rows) // MIN_BATCHES))
+    batches = [rows[i : i + size] for i in range(0, len(rows), size)]
     with _client(address) as client:
         _check_workers(client, address)
-        pool = client.get_executor(pure=False)
         try:
-            yield from as_ready(
-                lambda batch: pool.submit(_by_worker, batch), batches, lambda: _capacity(client)
-            )
-        except InputError:
-            raise
+            futures = client.map(_by_worker, batches, spec=spec, pure=False)
+            for _, outcomes in distributed().as_completed(futures, with_results=True):
+                yield from outcomes
         except (Exception, asyncio.CancelledError) as error:
             why = f"{type(error).__name__}: {error}"
             raise InputError(
@@ -117,27 +85,16 @@ def _on_scheduler(
             ) from error
 
 
-def _capacity(client: Any) -> int:
-    """Number of batches to hand out, for the present number of workers."""
-    threads: int = sum(client.nthreads().values())
-    if not threads:
-        try:
-            client.wait_for_workers(1, timeout=LONGEST_ABSENCE)
-        except TimeoutError as error:
-            raise InputError(
-                f"all workers are lost, and no new ones joined; {RESUME_ADVICE}"
-            ) from error
-    return BATCHES_PER_THREAD * max(1, threads)
-
-
 _thread = threading.local()
 
 
-def _by_worker(batch: Sequence[RowTask]) -> list[tuple[int, Outcome]]:
+def _by_worker(batch: Sequence[int], spec: StudySpec) -> list[tuple[int, Outcome]]:
     """Plan rows in the child process of this thread of a Dask worker."""
+    # Dask's workers are daemons, which Python allows no children; these end with their parent.
+    multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
     if not hasattr(_thread, "child"):
         _thread.child = Child()
-    return [_in_child(_thread.child, task) for task in batch]
+    return [_in_child(spec, _thread.child, row) for row in batch]
 
 
 def _client(address: str) -> Any:

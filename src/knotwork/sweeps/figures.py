@@ -29,8 +29,6 @@ class RowFigure:
         unit: SI unit; empty for a fraction of a limit and for singular values.
         more_is_better: Whether the best row has the largest value.
         value_of: Computes it from a plan.
-        at_rest: Quantity of its findings, if an arm at rest has it, so that a stop shared by
-            all rows may be the worst place: see `shared_rest`. Empty for others.
     """
 
     name: str
@@ -38,7 +36,6 @@ class RowFigure:
     unit: str
     more_is_better: bool
     value_of: Callable[[Plan], float | None]
-    at_rest: str = ""
 
 
 # Limits of tool and links by the quantity in findings; those of joints have a table of their own.
@@ -50,16 +47,15 @@ def _use(quantity: str) -> RowFigure:
     # tools also have a position at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
-    def largest_use(plan: Plan) -> float | None:
+    def max_use(plan: Plan) -> float | None:
         findings = plan.report.select(quantity=quantity, **kind)
         if any(finding.only_sampled for finding in findings):
             return None  # its use is unknown
         uses = (finding.use for finding in findings)
         return max((use for use in uses if use is not None), default=None)
 
-    title = f"part used of limits of {quantity.replace('_', ' ')}"
-    at_rest = quantity if quantity in ("position", "effort") else ""
-    return RowFigure(f"{quantity}_use", title, "", False, largest_use, at_rest)
+    title = f"used share of limits of {quantity.replace('_', ' ')}"
+    return RowFigure(f"{quantity}_use", title, "", False, max_use)
 
 
 def _values(plan: Plan, quantity: str) -> Iterator[float]:
@@ -67,7 +63,7 @@ def _values(plan: Plan, quantity: str) -> Iterator[float]:
     return (value for value in values if value is not None)
 
 
-def _least_singular(plan: Plan) -> float | None:
+def _min_singular(plan: Plan) -> float | None:
     return min(_values(plan, _SINGULAR), default=None)
 
 
@@ -95,9 +91,9 @@ FIGURES: dict[str, RowFigure] = {
     figure.name: figure
     for figure in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
-        RowFigure(_SINGULAR, "smallest singular value", "", True, _least_singular, _SINGULAR),
-        RowFigure("clearance", "clearance to the surroundings", "m", True, _outer, "clearance"),
-        RowFigure("self_clearance", "clearance to itself", "m", True, _inner, "clearance"),
+        RowFigure(_SINGULAR, "smallest singular value", "", True, _min_singular),
+        RowFigure("clearance", "clearance to the surroundings", "m", True, _outer),
+        RowFigure("self_clearance", "clearance to itself", "m", True, _inner),
         *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
         RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),

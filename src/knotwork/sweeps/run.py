@@ -16,7 +16,6 @@ from knotwork.errors.arguments import finite_number
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import refuse_own_checks
-from knotwork.sweeps.executors import RowTask
 from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
 from knotwork.sweeps.outcome import ROW_PASSED
@@ -150,31 +149,30 @@ def _plan_missing(
     workers: int,
     scheduler: str | None,
     progress: Callable[[SweepProgress], None] | None,
-    most: float,
+    max_passed: float,
 ) -> None:
     """Plan the rows that are not finished, until enough pass; each is kept at once."""
     spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
     passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
     missing = [row for row in range(len(spec)) if row not in folder.rows]
-    if passed >= most or not missing:
+    if passed >= max_passed or not missing:
         return
-    tasks = (RowTask(row, spec.document, spec.edits(row), spec.time_limit) for row in missing)
-    with closing(executors.plan_rows(tasks, len(missing), workers, scheduler)) as results:  # type: ignore[type-var]
+    with closing(executors.plan_rows(spec, missing, workers, scheduler)) as results:  # type: ignore[type-var]
         for row, outcome in results:
             folder.add(row, outcome)
             passed += outcome.verdict == ROW_PASSED
             if progress is not None:
                 seconds = time.monotonic() - begin
                 progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))
-            if passed >= most:
+            if passed >= max_passed:
                 return
 
 
-def _check_count(name: str, value: int | None, least: int) -> None:
+def _check_count(name: str, value: int | None, minimum: int) -> None:
     if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
         raise InputError(f"{name} is {value!r}; it must be a whole number")
-    if value is not None and value < least:
-        raise InputError(f"{name} is {value}; it must be at least {least}")
+    if value is not None and value < minimum:
+        raise InputError(f"{name} is {value}; it must be at least {minimum}")
 
 
 def _refuse_wrong_values(spec: StudySpec) -> None:

@@ -23,7 +23,7 @@ from knotwork.verification.checks import own_checks
 
 TEXTS = ("verdict", "reason", "message")
 LONGEST_LINE = 10**9
-STUDY_VERSION = 4
+STUDY_VERSION = 5
 """Version of the meaning of rows; folders of another version are not continued."""
 
 

@@ -73,12 +73,12 @@ class Action(TaskPart):
 
     output: Output | None = optional("Number of the digital output that is set to the value")
     value: Switched | None = optional("Value of the output")
-    wait: Wait | None = optional("Dwell time [s], before the next action in the list")
+    wait: Wait | None = optional("Dwell time, before the next action in the list", unit="s")
     at: Number | None = optional(
-        "Distance after the waypoint along the tool path; before it, if negative [length]"
+        "Distance after the waypoint along the tool path; before it, if negative", unit="length"
     )
-    after: Positive | None = optional("Time after arrival at the waypoint [s]")
-    before: Positive | None = optional("Time before arrival at the waypoint [s]")
+    after: Positive | None = optional("Time after arrival at the waypoint", unit="s")
+    before: Positive | None = optional("Time before arrival at the waypoint", unit="s")
 
     def __repr_args__(self) -> list[tuple[str, Any]]:
         return [*self.signals.items(), *super().__repr_args__()]

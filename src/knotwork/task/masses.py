@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from knotwork.files.documents.values import LARGEST_NUMBER, Number, optional
+from knotwork.files.documents.values import LARGEST_NUMBER, Number, optional, required
 from knotwork.task.task_part import TaskPart
 
 Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
@@ -15,9 +15,9 @@ Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 class Inertia(TaskPart):
     """Moments of inertia about the centre of mass, named as in a URDF."""
 
-    ixx: Number = Field(description="Moment about x [kg m²]")
-    iyy: Number = Field(description="Moment about y [kg m²]")
-    izz: Number = Field(description="Moment about z [kg m²]")
-    ixy: Number = optional("Product of inertia [kg m²]", 0.0)
-    ixz: Number = optional("Product of inertia [kg m²]", 0.0)
-    iyz: Number = optional("Product of inertia [kg m²]", 0.0)
+    ixx: Number = required("Moment about x", unit="kg m²")
+    iyy: Number = required("Moment about y", unit="kg m²")
+    izz: Number = required("Moment about z", unit="kg m²")
+    ixy: Number = optional("Product of inertia", 0.0, unit="kg m²")
+    ixz: Number = optional("Product of inertia", 0.0, unit="kg m²")
+    iyz: Number = optional("Product of inertia", 0.0, unit="kg m²")

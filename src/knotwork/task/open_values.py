@@ -17,6 +17,7 @@ from knotwork.files.documents.values import (
     Number,
     Positive,
     optional,
+    required,
 )
 from knotwork.task.task_part import TaskPart
 
@@ -24,14 +25,14 @@ from knotwork.task.task_part import TaskPart
 class Fastest(TaskPart):
     """A duration to be chosen: the minimum that the limits allow."""
 
-    fastest: Literal[True] = Field(description="The minimum time that the limits allow")
-    at_least: Positive | None = optional("Lower bound [s]")
+    fastest: Literal[True] = required("The minimum time that the limits allow")
+    at_least: Positive | None = optional("Lower bound", unit="s")
 
 
 class AtMost(TaskPart):
     """A speed to be chosen, with an upper bound."""
 
-    at_most: Positive = Field(description="Upper bound of the chosen speed [length/s]")
+    at_most: Positive = required("Upper bound of the chosen speed", unit="length/s")
 
 
 After = Annotated[
@@ -56,9 +57,9 @@ Offsets = Annotated[Interval, AfterValidator(_with_zero)]
 class FreePosition(TaskPart):
     """A box for the tool in the axes of the pose; axes left out keep the position of the pose."""
 
-    x: Offsets | None = optional("Lower and upper bound [length]")
-    y: Offsets | None = optional("Lower and upper bound [length]")
-    z: Offsets | None = optional("Lower and upper bound [length]")
+    x: Offsets | None = optional("Lower and upper bound", unit="length")
+    y: Offsets | None = optional("Lower and upper bound", unit="length")
+    z: Offsets | None = optional("Lower and upper bound", unit="length")
 
 
 class FreePose(TaskPart):
@@ -72,17 +73,19 @@ class FreePose(TaskPart):
         | None
     ) = optional(
         "Turn of the tool about its z axis: z for any turn, or the lower and the "
-        "upper bound of the turn from the pose [angle]"
+        "upper bound of the turn from the pose",
+        unit="angle",
     )
     tilt: Positive | None = optional(
-        "Largest angle between the z axis and that of the pose [angle]; the turn is "
-        "applied before the tilt"
+        "Largest angle between the z axis and that of the pose; the turn is applied "
+        "before the tilt",
+        unit="angle",
     )
     work_angle: Interval | None = optional(
-        "Lower and upper bound, for a tool at angles to a seam [angle]"
+        "Lower and upper bound, for a tool at angles to a seam", unit="angle"
     )
     travel_angle: Interval | None = optional(
-        "Lower and upper bound, for a tool at angles to a seam [angle]"
+        "Lower and upper bound, for a tool at angles to a seam", unit="angle"
     )
     position: FreePosition | None = optional("Box for the tool position, where the tool stops")
 
@@ -108,13 +111,14 @@ Free = Annotated[
 class ClearWay(TaskPart):
     """A collision-free motion past everything that may not be touched."""
 
-    clear: Literal[True] = Field(description="A motion proved to be free of collisions")
+    clear: Literal[True] = required("A motion proved to be free of collisions")
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
         "Number of motions to search for; the fastest is taken", 2
     )
     room: Positive | None = optional(
-        "Extra clearance beyond the margins where possible, or a half or a "
-        "quarter of it [length]; left out: none"
+        "Extra clearance beyond the margins where possible, or a half or a quarter "
+        "of it; left out: none",
+        unit="length",
     )
 
 
@@ -130,12 +134,14 @@ Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 class Weights(TaskPart):
     """Objective minimised where times or knots are chosen: a weighted sum of these terms."""
 
-    time: Weight = optional("Weight of the duration [1/s]", 0.0)
-    jerk: Weight = optional("Weight of the integral of jerk squared [s⁵/rad²]", 0.0)
+    time: Weight = optional("Weight of the duration", 0.0, unit="1/s")
+    jerk: Weight = optional("Weight of the integral of jerk squared", 0.0, unit="s⁵/rad²")
     effort: Weight = optional(
-        "Weight of the integral of torque squared, with the payload [1/(N²m²s)]", 0.0
+        "Weight of the integral of torque squared, with the payload", 0.0, unit="1/(N²m²s)"
     )
-    acceleration: Weight = optional("Weight of the integral of acceleration squared [s³/rad²]", 0.0)
+    acceleration: Weight = optional(
+        "Weight of the integral of acceleration squared", 0.0, unit="s³/rad²"
+    )
 
     @model_validator(mode="after")
     def _one_at_least(self) -> Weights:
@@ -147,20 +153,19 @@ class Weights(TaskPart):
 class ChosenMotion(TaskPart):
     """A section of waypoints with chosen times: its knots and the accelerations there."""
 
-    times: Annotated[Items[Number], Field(min_length=4)] = Field(
-        description="Knot times, among them the times of the section's waypoints [s]"
+    times: Annotated[Items[Number], Field(min_length=4)] = required(
+        "Knot times, among them the times of the section's waypoints", unit="s"
     )
-    accelerations: Annotated[dict[Text, Items[Number]], Field(min_length=1)] = Field(
-        description="Accelerations at the knots, a list for each joint [angle/s² or length/s²]"
+    accelerations: Annotated[dict[Text, Items[Number]], Field(min_length=1)] = required(
+        "Accelerations at the knots, a list for each joint", unit="angle/s² or length/s²"
     )
     velocities: dict[Text, JointMap] = optional(
-        "Chosen joint velocities by the name of the waypoint [angle/s or length/s]",
-        {},
+        "Chosen joint velocities by the name of the waypoint", {}, unit="angle/s or length/s"
     )
     way: Annotated[int, Field(ge=0)] = optional("Number of motions tried for way: clear; else 0", 0)
     room: Annotated[Number, Field(ge=0)] | None = optional(
-        "Extra clearance beyond the margins, for way: clear [length]; left out where none "
-        "was requested"
+        "Extra clearance beyond the margins, for way: clear; left out where none was requested",
+        unit="length",
     )
 
     @model_validator(mode="after")

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.files.documents import Text
-from knotwork.files.documents.values import Items, Number, Vector3, Vector4, optional
+from knotwork.files.documents.values import Items, Number, Vector3, Vector4, optional, required
 from knotwork.task.task_part import TaskPart
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
@@ -41,10 +41,10 @@ def _euler_order(order: str) -> str:
 class Euler(TaskPart):
     """Euler angles: rotations about moving axes, in the given order."""
 
-    order: Annotated[str, AfterValidator(_euler_order)] = Field(
-        description="Axes in order, capital letters, for example ZYX"
+    order: Annotated[str, AfterValidator(_euler_order)] = required(
+        "Axes in order, capital letters, for example ZYX"
     )
-    angles: Vector3 = Field(description="Rotations in that order [angle]")
+    angles: Vector3 = required("Rotations in that order", unit="angle")
 
 
 class Torch(TaskPart):
@@ -54,11 +54,12 @@ class Torch(TaskPart):
         "Surface normal, out of the surface; along a path, the normal at its start, left out "
         "where the points have normals"
     )
-    work_angle: Number = optional("Inclination about the seam, to its left [angle]", 0.0)
+    work_angle: Number = optional("Inclination about the seam, to its left", 0.0, unit="angle")
     travel_angle: Number = optional(
         "Inclination in the plane of seam and tool: positive for forward (push), "
-        "negative for backward (drag) [angle]",
+        "negative for backward (drag)",
         0.0,
+        unit="angle",
     )
     tangent: Literal["x", "y", "-x", "-y"] = optional(
         "Axis of the tool that points along the seam at zero angles", "x"
@@ -68,8 +69,8 @@ class Torch(TaskPart):
 class SeamTorch(Torch):
     """Inclination of the tool's z axis relative to a seam direction and a surface."""
 
-    normal: Vector3 = Field(description="Surface normal, out of the surface")
-    seam: Vector3 = Field(description="Direction of the seam")
+    normal: Vector3 = required("Surface normal, out of the surface")
+    seam: Vector3 = required("Direction of the seam")
 
 
 class Placement(TaskPart):
@@ -77,7 +78,7 @@ class Placement(TaskPart):
 
     ALTERNATIVES = (ORIENTATIONS,)
 
-    position: Vector3 = Field(description="Origin: x, y, z [length]")
+    position: Vector3 = required("Origin: x, y, z", unit="length")
     quaternion_xyzw: Vector4 | None = optional(
         "Unit quaternion, its scalar part last, as in ROS and SciPy"
     )
@@ -85,10 +86,12 @@ class Placement(TaskPart):
         "Unit quaternion, its scalar part first, as in Eigen's constructor"
     )
     rpy: Vector3 | None = optional(
-        "Rotations about the fixed x, y, z axes, in this order, as in URDF [angle]"
+        "Rotations about the fixed x, y, z axes, in this order, as in URDF", unit="angle"
     )
     euler: Euler | None = optional("Rotations about moving axes, in a given order")
-    rotation_vector: Vector3 | None = optional("Rotation axis (unit vector) times angle [angle]")
+    rotation_vector: Vector3 | None = optional(
+        "Rotation axis (unit vector) times angle", unit="angle"
+    )
     rotation_matrix: Annotated[Items[Vector3], Field(min_length=3, max_length=3)] | None = optional(
         "Rotation matrix as three rows; orthonormal, right-handed"
     )
@@ -107,14 +110,16 @@ class Pose(Placement):
 class FrameMotion(TaskPart):
     """A motion known at all times, in the axes of the frame at rest."""
 
-    linear: Vector3 | None = optional("Constant velocity [length/s]")
-    angular: Vector3 | None = optional("Constant, about the frame's origin [angle/s]")
+    linear: Vector3 | None = optional("Constant velocity", unit="length/s")
+    angular: Vector3 | None = optional("Constant, about the frame's origin", unit="angle/s")
     file: Text | None = optional(
         "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
-        "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation about moving "
-        "z, y, x axes; the frame is at rest before and after it"
+        "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation "
+        "about moving z, y, x axes; the frame is at rest before and after it"
     )
-    at: Number = optional("Time when the frame is at its placement or the file begins [s]", 0.0)
+    at: Number = optional(
+        "Time when the frame is at its placement or the file begins", 0.0, unit="s"
+    )
 
     @model_validator(mode="after")
     def _one_form(self) -> FrameMotion:
@@ -130,9 +135,9 @@ class Grid(TaskPart):
 
     counts: Annotated[
         Items[Annotated[int, Field(strict=True, ge=1, le=1000)]], Field(min_length=1, max_length=3)
-    ] = Field(description="Number of positions along x, y and z, counted along x first")
-    pitches: Annotated[Items[Number], Field(min_length=1, max_length=3)] = Field(
-        description="Distance between positions along x, y and z [length]"
+    ] = required("Number of positions along x, y and z, counted along x first")
+    pitches: Annotated[Items[Number], Field(min_length=1, max_length=3)] = required(
+        "Distance between positions along x, y and z", unit="length"
     )
 
     @model_validator(mode="after")
@@ -169,8 +174,8 @@ class Frame(Placement):
 class Velocity(TaskPart):
     """Linear velocity of the TCP and angular velocity of the tool, in the axes of a frame."""
 
-    linear: Vector3 = optional("Velocity of the TCP [length/s]", (0.0, 0.0, 0.0))
-    angular: Vector3 = optional("Angular velocity of the tool [angle/s]", (0.0, 0.0, 0.0))
+    linear: Vector3 = optional("Velocity of the TCP", (0.0, 0.0, 0.0), unit="length/s")
+    angular: Vector3 = optional("Angular velocity of the tool", (0.0, 0.0, 0.0), unit="angle/s")
     axes: Text | None = optional(
         "A named frame, base or tool; left out: the frame the waypoint's pose is in", key="in"
     )

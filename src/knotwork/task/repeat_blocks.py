@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, Tag
+from pydantic import Tag
 
 from knotwork.files.documents import Text
-from knotwork.files.documents.values import Forms, Several, optional
+from knotwork.files.documents.values import Forms, Several, optional, required
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import HeldObject
 from knotwork.task.task_part import TaskPart
@@ -24,9 +24,10 @@ from knotwork.task.task_waypoints import (
 class PlacesFile(TaskPart):
     """Places in a CSV file."""
 
-    file: Text = Field(
-        description="Path of a CSV file, relative to this file, with the columns x, y, z, and qx, "
-        "qy, qz, qw for orientations; its numbers are in this file's unit of length"
+    file: Text = required(
+        "Path of a CSV file, relative to this file, with the columns x, y, z, and "
+        "qx, qy, qz, qw for orientations; its numbers are in this file's unit of "
+        "length"
     )
     parent: Text = optional("base or the name of a frame", "base", key="in")
 
@@ -44,15 +45,15 @@ class Repeat(TaskPart):
             ]
         ],
         Forms("the name of a frame with a grid, a list of frames and places, or a file"),
-    ] = Field(
-        description="Places: a frame with a grid, a list of frame names and of places, or "
-        "a CSV file; inside the block, the frame place is the current place"
+    ] = required(
+        "Places: a frame with a grid, a list of frame names and of places, or a CSV "
+        "file; inside the block, the frame place is the current place"
     )
     holds: dict[Text, HeldObject] = optional(
         "Objects held by the tool in each repetition, as holds of the tool", {}
     )
-    repeat: Several[Waypoint] = Field(
-        description="Waypoints of one repetition; its number is added to all names in it"
+    repeat: Several[Waypoint] = required(
+        "Waypoints of one repetition; its number is added to all names in it"
     )
 
 

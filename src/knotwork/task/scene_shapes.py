@@ -16,6 +16,7 @@ from knotwork.files.documents.values import (
     Several,
     Vector3,
     optional,
+    required,
 )
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.poses import Placement
@@ -35,9 +36,9 @@ SHAPES = (
 class SolidOfRevolution(TaskPart):
     """A solid of revolution about z, centred at the origin."""
 
-    radius: Positive = Field(description="[length]")
-    length: Positive = Field(
-        description="Length along z; of a capsule, between the centres of its half spheres [length]"
+    radius: Positive = required("Radius", unit="length")
+    length: Positive = required(
+        "Length along z; of a capsule, between the centres of its half spheres", unit="length"
     )
 
 
@@ -50,35 +51,35 @@ def _check_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
 class HalfSpace(TaskPart):
     """Everything behind a plane: a floor, a wall."""
 
-    normal: Annotated[Vector3, AfterValidator(_check_direction)] = Field(
-        description="Outward normal, of any length"
+    normal: Annotated[Vector3, AfterValidator(_check_direction)] = required(
+        "Outward normal, of any length"
     )
-    offset: Number = optional("Distance from the origin along the normal [length]", 0.0)
+    offset: Number = optional("Distance from the origin along the normal", 0.0, unit="length")
 
 
 class PointCloud(TaskPart):
     """Points from a scanner: every grid cell that holds a point is solid."""
 
-    file: Text = Field(
-        description="Path of a CSV file with columns x, y, z or a PLY file, relative to this file; "
-        "its numbers are in this file's unit of length"
+    file: Text = required(
+        "Path of a CSV file with columns x, y, z or a PLY file, relative to this "
+        "file; its numbers are in this file's unit of length"
     )
     scale: Positive = optional("Scale factor", 1.0)
-    resolution: Positive = Field(
-        description="Edge length of a cell; larger than the gaps between points [length]"
+    resolution: Positive = required(
+        "Edge length of a cell; larger than the gaps between points", unit="length"
     )
 
 
 class _ShapeFields(Placement):
     position: Vector3 = optional(
-        "Position of the shape's centre, or of a file's origin [length]", (0.0, 0.0, 0.0)
+        "Position of the shape's centre, or of a file's origin", (0.0, 0.0, 0.0), unit="length"
     )
-    box: Size3 | None = optional("Size along x, y and z [length]")
-    sphere: Positive | None = optional("Radius [length]")
+    box: Size3 | None = optional("Size along x, y and z", unit="length")
+    sphere: Positive | None = optional("Radius", unit="length")
     cylinder: SolidOfRevolution | None = optional("Cylinder about z")
     capsule: SolidOfRevolution | None = optional("Capsule about z: a cylinder with half spheres")
     cone: SolidOfRevolution | None = optional("Cone about z, its tip up")
-    ellipsoid: Size3 | None = optional("Half axes along x, y and z [length]")
+    ellipsoid: Size3 | None = optional("Half axes along x, y and z", unit="length")
     half_space: HalfSpace | None = optional("An infinite floor or wall")
     mesh: Text | None = optional(
         "Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
@@ -125,17 +126,17 @@ class SceneObject(_Appearing):
 class OtherRobot(Placement):
     """Another robot in motion, with its tool and held objects."""
 
-    position: Vector3 = optional("Position of its base frame [length]", (0.0, 0.0, 0.0))
+    position: Vector3 = optional("Position of its base frame", (0.0, 0.0, 0.0), unit="length")
     parent: Text = optional("base or the name of a fixed frame", "base", key="in")
-    scenario: Text = Field(
-        description="Its scenario: name of a shipped one, or a path relative to this file"
+    scenario: Text = required(
+        "Its scenario: name of a shipped one, or a path relative to this file"
     )
     motion: Text | None = optional(
         "Path of its recorded motion, relative to this file, in any form that knotwork check "
         "reads; left out: its scenario is planned, and must pass"
     )
     delay: Number = optional(
-        "Delay of its motion relative to this one; it is at rest before and after [s]", 0.0
+        "Delay of its motion relative to this one; it is at rest before and after", 0.0, unit="s"
     )
 
 
@@ -143,7 +144,7 @@ class Surroundings(TaskPart):
     """The surroundings of the robot."""
 
     margin: Distance = optional(
-        "Clearance that robot, tool and held objects keep from the surroundings [length]", 0.0
+        "Clearance that robot, tool and held objects keep from the surroundings", 0.0, unit="length"
     )
     objects: dict[Text, SceneObject] = optional("Objects by name, in the base or in frames", {})
     robots: dict[Text, OtherRobot] = optional("Other moving robots by name", {})
@@ -152,27 +153,21 @@ class Surroundings(TaskPart):
 class HeldObject(_Appearing):
     """An object carried by the tool; it is at rest before it is taken and after its release."""
 
-    take: Text = Field(
-        validation_alias="from",
-        serialization_alias="from",
-        description="Name of the waypoint where the tool takes the object",
-    )
-    leave: Text = Field(
-        validation_alias="to",
-        serialization_alias="to",
-        description="Name of the waypoint where the tool releases the object",
-    )
+    take: Text = required("Name of the waypoint where the tool takes the object", key="from")
+    leave: Text = required("Name of the waypoint where the tool releases the object", key="to")
     allow: Items[Text] = optional(
         "Bodies that it may touch: objects of the scene that it is taken from or put on, "
         "links. The tool may touch it in any case",
         (),
     )
     mass: Mass | None = optional(
-        "Mass, carried from where the object is taken to where it is released, in addition to "
-        "the mass of the tool [kg]"
+        "Mass, carried from where the object is taken to where it is released, in "
+        "addition to the mass of the tool",
+        unit="kg",
     )
     centre_of_mass: Vector3 | None = optional(
-        "Centre of mass in the axes of the TCP [length]; left out: centre of the shape, file origin"
+        "Centre of mass in the axes of the TCP; left out: centre of the shape, file origin",
+        unit="length",
     )
     inertia: Inertia | None = optional("Inertia in the axes of the TCP; left out: a point mass")
 
@@ -201,6 +196,7 @@ class Collisions(TaskPart):
         (),
     )
     resolution: Positive | None = optional(
-        "A clearance that exceeds the required one by less than this counts as failed "
-        "[length]; left out: 0.1 mm"
+        "A clearance that exceeds the required one by less than this counts as "
+        "failed; left out: 0.1 mm",
+        unit="length",
     )

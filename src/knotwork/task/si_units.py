@@ -1,4 +1,4 @@
-"""The units of a task's values, as in brackets in the descriptions of its fields.
+"""The units of a task's values, which are data of its fields.
 
 Joint values are angles or lengths depending on the joint, which a task alone does not define: they
 stay in the given units.
@@ -8,58 +8,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping
-from functools import cache
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from knotwork.files.documents import Location, description_of
+from knotwork.files.documents import Location, field_at
+from knotwork.files.documents.values import unit_of
 from knotwork.task.task import Task, TaskUnits
 from knotwork.task.task_part import TaskPart
 
 PartT = TypeVar("PartT", bound=TaskPart)
 
-_UNIT = re.compile(r"\[([^\]]+)\]")
 # Keeps length of length/s², and all of angle/s or length/s, which depends on the joint.
 _KIND = re.compile(r"/s²?$")
-
-
-@cache
-def units_of(part: type[TaskPart]) -> dict[str, tuple[str, str]]:
-    """The key and the unit of each field with exactly one unit, by name."""
-    units_by_name = {}
-    for name, field in part.model_fields.items():
-        units = set(_UNIT.findall(field.description or ""))
-        key = str(field.validation_alias or name)
-        units_by_name[name] = key, units.pop() if len(units) == 1 else ""
-    return units_by_name
-
-
-def numbers(
-    part: TaskPart, units: Collection[str], location: Location = ()
-) -> Iterator[tuple[Location, str, float]]:
-    """All given numbers in some units: location in the file, unit and value.
-
-    Args:
-        part: A task, or a part of one.
-        units: Units as in the field descriptions, for example `"angle"`.
-        location: Location of the part.
-    """
-    for name, (key, unit) in units_of(type(part)).items():
-        if name in part.model_fields_set:
-            yield from _numbers(getattr(part, name), units, (*location, key), unit)
-
-
-def _numbers(
-    value: Any, units: Collection[str], place: Location, unit: str
-) -> Iterator[tuple[Location, str, float]]:
-    if isinstance(value, TaskPart):
-        yield from numbers(value, units, place)
-    elif isinstance(value, dict | tuple):
-        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-            if unit in units or not isinstance(item, float):
-                yield from _numbers(item, units, (*place, key), unit)
-    elif isinstance(value, float) and unit in units:
-        yield place, unit, value
 
 
 def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:
@@ -73,8 +33,7 @@ def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = No
         location: Location of the value.
         joints: `"rad"` or `"m"` by joint name, where known.
     """
-    units = set(_UNIT.findall(description_of(Task, data, location)))
-    unit = units.pop() if len(units) == 1 else ""
+    unit = unit_of(field_at(Task, data, location))
     if " or " in unit:
         kind = (joints or {}).get(str(location[-1]))
         choices = dict(zip(("rad", "m"), unit.split(" or "), strict=True))
@@ -111,10 +70,9 @@ def in_si(part: PartT, length: float, angle: float) -> PartT:
 
     if length == angle == 1.0:
         return part
-    units = units_of(type(part)).items()
     changed = {
-        name: scaled(getattr(part, name), factors.get(_KIND.sub("", unit), 1.0))
-        for name, (_, unit) in units
+        name: scaled(getattr(part, name), factors.get(_KIND.sub("", unit_of(field)), 1.0))
+        for name, field in type(part).model_fields.items()
         if name in part.model_fields_set
     }
     return part.model_copy(update=changed)

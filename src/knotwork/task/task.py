@@ -20,6 +20,7 @@ from knotwork.files.documents.values import (
     Several,
     Vector3,
     optional,
+    required,
 )
 from knotwork.task.actions import Output, one_name_each
 from knotwork.task.open_values import ChosenMotion, Way, Weights
@@ -79,8 +80,9 @@ class Task(TaskPart):
     )
     tool: Tool | None = optional("The tool; left out: the robot's tool frame is the TCP")
     gravity: Vector3 | None = optional(
-        "Gravity in the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
-        "out: 9.81 along -z of the URDF's root"
+        "Gravity in the axes of the base frame, for an arm on a wall or a ceiling; "
+        "left out: 9.81 along -z of the URDF's root",
+        unit="m/s²",
     )
     frames: dict[str, Frame] = optional("Named frames, in the base or in one another", {})
     frame: Text | None = optional("Frame of poses that name none; left out: base")
@@ -94,8 +96,9 @@ class Task(TaskPart):
         "Numbers of the digital outputs switched by the signals of do, by signal name", {}
     )
     start: JointsOrName | None = optional(
-        "Configuration at time 0, at rest, before the waypoints: a "
-        "configuration by name, or every joint [angle or length]"
+        "Configuration at time 0, at rest, before the waypoints: a configuration by "
+        "name, or every joint",
+        unit="angle or length",
     )
     near: JointsOrName | None = optional(
         "Reference of the solutions at every waypoint, the nearest are taken; whole turns follow "
@@ -121,27 +124,31 @@ class Task(TaskPart):
         "travel",
     )
     pull_to_middle: Positive = optional(
-        "Posture gain of an arm of more than six joints: where it passes a pose at speed, its "
-        "joints also move at this rate to the middle of their ranges, as far as tool and velocity "
-        "limits allow [1/s]; left out: minimum joint speeds for the given tool velocity",
+        "Posture gain of an arm of more than six joints: where it passes a pose at "
+        "speed, its joints also move at this rate to the middle of their ranges, as "
+        "far as tool and velocity limits allow; left out: minimum joint speeds for "
+        "the given tool velocity",
         0.0,
+        unit="1/s",
     )
     planner: Text = optional("A planner's name; `knotwork planners` lists them", "modified-hermite")
     knots: Annotated[
         Literal["paper", "balanced", "optimal"] | Balanced | Items[Number],
         Forms("paper, balanced, optimal, {balanced: c} or a list of knot times"),
     ] = optional(
-        "Knots of modified-hermite: by the paper's Eq. (39), balanced "
-        "next to each waypoint, at the given times [s], or optimal: for the best objective "
-        "within the limits. Left out where some times are free: optimal",
+        "Knots of modified-hermite: by the paper's Eq. (39), balanced next to each "
+        "waypoint, at the given times, or optimal: for the best objective within "
+        "the limits; left out where some times are free: optimal",
         "paper",
+        unit="s",
     )
     times: Literal["fastest"] | None = optional(
         "fastest: equal to after: fastest at every waypoint without a time"
     )
     ways: Way | None = optional("way of every waypoint that does not end a tool path")
     duration: Positive | None = optional(
-        "Total duration, where times are free [s]; the smoothest motion of that duration is planned"
+        "Total duration, where times are free; the smoothest motion of that duration is planned",
+        unit="s",
     )
     objective: (
         Annotated[
@@ -177,9 +184,9 @@ class Task(TaskPart):
         "Continuity required by the check: 2 means no jump of acceleration", 2
     )
     path: PathOptions = optional("Options of tool paths", PathOptions.model_construct())
-    rate: Positive = optional("Samples per second in samples.csv [Hz]", 100.0)
-    waypoints: Several[Step] = Field(
-        description="At least two in order of time, or one after a start; some may be repeated"
+    rate: Positive = optional("Samples per second in samples.csv", 100.0, unit="Hz")
+    waypoints: Several[Step] = required(
+        "At least two in order of time, or one after a start; some may be repeated"
     )
 
     @classmethod
@@ -219,9 +226,7 @@ class Task(TaskPart):
 class PlainTask(Task):
     """A task without repeats."""
 
-    waypoints: Several[Waypoint] = Field(
-        description="At least two in order of time, or one after a start"
-    )
+    waypoints: Several[Waypoint] = required("At least two in order of time, or one after a start")
 
     def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
         """A copy with changed values at some waypoints, validated.

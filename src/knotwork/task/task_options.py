@@ -6,15 +6,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from knotwork.files.documents.values import Forms, Number, Positive, Several, optional
+from knotwork.files.documents.values import Forms, Number, Positive, Several, optional, required
 from knotwork.task.task_part import TaskPart
 
 
 class Balanced(TaskPart):
     """Balanced knots with a given constant."""
 
-    balanced: Annotated[float, Field(strict=True, gt=0, le=0.5)] = Field(
-        description="Constant c: knots sit c times the shorter neighbouring interval away from "
+    balanced: Annotated[float, Field(strict=True, gt=0, le=0.5)] = required(
+        "Constant c: knots sit c times the shorter neighbouring interval away from "
         "each waypoint; smaller lowers the peaks of velocity and raises the jerk"
     )
 
@@ -22,8 +22,8 @@ class Balanced(TaskPart):
 class EndAcceleration(TaskPart):
     """Joint accelerations at the two ends; zero for joints left out."""
 
-    start: dict[str, Number] = optional("At the first waypoint [angle/s² or length/s²]", {})
-    end: dict[str, Number] = optional("At the last waypoint [angle/s² or length/s²]", {})
+    start: dict[str, Number] = optional("At the first waypoint", {}, unit="angle/s² or length/s²")
+    end: dict[str, Number] = optional("At the last waypoint", {}, unit="angle/s² or length/s²")
 
 
 class Branch(TaskPart):
@@ -54,31 +54,35 @@ class Presets(TaskPart):
         ]
         | None
     ) = optional(
-        "Zero, estimated, or a mapping by joint for each waypoint in order, the start "
-        "included, each joint named; 3-5-3 takes none for the first two and the last two "
-        "[angle/s² or length/s²]"
+        "Zero, estimated, or a mapping by joint for each waypoint in order, the "
+        "start included, each joint named; 3-5-3 takes none for the first two and "
+        "the last two",
+        unit="angle/s² or length/s²",
     )
 
 
 class Tolerances(TaskPart):
     """Largest deviations that pass the check; 1e-6 in SI by default."""
 
-    position: Positive | None = optional("Position of the TCP at a pose [length]")
-    orientation: Positive | None = optional("Orientation of the tool at a pose [angle]")
-    linear_velocity: Positive | None = optional("Velocity of the TCP [length/s]")
-    angular_velocity: Positive | None = optional("Angular velocity of the tool [angle/s]")
+    position: Positive | None = optional("Position of the TCP at a pose", unit="length")
+    orientation: Positive | None = optional("Orientation of the tool at a pose", unit="angle")
+    linear_velocity: Positive | None = optional("Velocity of the TCP", unit="length/s")
+    angular_velocity: Positive | None = optional("Angular velocity of the tool", unit="angle/s")
     joint_position: Positive | None = optional(
-        "Joint positions at waypoints given by joint values [angle or length]"
+        "Joint positions at waypoints given by joint values", unit="angle or length"
     )
     joint_velocity: Positive | None = optional(
-        "Joint velocities at waypoints given by joint values, and at stops [angle/s or length/s]"
+        "Joint velocities at waypoints given by joint values, and at stops",
+        unit="angle/s or length/s",
     )
     joint_acceleration: Positive | None = optional(
-        "Joint accelerations at the ends, where given [angle/s² or length/s²]"
+        "Joint accelerations at the ends, where given", unit="angle/s² or length/s²"
     )
-    path: Positive | None = optional("Distance of the TCP from a path [length]; left out: 0.1 mm")
+    path: Positive | None = optional(
+        "Distance of the TCP from a path; left out: 0.1 mm", unit="length"
+    )
     path_orientation: Positive | None = optional(
-        "Orientation of the tool along a path [angle]; left out: 0.1 degrees"
+        "Orientation of the tool along a path; left out: 0.1 degrees", unit="angle"
     )
     path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = optional(
         "Speed along a path, as a fraction of the full speed; left out: 0.01"
@@ -90,5 +94,6 @@ class PathOptions(TaskPart):
 
     acceleration: Positive | None = optional(
         "Largest acceleration along the path where the speed changes, at a stop or "
-        "where two speeds meet [length/s²]; left out: 1 m/s²"
+        "where two speeds meet; left out: 1 m/s²",
+        unit="length/s²",
     )

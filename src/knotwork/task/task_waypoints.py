@@ -18,6 +18,7 @@ from knotwork.files.documents.values import (
     Several,
     Vector3,
     optional,
+    required,
 )
 from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.open_values import After, Free, Speed, Way
@@ -29,16 +30,18 @@ KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoi
 
 class _Waypoint(TaskPart):
     name: Text | None = optional("Unique name, for messages and reports; left out: its number")
-    time: Number | None = optional("Time since the start [s]")
+    time: Number | None = optional("Time since the start", unit="s")
     after: After | None = optional(
-        "Time since the previous waypoint [s]; fastest: the minimum that the limits allow"
+        "Time since the previous waypoint; fastest: the minimum that the limits allow", unit="s"
     )
     way: Way | None = optional(
         "clear: a collision-free motion from the previous waypoint; "
         "without a time, the fastest one found"
     )
     stop: Literal[True] | None = optional("Stop at this waypoint")
-    wait: Wait | None = optional("Stop at this waypoint with this dwell time [s], at least 1 ms")
+    wait: Wait | None = optional(
+        "Stop at this waypoint with this dwell time, at least 1 ms", unit="s"
+    )
     do: Actions | None = optional("Signals switched here or nearby, and waits, in this order")
 
     @property
@@ -82,12 +85,12 @@ class PoseWaypoint(_Posed):
         ("speed", "wait"),
     )
 
-    pose: Pose = Field(
-        description="Pose of the TCP; without orientation, that of the path that begins "
-        "here at angles to seam and surface"
+    pose: Pose = required(
+        "Pose of the TCP; without orientation, that of the path that begins here at "
+        "angles to seam and surface"
     )
     near: JointsOrName | None = optional(
-        "Reference of the solution; the nearest is taken [angle or length]"
+        "Reference of the solution; the nearest is taken", unit="angle or length"
     )
     velocity: (
         Annotated[
@@ -101,7 +104,8 @@ class PoseWaypoint(_Posed):
     )
     speed: Speed | None = optional(
         "Speed of the TCP along the smooth path through the neighbouring waypoints "
-        "(a circle or a line); the tool turns with it; fastest: it is chosen [length/s]"
+        "(a circle or a line); the tool turns with it; fastest: it is chosen",
+        unit="length/s",
     )
 
 
@@ -110,12 +114,12 @@ class Arc(TaskPart):
 
     ALTERNATIVES = (("through", "centre", "radius"),)
 
-    through: Vector3 | None = optional("A point on the arc [length]")
+    through: Vector3 | None = optional("A point on the arc", unit="length")
     centre: Vector3 | None = optional(
-        "Centre of the circle [length]; without a normal, the shorter arc"
+        "Centre of the circle; without a normal, the shorter arc", unit="length"
     )
     radius: Positive | None = optional(
-        "Radius [length]; the shorter of the two arcs, on the side given by normal"
+        "Radius; the shorter of the two arcs, on the side given by normal", unit="length"
     )
     normal: Vector3 | None = optional(
         "Rotation axis of the arc, in the positive sense; for a full circle (with "
@@ -150,7 +154,7 @@ class Arc(TaskPart):
 class AlongArc(TaskPart):
     """Along an arc."""
 
-    arc: Arc = Field(description="Arc from the previous waypoint")
+    arc: Arc = required("Arc from the previous waypoint")
 
 
 class AlongPoints(TaskPart):
@@ -159,10 +163,12 @@ class AlongPoints(TaskPart):
     points: Annotated[
         Text | Several[Vector3],
         Forms("the name of a CSV file, or a list of points x, y, z"),
-    ] = Field(
-        description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
-        "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, or "
-        "nx, ny, nz for normals of the surface, opposite to the tool's z axis, with free turn"
+    ] = required(
+        "The points x, y, z in the waypoint's frame; or a CSV file, relative to "
+        "this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, "
+        "or nx, ny, nz for normals of the surface, opposite to the tool's z axis, "
+        "with free turn",
+        unit="length",
     )
 
 
@@ -196,15 +202,16 @@ class PathWaypoint(_Posed):
 
     ALTERNATIVES = (("time", "after"), ("blend", "stop"), ("blend", "wait"))
 
-    along: Along = Field(description="Path from the previous waypoint to this one")
-    pose: Placement = Field(
-        description="Pose of the TCP at the end; without orientation the tool keeps the one "
-        "it has, or turns with the path"
+    along: Along = required("Path from the previous waypoint to this one")
+    pose: Placement = required(
+        "Pose of the TCP at the end; without orientation the tool keeps the one it "
+        "has, or turns with the path"
     )
     speed: Speed | None = optional(
-        "Speed of the TCP along the path [length/s]; the time of arrival follows from "
-        "it. fastest: the maximum constant speed that the limits allow; left out: the constant "
-        "speed for the given time"
+        "Speed of the TCP along the path; the time of arrival follows from it. "
+        "fastest: the maximum constant speed that the limits allow; left out: the "
+        "constant speed for the given time",
+        unit="length/s",
     )
     orientation: (
         Annotated[
@@ -217,7 +224,7 @@ class PathWaypoint(_Posed):
         "surface; left out: interpolated from pose to pose"
     )
     blend: Positive | None = optional(
-        "Corner rounding between two lines: largest distance from the corner [length]"
+        "Corner rounding between two lines: largest distance from the corner", unit="length"
     )
     weave: Weave | None = optional("Oscillation added to the path; speed is that of the path")
 
@@ -227,8 +234,8 @@ class JointWaypoint(_Waypoint):
 
     ALTERNATIVES = (("time", "after"), ("velocity", "stop"), ("velocity", "wait"))
 
-    joints: JointsOrName = Field(
-        description="A configuration of the robot by name, or every joint [angle or length]"
+    joints: JointsOrName = required(
+        "A configuration of the robot by name, or every joint", unit="angle or length"
     )
     velocity: (
         Annotated[
@@ -236,7 +243,9 @@ class JointWaypoint(_Waypoint):
             Forms("a mapping of joint names to velocities, or free"),
         ]
         | None
-    ) = optional("By joint, zero for joints left out; free: it is chosen [angle/s or length/s]")
+    ) = optional(
+        "By joint, zero for joints left out; free: it is chosen", unit="angle/s or length/s"
+    )
 
 
 def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
@@ -274,15 +283,16 @@ Waypoint = Annotated[
 class Weave(TaskPart):
     """An oscillation across the seam or around it."""
 
-    shape: Literal["sine", "triangle", "circle", "eight"] = Field(
-        description="sine or triangle, from edge to edge; circle; or eight, half as long as wide"
+    shape: Literal["sine", "triangle", "circle", "eight"] = required(
+        "sine or triangle, from edge to edge; circle; or eight, half as long as wide"
     )
-    width: Positive = Field(description="Width from edge to edge [length]")
-    frequency: Positive = Field(description="Frequency [Hz]")
-    dwell: Positive | None = optional("Dwell time at each edge, for sine and triangle [s]")
+    width: Positive = required("Width from edge to edge", unit="length")
+    frequency: Positive = required("Frequency", unit="Hz")
+    dwell: Positive | None = optional("Dwell time at each edge, for sine and triangle", unit="s")
     rounding: Positive | None = optional(
         "Largest deviation of a triangle from sharp corners, up to a quarter of its "
-        "width [length]; left out: the tolerance of the path"
+        "width; left out: the tolerance of the path",
+        unit="length",
     )
     axes: (
         Annotated[Items[Literal["across", "normal", "along"]], Field(min_length=1, max_length=2)]

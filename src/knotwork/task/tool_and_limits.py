@@ -8,7 +8,15 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from knotwork.files.documents import Text
-from knotwork.files.documents.values import Forms, LimitsFile, Positive, Several, Vector3, optional
+from knotwork.files.documents.values import (
+    Forms,
+    LimitsFile,
+    Positive,
+    Several,
+    Vector3,
+    optional,
+    required,
+)
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.open_values import FreePose
 from knotwork.task.poses import Placement
@@ -23,11 +31,12 @@ class Tool(TaskPart):
     offset: Placement | None = optional("TCP in the axes of that frame")
     free: FreePose | None = optional("Freedom of all poses without a free of their own")
     mass: Mass | None = optional(
-        "Mass of the tool, and of held objects without a mass of their own, in addition to "
-        "the robot's own masses [kg]"
+        "Mass of the tool, and of held objects without a mass of their own, in "
+        "addition to the robot's own masses",
+        unit="kg",
     )
     centre_of_mass: Vector3 | None = optional(
-        "Centre of mass in the axes of that frame; must be given with a mass [length]"
+        "Centre of mass in the axes of that frame; must be given with a mass", unit="length"
     )
     inertia: Inertia | None = optional("Inertia in the axes of that frame; left out: a point mass")
     shape: Shapes | None = optional(
@@ -49,8 +58,8 @@ class Tool(TaskPart):
 class FrameSpeed(TaskPart):
     """A speed limit of a link's origin."""
 
-    frame: Text = Field(description="A link of the robot, for example the forearm")
-    speed: Positive = Field(description="Largest speed of the link's origin [length/s]")
+    frame: Text = required("A link of the robot, for example the forearm")
+    speed: Positive = required("Largest speed of the link's origin", unit="length/s")
 
 
 class Limits(TaskPart, LimitsFile):
@@ -61,8 +70,10 @@ class Limits(TaskPart, LimitsFile):
         "acceleration of tool and links that is used; positions keep their range",
         1.0,
     )
-    tool_speed: Positive | None = optional("Largest speed of the TCP [length/s]")
-    tool_acceleration: Positive | None = optional("Largest acceleration of the TCP [length/s²]")
+    tool_speed: Positive | None = optional("Largest speed of the TCP", unit="length/s")
+    tool_acceleration: Positive | None = optional(
+        "Largest acceleration of the TCP", unit="length/s²"
+    )
     frame_speed: (
         Annotated[
             FrameSpeed | Several[FrameSpeed],

@@ -13,18 +13,19 @@ from knotwork.waypoints import FloatArray, read_only
 
 CONTROL_SPACING = 0.44, 0.75
 """Distances of the second and third control point from the first, relative to the blend distance
-and to the root of cos(θ/2), θ the turning angle. Chosen for the lowest peak of the curvature's
-derivative with a peak curvature about a third above that of the arc between the same points."""
+and to the root of cos(θ/2), θ the turning angle. They give the lowest peak of the derivative of the
+curvature, with a peak curvature of about 4/3 of that of the arc between the same points.
+"""
 
 REVERSAL_ANGLE = 1e-3
-"""Corners within this angle of a reversal can't be rounded [rad]."""
+"""Minimum angle between a corner that can be rounded and a reversal [rad]."""
 
 
 class Blend(PolynomialCurve):
     """Rounded corner between two lines: a quintic Bézier curve.
 
-    The curve leaves the first line and reaches the second one at the same distance from the corner.
-    At both ends three control points are on the line, so that the curvature is zero.
+    The curve begins on the first line and ends on the second one, at the same distance from the
+    corner. At both ends three control points are on the line, so that the curvature is zero.
 
     Args:
         before: A point on the first line [m], shape (3,).

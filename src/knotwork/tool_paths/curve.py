@@ -27,7 +27,7 @@ class Curve(ABC):
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the curve, or their derivatives with respect to arc length.
 
-        The formulas also hold beyond both ends: the curve is extended smoothly.
+        The curve is extended smoothly beyond both ends.
 
         Args:
             s: Arc lengths [m], shape (k,).

@@ -47,7 +47,7 @@ class Line(Curve):
         return np.broadcast_to(self.direction if order == 1 else np.zeros(3), (len(s), 3)).copy()
 
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
-        """Arc lengths of the nearest points; the guess does not matter."""
+        """Arc lengths of the nearest points; the guess is not used."""
         along = (np.asarray(points, dtype=float) - self.start) @ self.direction
         return np.asarray(np.clip(along, 0.0, self.length))
 

@@ -5,11 +5,11 @@ construction scheme for unit quaternion curves with simple high order derivative
 
     R(u) = R0 exp(v1 f1) exp(v2 f2) exp(v3 f3) exp(v4 f4) exp(v5 f5),    0 <= u <= 1
 
-with fi the sum of the quintic Bernstein polynomials i to 5: a chain of five joints about the axes
-vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20): with a, α the
-rotation per unit of u and its derivative in the axes of R0, v1 = a/5 and v2 = a/5 + α/20. Likewise
-v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 is the remaining
-rotation. As f1 + … + f5 = 5 u, the rotation is uniform if all axes are the same.
+where fi is the sum of the quintic Bernstein polynomials i to 5. This is a chain of five joints
+about the axes vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20):
+with a, α the rotation per unit of u and its derivative in the axes of R0, v1 = a/5 and v2 = a/5 +
+α/20. Likewise v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 is
+the remaining rotation. As f1 + … + f5 = 5 u, the rotation is uniform if all axes are the same.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from knotwork.tool_paths.rotations import checked_rotations, exponentials, logar
 from knotwork.waypoints import FloatArray, read_only
 
 HALF_TURN = math.pi - 1e-6
-"""Bound on rotations between neighbours [rad]: beyond it their sense is ambiguous."""
+"""Maximum rotation between neighbours [rad]. Beyond it the direction is ambiguous."""
 
 MAX_PART_ANGLE = 0.5 * math.pi
-"""Rotations about one axis are divided into parts of at most this angle [rad]."""
+"""Maximum angle of the parts into which rotations about one axis are divided [rad]."""
 
 UNIFORM_TOLERANCE = 1e-14
-"""Rotation vectors of a piece that differ by less [rad] give a uniform rotation."""
+"""Difference [rad] below which the rotation vectors of a piece give a uniform rotation."""
 
 
 TRANSITION_SHARE = 0.25
@@ -99,7 +99,7 @@ class OrientationCurve:
         # Vectors v of each piece, shape (m - 1, 5, 3).
         self._v = self._vectors()
         self._bounds = TurnBounds(self._v)
-        # A constant orientation, or uniform rotation in every piece, is evaluated faster.
+        # The evaluation of constant orientation, or uniform rotation in every piece, is faster.
         spread = np.abs(np.diff(self._v, axis=1)).max()
         self._even = bool(spread <= UNIFORM_TOLERANCE)
         self._still = self._even and not self._v.any()
@@ -204,19 +204,19 @@ class OrientationCurve:
         """Join stretches into one curve with a rate that jumps only at stops.
 
         If the rates of two stretches differ at their junction, the rate there is the mean of both.
-        It changes smoothly on either side, over a quarter of the length of the shorter stretch;
-        elsewhere the stretches are unchanged. So the tool begins to turn before the junction and
+        It changes smoothly on both sides, over a quarter of the length of the shorter stretch.
+        Elsewhere the stretches are unchanged. So the tool begins to turn before the junction. It
         deviates by at most 2.5 % of the difference of the rates times the length of the shorter
-        stretch; at the junction its orientation is exact. (A stretch that does not turn uniformly,
-        for example through given rotations, changes its rate in its last piece.) If the rates'
-        derivatives differ, the derivative at the junction is zero.
+        stretch, and at the junction its orientation is exact. A stretch that does not turn
+        uniformly, for example through given rotations, changes its rate in its last piece. If the
+        derivatives of the rates differ, the derivative at the junction is zero.
 
         Args:
             stretches: Consecutive stretches.
-            stops: Indices of the stretches that end at a stop, where both sides keep their rate.
+            stops: Indices of the stretches that end at a stop. There both sides keep their rate.
 
         Raises:
-            PathError: There is no stretch, or one does not begin at the end of the previous one.
+            PathError: No stretch is given, or one does not begin at the end of the previous one.
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
@@ -302,7 +302,7 @@ class OrientationCurve:
     def states(
         self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """`rotation`, `rate` and its derivative together, at the cost of one."""
+        """`rotation`, `rate` and the derivative of the rate in one evaluation."""
         piece, u = self._pieces(s, at, side)
         if self._even:
             none = np.zeros((len(u), 3))
@@ -433,7 +433,7 @@ def match_rates(before: OrientationStretch, after: OrientationStretch) -> None:
     if np.abs(a - b).max() > EQUAL_RATES * scale:
         shorter = TRANSITION_SHARE * min(before.curve.length, after.curve.length)
         length_before, length_after = before.divide(True, shorter), after.divide(False, shorter)
-        # weighted by the transition lengths, so that both sides deviate by the same angle
+        # weights are the transition lengths, so that both sides deviate by the same angle
         weight = length_after / (length_before + length_after)
     before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
     if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):

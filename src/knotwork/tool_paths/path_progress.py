@@ -20,7 +20,7 @@ def progress(
     """Arc lengths of the points of a path nearest to a moving point, including turns.
 
     Each search starts from its guess. If the result jumps along the path, the search starts from
-    the previous point instead: where a path closes, crosses itself or comes near itself, the guess
+    the previous point instead. Where a path closes, crosses itself or comes near itself, the guess
     may be on another branch than the point.
 
     Args:
@@ -55,7 +55,7 @@ def progress(
         nearest = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
         if (
             abs(nearest - s[k]) <= SAME_ARC_LENGTH * path.length
-        ):  # the guess is on the branch of the point again
+        ):  # the guess is again on the branch of the point
             later = jumps[jumps > k]
             k = int(later[0]) if later.size else len(s)
         else:

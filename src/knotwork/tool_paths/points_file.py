@@ -17,7 +17,9 @@ QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")
 NORMAL_COLUMNS = ("nx", "ny", "nz")
 
 UNIT_TOLERANCE = 1e-3
-"""Tolerance of the lengths of quaternions and normals: values in files are often rounded."""
+"""Tolerance of the lengths of quaternions and normals, because values in files are often
+rounded.
+"""
 
 
 class PathPoints(NamedTuple):

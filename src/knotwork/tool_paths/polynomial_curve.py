@@ -1,7 +1,7 @@
 """`PolynomialCurve`: a piecewise polynomial curve in space, parametrised by arc length.
 
-Pieces are divided into spans, each with a parameter w in [0, 1], until the speed |dC/dw| is so
-uniform on each that Gauss-Legendre quadrature gives its length to rounding.
+Pieces are divided into spans, each with a parameter w in [0, 1]. A span is short enough if its
+speed |dC/dw| is so uniform that Gauss-Legendre quadrature gives its length to rounding.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ MAX_SPAN_TURN = 0.1
 """Maximum turn on a span [rad], for tight bounds of curvature."""
 
 MAX_SPAN_HALVINGS = 40
-"""Maximum number of halvings of a piece; a curve that stops or turns back would need more."""
+"""Maximum number of halvings of a piece. A curve that stops or turns back would need more."""
 
 MIN_DIVISOR = 1e-150
-"""Minimum of divisors, so that a curve that stops has a large curvature, not NaN."""
+"""Minimum of divisors, so that the curvature of a curve that stops is large and not NaN."""
 
 MAX_NEWTON_STEPS = 30
 """Maximum number of Newton steps; each doubles the digits."""
 
 END_TOLERANCE = 1e-14
-"""Arc lengths within this relative distance of an end of the curve are that end."""
+"""Relative distance from an end of the curve within which an arc length is that end."""
 
 
 class PolynomialCurve(Curve):
@@ -87,7 +87,7 @@ class PolynomialCurve(Curve):
             off = wanted[going] - _lengths(slope, 0.0, at)
             step = off / _norm(horner(slope, at[:, None]))
             w[going] = at + step
-            going = going[np.abs(step) > 1e-9]  # the next step would be below rounding
+            going = going[np.abs(step) > 1e-9]  # the next step would be smaller than rounding
             if not going.size:
                 break
         return span, w
@@ -212,7 +212,7 @@ def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
 
 
 def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
-    """Whether each span's speed, length and turn are known well enough."""
+    """Whether speed, length and turn of each span are sufficiently accurate."""
     slope = differentiate(c)
     least, most = _speed_bounds(slope)
     length = _lengths(slope)

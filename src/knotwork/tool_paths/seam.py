@@ -49,9 +49,9 @@ def seam_frames(tangents: ArrayLike, normals: ArrayLike) -> FloatArray:
 def torch_rotation(work: float, travel: float, forward: str = "x") -> FloatArray:
     """Rotation of a tool in the axes of its seam, shape (3, 3).
 
-    At zero angles its z axis points into the surface. The work angle leans the tool to the left,
-    about the seam; then the travel angle leans it back in the plane of seam and tool, so that
-    it points forward (a push angle; a drag angle is negative).
+    At zero angles its z axis points into the surface. The work angle tilts the tool to the left,
+    about the seam. Then the travel angle tilts it back in the plane of seam and tool, so that it
+    points forward (a push angle; a drag angle is negative).
 
     Args:
         work: Work angle [rad].

@@ -67,7 +67,7 @@ def speed_for_duration(
 
 
 def _feasible_speeds(length: float, known: list[float], acceleration: float) -> tuple[float, float]:
-    """Lowest and highest speed [m/s] with which ramps to the known speeds fit."""
+    """Minimum and maximum speed [m/s] for which ramps to the known speeds fit."""
     squares = [v**2 for v in known]
     change = 0.75 * abs(squares[0] - squares[-1])
     if change > acceleration * length:
@@ -81,7 +81,7 @@ def _feasible_speeds(length: float, known: list[float], acceleration: float) -> 
 
 
 def _bisect(too_slow: Callable[[float], bool], low: float, high: float) -> float:
-    """Minimum speed between two that is not too slow, to the last digit."""
+    """Minimum speed between two that is not too low, to the last digit."""
     while low < (middle := 0.5 * (low + high)) < high:
         if too_slow(middle):
             low = middle

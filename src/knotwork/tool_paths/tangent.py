@@ -31,8 +31,9 @@ def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
     """Turn a tool with the direction of a curve, and not about it.
 
     The tool rotates with the angular velocity T × T' per unit length, T the direction of the curve
-    (a rotation-minimising frame). On an arc this is a uniform rotation about its normal, on a line
-    none. On other curves the direction in tool axes is constant within 1e-6 rad.
+    (a rotation-minimising frame). On an arc this is a uniform rotation about its normal, and on a
+    line there is no rotation. On other curves the direction in tool axes is constant within 1e-6
+    rad.
 
     Args:
         curve: The curve.

@@ -75,7 +75,7 @@ class ThroughPoints(PolynomialCurve):
         ]
         c = CubicSpline(x, self.points, bc_type=tuple(ends)).c
         powers = np.arange(len(c) - 1, -1, -1.0)[:, None, None]
-        # SciPy's coefficients are for the chord distance, these for a unit parameter.
+        # The coefficients of SciPy are for the chord distance, these are for a unit parameter.
         super().__init__(c * np.diff(x)[:, None] ** powers)
         self.arc_lengths: FloatArray = self.piece_ends
         self.quaternions: FloatArray | None = None

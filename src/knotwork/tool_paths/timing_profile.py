@@ -89,7 +89,7 @@ class Timing:
         piece = np.clip(np.searchsorted(low_of, s, "right") - 1, 0, len(breaks) - 2)
         low, high = breaks[piece], breaks[piece + 1]
         begin, coefficients = low, self.arc_length.c[:, piece]
-        for _ in range(60):  # bisection, as the speed may be zero at an end
+        for _ in range(60):  # bisection, because the speed may be zero at an end
             middle = 0.5 * (low + high)
             below = horner(coefficients, middle - begin) < s
             low, high = np.where(below, middle, low), np.where(below, high, middle)
@@ -146,7 +146,7 @@ def speed_profile(
     length, speed = _checked_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
-    # at a junction: the lower of two speeds, and zero at a stop
+    # at a junction the lower of two speeds, and zero at a stop
     joint = np.minimum(speed[:-1], speed[1:])
     joint[[i for i in stops if i < count - 1]] = 0.0
     outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
@@ -204,7 +204,7 @@ def _stretch(
     s: FloatArray, v: float, ends: tuple[float, float], acceleration: float
 ) -> list[tuple[float, list[float]]]:
     """Durations and coefficients of arc length of ramp, full speed and ramp from s[0] to s[1]."""
-    # Speeds within rounding need no ramp: it would be too short.
+    # Speeds that are equal within rounding have no ramp, because it would be too short.
     v0, v1 = (v if math.isclose(v, end, rel_tol=RAMP_TOLERANCE) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
@@ -249,7 +249,7 @@ def _shortening(
     if needed <= length * (1.0 + RAMP_TOLERANCE):
         return length / needed
     highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
-    if highest is not None and highest >= v:  # the ends are faster: a lower speed does not help
+    if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
         highest = None
     named = "the path" if stretch is None else f"stretch {stretch}"
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
@@ -268,7 +268,10 @@ def _shortening(
 def _highest_speed(
     length: float, ends: tuple[float, float], fixed: tuple[bool, bool], acceleration: float
 ) -> float | None:
-    """Maximum feasible speed of a stretch; speeds at fixed ends stay, neighbours' adapt to it."""
+    """Maximum feasible speed of a stretch.
+
+    Speeds at fixed ends stay, and neighbours adapt to it.
+    """
     (low, _), (high, high_fixed) = sorted(zip(ends, fixed, strict=True))
     reach = 4.0 * acceleration * length / 3.0
     if reach >= high**2 - low**2:

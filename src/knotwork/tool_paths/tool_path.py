@@ -126,7 +126,7 @@ class ToolPath:
         return np.clip(index, 0, len(self.curves) - 1)
 
     def _by_curve(self, index: NDArray[np.intp]) -> Iterator[tuple[int, slice | NDArray[np.intp]]]:
-        """Each curve that occurs, with the rows at which it does."""
+        """Each curve that occurs, with its rows."""
         if index.size and (index == index[0]).all():
             yield int(index[0]), slice(None)
             return
@@ -177,7 +177,8 @@ class ToolPath:
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
         """Arc lengths of the nearest points of the path, near a guess.
 
-        From the end of a curve the search continues in the next one, as long as the distance falls.
+        From the end of a curve the search continues in the next one, as long as the distance
+        decreases.
 
         Args:
             points: Points in space [m], shape (k, 3).
@@ -236,8 +237,8 @@ class ToolPath:
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the norm of d²P/dτ², with arc length linear in τ from s0 at 0 to s1 at 1.
 
-        At a junction the curvature jumps: the bound uses the larger curvature, and the deviation
-        from the chord is still at most an eighth of it. Across a stop the bound is infinite.
+        At a junction the curvature jumps. The bound uses the larger curvature, and the deviation
+        from the chord is still at most an eighth of the bound. Across a stop the bound is infinite.
 
         Args:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).
@@ -264,8 +265,8 @@ class ToolPath:
     def turn_bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the Frobenius norm of d²R/dτ² for the same motion as in `bend`.
 
-        With the rate w and its derivative, R'' = ([w'] + [w]²) R, where [w] is the cross product:
-        of norm √2 (‖w'‖ + ‖w‖²) at most. Across a stop the bound is infinite.
+        With the rate w and its derivative, R'' = ([w'] + [w]²) R, where [w] is the matrix of the
+        cross product. Its norm is at most √2 (‖w'‖ + ‖w‖²). Across a stop the bound is infinite.
 
         Args:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).

@@ -1,10 +1,10 @@
 """`WeavePattern`: offset of a tool from its path over time, in the axes of seam and surface.
 
 The axes are along the seam, across it to the left, and out of the surface. Circles and eights are
-harmonic. From edge to edge the speed is constant, u, except for ramps u S(t/τ) within the times τ
-next to the edges, with S(z) = 3 z² - 2 z³. A sine with a dwell has the maximum τ, half of a
-crossing. The offset is multiplied by a smooth step over the first and the last period, so that the
-weave begins and ends on the seam, at rest and without acceleration.
+harmonic. From edge to edge the speed u is constant, except for ramps u S(t/τ) within the times τ
+next to the edges, where S(z) = 3 z² - 2 z³. A sine with a dwell has the maximum τ, which is half of
+a crossing. The offset is multiplied by a smooth step over the first and the last period, so that
+the weave begins and ends on the seam, at rest and without acceleration.
 """
 
 from __future__ import annotations
@@ -34,10 +34,12 @@ HARMONICS = {
 WEAVE_AXES = ("along", "across", "normal")
 
 MAX_TURN_SHARE = 0.5
-"""Maximum fraction of a crossing in which the speed rises, and in which it falls."""
+"""Maximum fraction of a crossing in which the speed increases, and in which it decreases."""
 
 BREAK_DIGITS, SAME_BREAK_TIME = 6, 1e-6
-"""Breaks are rounded to this number of digits [s], so that none are too close to each other."""
+"""Number of digits to which breaks are rounded [s], so that they are not too close to each
+other.
+"""
 
 PIECES_PER_BREAK = 8
 """Quintic pieces between two breaks of a weave. The error relative to the width is about 1e-8 for a
@@ -78,15 +80,6 @@ class WeavePattern:
             return 0.0
         part = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
         return min(part, MAX_TURN_SHARE) * self.crossing
-
-    def eased_frequency(self, factor: float, order: int) -> float:
-        """Frequency that reduces a derivative of the offset by about a factor [Hz].
-
-        Args:
-            factor: The factor, over 1.
-            order: Order of the derivative.
-        """
-        return 0.5 / (self.crossing * math.pow(factor, 1.0 / order) + self.dwell)
 
     def breaks(self, *others: FloatArray) -> FloatArray:
         """Breaks of the weave from 0 to its duration, merged with others [s]."""
@@ -141,7 +134,7 @@ class WeavePattern:
         direction = np.where(count % 2.0, -1.0, 1.0)
         since = np.minimum(since, m)
         rising = since < 0.5 * m
-        x = np.where(rising, since, m - since)  # since the edge, or until the next one
+        x = np.where(rising, since, m - since)  # time since the edge, or until the next one
         speed, z = self.width / (m - turn), np.minimum(x / turn, 1.0)
         distance = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
         side = np.where(rising, 1.0, -1.0)
@@ -166,7 +159,7 @@ def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
 def weave_offsets(
     weave: WeavePattern, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Offset of a weave from a path in base axes, at times dense enough for quintics between them.
+    """Offset of a weave from a path in base axes, at times that are dense enough for quintics.
 
     Args:
         weave: The weave.

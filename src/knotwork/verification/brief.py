@@ -1,4 +1,4 @@
-"""Findings in a few lines: what fails, and the tightest case of each group."""
+"""Findings in a few lines: failures, and the finding nearest to its limit in each group."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ MOST_GROUP_LINES = 9
 MOST_GROUP_TEXTS = 4
 """Maximum number of texts of a group."""
 WHOLE_MESSAGES = 2
-"""Number of kinds of findings with the whole message; others are shortened."""
+"""Number of kinds of findings that are printed with the whole message. Others are shortened."""
 NOTABLE_USE = 0.01
 """Minimum use of a limit that gets its own row."""
 NARROWEST_LINE = 20
 BRIEF_INDENT = "  "
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
-"""A number stays in a line with its unit."""
+"""A number and its unit are on one line."""
 
 
 class BriefLine(NamedTuple):
@@ -52,7 +52,7 @@ def group_lines(
         groups: Findings by group.
         units: Units of values.
         width: Width of the lines in characters.
-        ok: Whether nothing fails; otherwise only rows that explain the failure are printed.
+        ok: Whether there is no failure. Otherwise only rows that explain the failure are printed.
     """
     is_listed = _far_from_limits if ok else _meets_requirements
     rows: dict[str, list[str]] = {}
@@ -107,7 +107,7 @@ def worst_lines(
 
 
 def brief_texts(findings: Sequence[Finding]) -> list[str]:
-    """Short texts of findings, printed even if nothing fails."""
+    """Short texts of findings that are printed even if there is no failure."""
     return [
         f"{finding.brief}: undecided" if finding.verdict == "undecided" else finding.brief
         for finding in findings
@@ -156,7 +156,7 @@ def describe(finding: Finding, units: Units) -> str:
 
 
 def short_text(finding: Finding, units: Units) -> str:
-    """A failure in one short line: quantity, place, excess."""
+    """A failure in one short line: quantity, location, excess."""
     if finding.label:
         return f"{finding.label} {_moment(finding)}".strip()
     return finding.message if finding.value is None else describe(finding, units)

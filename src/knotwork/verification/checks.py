@@ -17,7 +17,7 @@ from knotwork.verification.limits import joint_limits
 from knotwork.verification.path_checks import tool_paths
 from knotwork.verification.plausibility import plausibility
 from knotwork.verification.tool_motion import singularity, tool_limits
-from knotwork.verification.unlimited import missing_limits, spikes
+from knotwork.verification.unlimited import missing_limits, unreachable_accelerations
 from knotwork.verification.wait_checks import waits
 from knotwork.verification.waypoint_checks import joints_at_waypoints, time_span, tool_at_waypoints
 
@@ -40,7 +40,7 @@ CHECKS: dict[str, Check] = {
     "tool_limits": tool_limits,
     "collisions": collisions,
     "continuity": continuity,
-    "spikes": spikes,
+    "unreachable_accelerations": unreachable_accelerations,
     "resolution": resolution,
     "singularity": singularity,
     "plausibility": plausibility,
@@ -61,5 +61,7 @@ def own_checks() -> list[str]:
 
 
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
-"""Quantities that fail if cubics fit points of a smoother motion, however dense: the acceleration
-jumps, so that the jerk is unbounded."""
+"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
+
+The acceleration jumps, so the jerk is unbounded.
+"""

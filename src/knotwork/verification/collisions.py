@@ -1,4 +1,4 @@
-"""Collisions of robot, tool, held objects and their surroundings with one another."""
+"""Collisions between robot, tool, held objects and surroundings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_LISTED_CONTACTS = 5
 """Maximum number of contacts of a pair that are reported with their times."""
 
 MINIMUM_PRECISION = 2e-4
-"""Precision of the minimum clearance of a motion, by which motions are ranked [m]."""
+"""Precision of the minimum clearance of a motion, for the ranking of motions [m]."""
 
 
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -141,7 +141,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
 
 
 def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
-    """Text of why no detour helps: the object may appear later, or a waypoint itself collides."""
+    """Reason why `way: clear` does not help: a late object, or a waypoint that itself collides."""
     if pair.verdict != "collides" or pair.interval is None:
         return ""
     held = {grasped.name: grasped for grasped in scenario.scene.held}
@@ -160,7 +160,7 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
 
 
 def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
-    """Message: distance, time and place."""
+    """Message with distance, time and position."""
     scale, unit = scenario.shown_length
     second, first = (body.name for body in (pair.second, pair.first))
     at = f"at {pair.time:.3f} s"

@@ -1,4 +1,4 @@
-"""Jumps of position, velocity and acceleration at the inner breaks, as measured."""
+"""Measured jumps of position, velocity and acceleration at the inner breaks."""
 
 from __future__ import annotations
 
@@ -13,23 +13,22 @@ from knotwork.scenario.repetitions import turns
 from knotwork.spline.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.remedies import rounded_corner
 
 JUMP_ORDERS = 3
 
 FASTEST_CHANGES = (1e3, 1e5, 1e6)
-"""Faster changes count as jumps: velocity, acceleration, jerk [rad/s, rad/s², rad/s³, or m].
-
-No drive follows them, even if a tiny piece connects the two values. The limits of arms are 100
-times lower."""
+"""Velocity, acceleration and jerk above which a change counts as a jump [rad/s, rad/s², rad/s³, or
+m]. No drive follows such a change, even if a tiny piece connects the two values. The limits of arms
+are about 100 times lower.
+"""
 
 
 def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
-    Every joint that jumps is named; if none does, the one with the largest change. The scenario's
-    `continuity` is the highest derivative of which a jump fails. A change faster than
-    `FASTEST_CHANGES` is a jump, too.
+    Every joint that jumps is named; without a jump, the joint with the largest change. The
+    scenario's `continuity` is the highest derivative of which a jump fails. A change faster than
+    `FASTEST_CHANGES` is a jump as well.
     """
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
         required = order <= scenario.task.continuity
@@ -61,15 +60,15 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 "Continuity", "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} changes by {shown} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
-                required=required, unit=unit, time=time, remedy=rounded_corner(time, scenario),
+                required=required, unit=unit, time=time,
             )  # fmt: skip
 
 
 def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check that rounding of position, velocity and acceleration is negligible.
 
-    Large terms of opposite signs cancel, and their rounding errors remain. All other checks assume
-    that these are negligible.
+    If large terms of opposite signs cancel, their rounding errors remain. All other checks assume
+    that these errors are negligible.
     """
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
@@ -85,7 +84,7 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 
 
 def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Report the time from the first waypoint of a turn to that of the next."""
+    """Report the time from the first waypoint of a repetition to that of the next."""
     for rows in turns(scenario):
         starts = scenario.times[rows]
         if len(rows) < 2:

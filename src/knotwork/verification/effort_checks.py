@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,6 @@ from knotwork.verification.limits import (
     joint_finding,
     velocity_jumps,
 )
-from knotwork.verification.remedies import joint_remedy
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
@@ -51,12 +49,11 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
             time, sign = jumps[i]
             worst, limit = WorstValue(sign * np.inf, time), sign * float(limits[i])
         margin = abs(limit) - abs(worst.value) - (worst.excess if bound.ok else 0.0)
-        finding = joint_finding(space, i, "effort", worst, limit, margin)
-        yield replace(finding, remedy=joint_remedy(finding, motion, scenario, space))
+        yield joint_finding(space, i, "effort", worst, limit, margin)
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:
-    """The worst bound over all parts of a motion; parts that violate the limit come first."""
+    """The worst bound over all parts of a motion. Parts that violate the limit have priority."""
     decisive = [bound for bound in bounds if not bound.ok] or bounds
     return max(decisive, key=lambda bound: abs(bound.value))._replace(
         bound=max(abs(bound.bound) for bound in bounds),

@@ -13,7 +13,7 @@ Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
-"""Quantity of findings that list remedies already tried."""
+"""Quantity of findings that list remedies that planning already attempted."""
 NOT_IN_DATA = ("around", "bodies", "brief", "fact", "label", "remedy")
 """Fields left out of JSON, because name and message contain them."""
 
@@ -36,14 +36,14 @@ class Finding:
             `"path"`, `"wait"`, `"event"`, `"segment"` or `"motion"`.
         name: Name of the subject, for example of the joint; empty if there is only one.
         quantity: Quantity, for example `"velocity"`.
-        verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that a
-            noisy log can't decide; `"warning"` for a plausible mistake; `"information"` without
-            a requirement. Only `"failed"` fails a report.
+        verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that can't
+            be decided with a noisy log; `"warning"` for a plausible mistake; `"information"`
+            without a requirement. Only `"failed"` fails a report.
         fact: The finding as one sentence, without the remedy.
         value: Value, or error of a requested value; infinite at a jump, `None` without a number.
         limit: The limit or tolerance, with the sign of that side; `None` without one.
-        margin: Distance to the limit, proved; negative beyond the limit, `None` without one or if
-            only samples keep it.
+        margin: Proved distance to the limit, negative beyond it. `None` without a limit, or if only
+            samples keep it.
         unit: SI unit of value, limit and margin.
         time: Time of the worst value [s], or `None`.
         interval: Time interval [s]; `None` for a single time or the whole motion.
@@ -54,10 +54,11 @@ class Finding:
         requested: Requested vector; an orientation as a quaternion x, y, z, w.
         achieved: Achieved vector, in the same form.
         points: Points of the finding in the base frame [m].
-        label: Label in pictures, if not made of quantity, value and limit.
+        label: Label in pictures, if it is not composed of quantity, value and limit.
         remedy: Remedy, if known.
         brief: Text in short reports even if nothing fails, if any.
-        detail: Left out of tables, because another finding is more informative; in JSON.
+        detail: Whether it is left out of tables, because another finding is more informative. It is
+            in JSON.
         around: Whether one body of a pair is an object of the scene.
         bodies: Names of the bodies of a pair.
     """
@@ -194,7 +195,7 @@ class Finding:
 
     @property
     def form(self) -> str:
-        """Form of requested and achieved, if they have not the unit of the value."""
+        """Form of requested and achieved, if their unit is not that of the value."""
         return "x, y, z, w" if self.requested and self.quantity == "orientation" else ""
 
     def to_dict(self) -> dict[str, Any]:

@@ -23,7 +23,7 @@ FREEDOM = "Freedom"
 PATH_TIMES = 400
 """Number of times along a path."""
 UNUSED = 1e-6
-"""Smaller angles and distances count as zero [rad or m]."""
+"""Size below which angles and distances count as zero [rad or m]."""
 
 
 class FreedomUse(NamedTuple):
@@ -88,7 +88,7 @@ def _freedom_use(
     asked: tuple[FloatArray, FloatArray],
     poses: list[Any],
 ) -> FreedomUse:
-    """Free values of poses, relative to the positions and rotations that are asked for."""
+    """Free values of poses, relative to the requested positions and rotations."""
     rotations = np.array([pose.rotation for pose in poses])
     turn, travel, work = free_angles(freedom, asked[1], rotations).T
     R = asked[1].transpose(0, 2, 1) @ rotations

@@ -14,10 +14,9 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.jumps import measured_jumps
-from knotwork.units import Units
-from knotwork.verification.checked_motion import Motion
+from knotwork.units import Units, rounded_up
+from knotwork.verification.checked_motion import Motion, place_of_time
 from knotwork.verification.finding import Finding, Proof, verdict_on
-from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -28,14 +27,37 @@ LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
 
 ABSURD_FACTOR = 10.0
-"""A motion is absurd if a joint velocity exceeds its limit by this factor, or if a joint leaves its
-range by more than the width of the range and by more than this [rad or m]."""
+"""Thresholds above which a motion is absurd: factor on a velocity limit, and distance [rad or m] by
+which a joint leaves its range. The distance must also exceed the width of the range.
+"""
 
 
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in derivative_limits(space, motion.curve):
-        yield replace(finding, remedy=joint_remedy(finding, motion, scenario, space))
+        use, order = finding.use, DERIVATIVES.index(finding.quantity)
+        if finding.ok or finding.time is None or use is None or np.isinf(use) or not order:
+            yield finding
+        else:
+            place = place_of_time(scenario, finding.time)
+            slower = slower_remedy(use, order, scenario)
+            yield replace(finding, remedy=f"it is broken {place}; {slower}")
+
+
+def slower_remedy(use: float, order: int, scenario: Scenario) -> str:
+    """Text of the factor of duration with which the motion keeps a limit on a derivative.
+
+    In k times the duration, derivatives of this order decrease by a factor of k to the power of the
+    order.
+
+    Args:
+        use: Value relative to the limit, above 1.
+        order: Order of the derivative.
+        scenario: The task of the motion.
+    """
+    paths = ", at less speed along tool paths" if scenario.paths else ""
+    factor = rounded_up(use ** (1.0 / order), 3)
+    return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
 
 
 def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
@@ -122,7 +144,7 @@ def keeps_limit(margin: float, limit: float) -> bool:
 
 
 def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> str:
-    """Text that compares a value with a limit, and names what is not proved.
+    """Text that compares a value with a limit, and states what is not proved.
 
     Args:
         worst: The value.

@@ -36,10 +36,10 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 
 
 def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
-    """Paths in groups, in which a turn of the tool goes on from one to the next.
+    """Groups of paths along which a turn of the tool is continuous.
 
-    Each begins where the one before ends, or after a wait there, and leaves the same open, or both
-    have ranges of the same turn.
+    Each path begins where the previous one ends, or after a wait there. Both have the same freedom,
+    or ranges of the same turn.
     """
     groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
@@ -53,14 +53,14 @@ def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
 
 
 def _same_turn(a: PoseFreedom | None, b: PoseFreedom | None) -> bool:
-    """Whether both have a range of one and the same angle."""
+    """Whether both have a range of the same angle."""
     if a is None or b is None or (a.torch and a.torch[2:]) != (b.torch and b.torch[2:]):
         return False
     return all(0.0 < high - low < math.inf for low, high in (a.turn, b.turn))
 
 
 def _stays(scenario: Scenario, first: int, second: int) -> bool:
-    """Whether two waypoints are equal, or one is a wait at the other."""
+    """Whether two waypoints are equal, or the second is a wait at the first."""
     if second - first != 1:
         return second == first
     a, b = scenario.waypoints[first : second + 1]
@@ -87,9 +87,10 @@ class _FollowedStretch(NamedTuple):
 def _follow_paths(
     motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath]
 ) -> list[_FollowedStretch]:
-    """Follow the tool along paths that are joined, and its turn all along, whole turns counted.
+    """Follow the tool along joined paths, and its turn continuously, whole turns counted.
 
-    Where it may begin whole turns away within its range, one is taken that keeps it within.
+    If several whole turns are possible at the beginning, one is taken that keeps the turn within
+    its range.
     """
     followed = _follow_from(motion, scenario, robot, paths, 0.0)
     freedom = paths[0].freedom

@@ -1,4 +1,4 @@
-"""Warnings of plausible mistakes in a scenario; they never fail."""
+"""Warnings of plausible mistakes in a scenario. They never fail a report."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""
 LARGEST_GRAVITY = 100.0
-"""Gravity above this [m/s²] is probably in mm/s²."""
+"""Gravity [m/s²] above which the unit is probably mm/s²."""
 LARGEST_BULGE = 0.2
-"""Maximum deviation of a plausible curve from the chord between two points, relative to the chord:
-even a circle through five points is below it."""
+"""Maximum deviation of a plausible curve from the chord between two points, relative to the chord.
+
+Even a circle through five points is below it.
+"""
 
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -53,11 +55,14 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
 
 
 def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
-    """Warn of a curve that deviates far between two of its points, which are few or uneven."""
+    """Warn of a curve that deviates far from the line between two of its points.
+
+    Its points are then few or uneven.
+    """
     scale, unit = scenario.shown_length
     for path in scenario.paths:
         for any_curve in path.motion.path.curves:
-            if not hasattr(any_curve, "arc_lengths"):  # its class is not loaded for lines and arcs
+            if not hasattr(any_curve, "arc_lengths"):  # lines and arcs need not load its class
                 continue
             curve = cast("ThroughPoints", any_curve)
             lengths, fractions = np.diff(curve.arc_lengths), np.linspace(0.0, 1.0, 17)

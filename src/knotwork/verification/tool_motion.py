@@ -21,15 +21,15 @@ from knotwork.verification.limits import (
     bounded_value,
     keeps_limit,
     limit_finding,
+    slower_remedy,
     velocity_jumps,
 )
-from knotwork.verification.remedies import slower_remedy
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 ALMOST_SINGULAR = 1e-3
-"""A smallest singular value below this is called almost singular if it has no limit."""
+"""Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 SMALLEST_TOOL_JUMP = 1e-9
 """Rounding tolerance of jumps of the tool's velocity [m/s]."""

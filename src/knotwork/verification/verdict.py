@@ -88,7 +88,7 @@ def check(
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """The verdict on a trajectory, finding by finding; printed, it is a few lines.
+    """The verdict on a trajectory, finding by finding. Its text has a few lines.
 
     >>> import knotwork as kw
     >>> report = kw.plan("paper_case").report
@@ -115,7 +115,7 @@ class Report:
     units: Units = field(default_factory=Units)
 
     def __str__(self) -> str:
-        """The verdict and the tightest cases, in some 15 lines of 80 characters."""
+        """The verdict and the findings nearest to limits, in about 15 lines of 80 characters."""
         return "\n".join(line.text for line in self.brief())
 
     def __repr__(self) -> str:
@@ -128,7 +128,7 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing fails."""
+        """Whether no requirement fails."""
         return all(finding.ok for finding in self.findings)
 
     @property
@@ -148,7 +148,7 @@ class Report:
 
     @property
     def tried(self) -> tuple[Finding, ...]:
-        """Findings that list remedies already tried."""
+        """Findings that list remedies that planning already attempted."""
         return tuple(finding for finding in self.findings if finding.quantity == TRIED)
 
     @property
@@ -167,7 +167,7 @@ class Report:
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
-        """The finding with the largest use of its limit for each requirement met, largest first.
+        """The finding with the largest use of its limit for each requirement met, in this order.
 
         >>> report = kw.plan("ur5_deburring").report
         >>> [f"{finding.title} {finding.use:.0%}" for finding in report.tightest[:2]]
@@ -185,14 +185,14 @@ class Report:
 
     @property
     def reservations(self) -> str:
-        """Text of the numbers of undecided and only sampled requirements; mostly empty."""
+        """Text of the numbers of undecided and of sampled requirements; usually empty."""
         undecided = sum(finding.verdict == "undecided" for finding in self.findings)
         counted = {"undecided": undecided, "sampled only": len(self.sampled)}
         return "".join(f", {count} {word}" for word, count in counted.items() if count)
 
     @property
     def summary(self) -> str:
-        """One line with the number of requirements met and the tightest case.
+        """One line with the number of requirements met and the finding nearest to its limit.
 
         >>> kw.plan("ur5_deburring").report.summary
         '102 of 102 met; tightest 81 %: ...'
@@ -203,7 +203,7 @@ class Report:
         return f"{met} of {required} met{self.reservations}{tightest}"
 
     def brief(self, width: int = REPORT_WIDTH) -> list[BriefLine]:
-        """The report in some 15 lines: the verdict, failures, the tightest case of each group.
+        """The report in about 15 lines: verdict, failures, the finding nearest its limit by group.
 
         Args:
             width: Width of the lines in characters, exceeded only by longer words.
@@ -257,8 +257,8 @@ class Report:
         """Raise an error if a requirement is not met; for use in tests.
 
         Raises:
-            CheckFailedError: A requirement fails; the error lists all failures and is an
-                `AssertionError`, too.
+            CheckFailedError: A requirement fails. The error lists all failures and is also an
+                `AssertionError`.
         """
         failures = self.failures
         if failures:

@@ -25,7 +25,7 @@ SMALLEST_TOLERANCE = np.finfo(float).tiny
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
 MOST_TIME_SLACK = 1e-6
-"""Maximum of that tolerance [s], but at least the floating-point resolution."""
+"""Maximum of that tolerance [s]. The tolerance is at least the floating-point resolution."""
 
 
 def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -70,11 +70,11 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint values with those of waypoints and of the two ends.
 
-    If the tool is to stop, so are all joints: self-motion would not move the tool.
+    If the tool must stop, all joints must stop, because self-motion would not move the tool.
     """
     passed = list(_timed_waypoints(motion, scenario, space))
     times = np.array([time for _, time, _ in passed])
-    achieved = [motion.curve(times, order) for order in (0, 1)]  # all at once, for speed
+    achieved = [motion.curve(times, order) for order in (0, 1)]  # all waypoints at once, for speed
     for i, (waypoint, time, state) in enumerate(passed):
         for order, requested in _joint_requirements(waypoint, state, space):
             reached = achieved[order][i]

@@ -48,8 +48,8 @@ def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
 def without_use(findings: Sequence[Finding]) -> list[Finding]:
     """The findings to print of a group without use of limits.
 
-    With limits of zero, the finding nearest its limit; without limits, the largest of each
-    quantity; otherwise nothing.
+    If limits are zero, it is the finding nearest its limit. Without limits, it is the largest value
+    of each quantity. Otherwise there is none.
     """
     numbers = [finding for finding in findings if finding.value is not None]
     limited = with_limits(numbers)

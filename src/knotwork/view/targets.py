@@ -58,7 +58,7 @@ _NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantis
 # Distance of arrows from the path, relative to the scene: on it they would hide its colours.
 ASIDE_DISTANCE = 0.014
 # Velocities below this are stops [m/s].
-MIN_SPEED = 1e-9
+MIN_DRAWN_SPEED = 1e-9
 
 
 def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
@@ -69,7 +69,7 @@ def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     Returns:
         The arrows, and the time in which the tool moves by their length [s].
     """
-    moving = [target for target in asked if np.linalg.norm(target.linear) > MIN_SPEED]
+    moving = [target for target in asked if np.linalg.norm(target.linear) > MIN_DRAWN_SPEED]
     if not moving:
         return None
     longest = size / 6

@@ -6,7 +6,7 @@ from .edits import REMOVED as REMOVED
 from .edits import Edits as Edits
 from .edits import edited as edited
 from .edits import edited_text as edited_text
-from .validation import description_of as description_of
+from .validation import field_at as field_at
 from .validation import validate as validate
 from .values import Finite as Finite
 from .values import Number as Number
@@ -14,6 +14,7 @@ from .values import Positive as Positive
 from .values import StrictModel as StrictModel
 from .values import Text as Text
 from .values import optional as optional
+from .values import required as required
 from .xml_text import check_xml as check_xml
 from .xml_text import parse_xml as parse_xml
 from .yaml_text import parse as parse

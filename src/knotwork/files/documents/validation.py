@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, TypeVar, cast
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from knotwork.errors import DocumentError, Problem, did_you_mean, shown
 from knotwork.files.documents.document import Document, Location
@@ -82,9 +83,9 @@ def _long_enough(item: dict[str, Any]) -> bool:
     return item["type"] == "too_short" and not len(item["input"]) < item["ctx"]["min_length"]
 
 
-def description_of(model: type[BaseModel], data: Any, location: Location) -> str:
-    """The description of the field at a location of a model's data."""
-    return _resolve(model, data, location).description or ""
+def field_at(model: type[BaseModel], data: Any, location: Location) -> FieldInfo | None:
+    """The field at a location of a model's data, or the innermost one around it."""
+    return _resolve(model, data, location).field
 
 
 class _Place(NamedTuple):
@@ -94,21 +95,22 @@ class _Place(NamedTuple):
         location: Keys and indices.
         owners: Models that may own the last key.
         inner: Possible models of the place itself.
-        description: Description of the last field on the path, or `None`.
+        field: The last field on the path, or `None`.
         above: Each place on the path with keys, and its keys.
     """
 
     location: Location
     owners: list[type[BaseModel]]
     inner: list[type[BaseModel]]
-    description: str | None
+    field: FieldInfo | None
     above: list[tuple[Location, list[str | int]]]
 
 
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
-    accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(place.description)
+    described = "" if place.field is None else place.field.description
+    accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(described)
     if item["loc"][-1:] == ("[key]",):
         words = "a name is empty" if value == "" else f"the key {shown(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
@@ -144,7 +146,7 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
     location: list[str | int] = []
     inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]
-    description: str | None = None
+    field: FieldInfo | None = None
     above: list[tuple[Location, list[str | int]]] = []
     for position, part in enumerate(loc):
         inside = (isinstance(data, dict) and part in data) or (
@@ -159,20 +161,20 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
         location.append(part)
         owners = models or owners
         for owner in models:
-            description = _fields(owner).get(part, (None, description))[1]
+            field = _fields(owner).get(part, field)
         inner = _children(inner, part)
         data = data[part] if inside else None
-    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], description, above)
+    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], field, above)
 
 
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def _fields(model: type[BaseModel]) -> dict[str | int, tuple[Any, str | None]]:
-    """Type and description by key."""
+def _fields(model: type[BaseModel]) -> dict[str | int, FieldInfo]:
+    """Fields by key."""
     return {
-        str(key): (info.annotation, info.description)
+        str(key): info
         for name, info in model.model_fields.items()
         for key in getattr(info.validation_alias, "choices", [info.validation_alias or name])
     }
@@ -196,7 +198,7 @@ def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
     children: list[Any] = []
     for kind in kinds:
         if _is_model(kind):
-            children += [_fields(kind)[part][0]] if part in _fields(kind) else []
+            children += [_fields(kind)[part].annotation] if part in _fields(kind) else []
         elif typing.get_origin(kind) is dict:
             children.append(typing.get_args(kind)[1])
         else:
@@ -236,9 +238,7 @@ def _value_text(value: Any) -> str:
 
 def hint(description: str | None) -> str:
     """First clause of a field's description, with its unit, as the accepted values."""
-    first, _, others = (description or "").partition("; ")
-    if others.endswith("]") and not first.endswith("]"):
-        first = f"{first} {others[others.rindex('[') :]}"
+    first = (description or "").partition("; ")[0]
     if not first or len(first) > LONGEST_HINT:
         return ""
     return first if first[1:2].isupper() else f"{first[0].lower()}{first[1:]}"

@@ -17,6 +17,7 @@ from pydantic import (
     Tag,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 
 # No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
 # this size leaves the range of floats.
@@ -85,20 +86,44 @@ class StrictModel(BaseModel):
         return self
 
 
-def optional(description: str, default: Any = None, *, key: str | None = None) -> Any:
+def required(description: str, *, unit: str = "", key: str | None = None) -> Any:
+    """A field that must be given; arguments as of `optional`."""
+    return Field(**_about(description, unit, key))
+
+
+def optional(
+    description: str, default: Any = None, *, unit: str = "", key: str | None = None
+) -> Any:
     """An optional field.
 
     Args:
-        description: Description of the field, with its unit in brackets.
+        description: Description of the field; its first clause ends at a semicolon.
         default: Default value.
+        unit: Unit of the numbers in the field, for example `"length/s"`. The description shows it
+            in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
     """
-    about: dict[str, Any] = {"description": description}
-    if key is not None:
-        about |= {"validation_alias": key, "serialization_alias": key}
+    about = _about(description, unit, key)
     if default in ({}, ()):
         return Field(default_factory=type(default), **about)
     return Field(default=default, **about)
+
+
+def _about(description: str, unit: str, key: str | None) -> dict[str, Any]:
+    about: dict[str, Any] = {"description": description}
+    if unit:
+        clause, semicolon, others = description.partition(";")
+        about["description"] = f"{clause} [{unit}]{semicolon}{others}"
+        about["json_schema_extra"] = {"unit": unit}
+    if key is not None:
+        about |= {"validation_alias": key, "serialization_alias": key}
+    return about
+
+
+def unit_of(field: FieldInfo | None) -> str:
+    """Unit of the numbers in a field, as given to `optional`; empty without one."""
+    about = None if field is None else field.json_schema_extra
+    return str(about.get("unit", "")) if isinstance(about, dict) else ""
 
 
 def _kind(value: Any) -> str | None:
@@ -172,19 +197,20 @@ class LimitsFile(StrictModel):
     """Limits that replace those of the URDF, or of the robot."""
 
     position: dict[str, Interval] | None = optional(
-        "Lower and upper limit by joint [angle or length]"
+        "Lower and upper limit by joint", unit="angle or length"
     )
     velocity: JointLimits | None = optional(
-        "Largest speed, for all joints or by joint [angle/s or length/s]"
+        "Largest speed, for all joints or by joint", unit="angle/s or length/s"
     )
     acceleration: JointLimits | None = optional(
-        "Largest acceleration, for all joints or by joint [angle/s² or length/s²]"
+        "Largest acceleration, for all joints or by joint", unit="angle/s² or length/s²"
     )
     jerk: JointLimits | None = optional(
-        "Largest jerk, for all joints or by joint [angle/s³ or length/s³]. Where times "
-        "are chosen and none is given, one is assumed: the limit of acceleration reached in 10 ms, "
-        "at most 20000 rad/s³ or m/s³"
+        "Largest jerk, for all joints or by joint; where times are chosen and none "
+        "is given, one is assumed: the limit of acceleration reached in 10 ms, at "
+        "most 20000 rad/s³ or m/s³",
+        unit="angle/s³ or length/s³",
     )
     effort: JointLimits | None = optional(
-        "Largest torque or force, for all joints or by joint [N m or N]"
+        "Largest torque or force, for all joints or by joint", unit="N m or N"
     )

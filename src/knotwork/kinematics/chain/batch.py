@@ -22,12 +22,12 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray, IndexArray
 
-# Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations;
-# waiting for the others takes as long as two new starts.
+# Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations. The
+# others take as long as two new starts, so they are stopped.
 STRAGGLER_ITERATIONS = 20
 STRAGGLER_ERROR = 0.03
-# A search is stopped if its error does not fall to a fraction within some iterations: iterations,
-# fraction, minimum damping factor. Searches for any solution use the second.
+# A search is stopped if its error does not decrease to a fraction within some iterations:
+# iterations, fraction, minimum damping factor. Searches for any solution use the second tuple.
 BATCH_EFFORT = 8, 0.5, USUAL_EFFORT.least_factor
 HASTY_BATCH_EFFORT = 5, 0.25, HASTY_EFFORT.least_factor
 
@@ -47,7 +47,7 @@ class Targets:
     @classmethod
     def from_poses(cls, poses: Any) -> Targets:
         """Collect the positions and orientations of `pin.SE3` poses."""
-        # One array per pose: making them takes longer than a step of a search.
+        # One array per pose, because these arrays take longer than a step of a search.
         matrices = np.array([pose.homogeneous for pose in poses]).reshape(-1, 4, 4)
         matrices = np.ascontiguousarray(matrices.transpose(2, 1, 0))
         return cls(matrices[3, :3], matrices[:3, :3])
@@ -102,7 +102,8 @@ def solve_batch(
 ) -> BatchSolution:
     """Search from each start for the joint positions that bring the TCP to its pose.
 
-    Levenberg–Marquardt as in `PoseSearch`, for all searches in parallel; finished ones drop out.
+    This is Levenberg–Marquardt as in `PoseSearch`, for all searches in parallel. Finished searches
+    are left out of further steps.
 
     Args:
         robot: The arm.
@@ -111,8 +112,9 @@ def solve_batch(
         tolerance: Tolerance of distance [m] and angle [rad].
         limits: Joint limits; by default none.
         max_iterations: Maximum number of steps.
-        hasty: Stop early: there are other searches for any solution.
-        group: Group of each search, shape (n,): once one of a group converges, the others end.
+        hasty: Whether searches stop early, because others may find a solution.
+        group: Group of each search, shape (n,): when one search of a group converges, the others
+            end.
     """
     check_every, fallen_to, least_factor = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
     n, limits = len(start), no_limits(robot) if limits is None else limits
@@ -152,7 +154,7 @@ def solve_batch(
 
 
 class _SearchStates(NamedTuple):
-    """State of the searches, the index of the search last, as in `JointAxes`."""
+    """State of the searches. The last axis of each array is the search, as in `JointAxes`."""
 
     q: FloatArray
     error: FloatArray
@@ -181,7 +183,8 @@ def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatAr
     J = np.where(held, 0.0, states.J) if held.any() else states.J
     jacobians = np.ascontiguousarray(J.transpose(2, 0, 1))
     H = jacobians.transpose(0, 2, 1) @ jacobians
-    # A singular matrix is not an error here: 1e-13 is rounding next to entries of about 1.
+    # A singular matrix is not an error here. Entries are about 1, so 1e-13 is at the level of
+    # rounding.
     H[:, range(len(gradient)), range(len(gradient))] += (factor * states.square + 1e-13)[:, None]
     step = np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
     return np.asarray(step * (MAX_STEP / np.maximum(np.abs(step).max(axis=0), MAX_STEP)))

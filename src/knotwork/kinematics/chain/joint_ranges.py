@@ -23,7 +23,7 @@ Limits: TypeAlias = tuple[FloatArray, FloatArray]
 FULL_TURN = 2 * np.pi
 # Rounding tolerance of position limits [rad or m].
 LIMIT_TOLERANCE = 1e-9
-# Maximum number of turns kept of one configuration; six joints of two turns each make 64.
+# Maximum number of turns of one configuration. Six joints with two turns each have 64.
 MAX_TURNS = 1024
 
 
@@ -40,7 +40,7 @@ def no_limits(robot: Robot) -> Limits:
 def turning_limits(robot: Robot) -> Limits:
     """Limits for a search, infinite for joints that can make a full turn.
 
-    `turn_inside` brings such a joint inside its limits by whole turns.
+    `turn_inside` then turns such a joint by whole turns into its limits.
     """
     lower, upper = limits_of(robot)
     around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
@@ -100,7 +100,7 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
             gets the turn with the smallest excess.
         near: Preferred configuration, shape (d,).
     """
-    # Joint by joint: for so few numbers this is several times faster than arrays.
+    # A loop over the joints is several times faster than arrays for six numbers.
     result = q.copy()
     lower, upper = limits_of(robot)
     joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), strict=True)
@@ -129,8 +129,8 @@ def turn_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
 def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     """Copies of a configuration inside the limits, offset by whole turns, shape (k, d).
 
-    All of them, or the `MAX_TURNS` copies nearest the middle of the limits. Joints without limits
-    keep their turn.
+    There are at most `MAX_TURNS` copies, the nearest to the middle of the limits. Joints without
+    limits keep their turn.
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)

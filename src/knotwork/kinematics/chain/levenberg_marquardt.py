@@ -13,18 +13,19 @@ from knotwork.kinematics.chain.joint_ranges import Limits, held_joints
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# Largest motion of a joint in a step: the linearisation is not valid beyond, and longer steps leave
-# the neighbourhood of the start.
+# Largest motion of a joint in a step. Beyond it the linearisation is not valid, and the search
+# leaves the neighbourhood of the start.
 MAX_STEP = 1.0
-# Damping λ² = factor · error²: vanishes at the solution fast enough to keep quadratic convergence
-# (Fan and Yuan, Computing 74, 2005), and is large where the error is.
+# Damping λ² = factor · error². It is large where the error is large. It decreases fast enough near
+# the solution to keep quadratic convergence (Fan and Yuan, Computing 74, 2005).
 FIRST_FACTOR = 1e-2
 MAX_FACTOR = 1e8
-# With an error below this a search gets the usual effort: the solution is in reach [m, rad].
+# Error below which a search gets the usual effort, because the solution is near [m, rad].
 CLOSE_ERROR = 0.3
-# Fraction of the tolerances that searches aim at, so that rounding can't decide.
+# Fraction of the tolerances that searches must reach, so that rounding does not decide.
 TOLERANCE_MARGIN = 0.9
-# Once within the tolerances, iterate until the error is this fraction of them, or this many steps.
+# Within the tolerances, a search continues until the error is this fraction of them, or for this
+# number of steps.
 POLISHED_SHARE = 1e-4
 POLISH_STEPS = 2
 
@@ -43,13 +44,13 @@ class Effort(NamedTuple):
     least_factor: float = 1e-6
 
 
-# A search that has not halved its error in twelve steps is at a local minimum. Even where the arm
-# is stretched to a singularity, Newton's step still quarters the error.
+# A search that has not halved its error in twelve steps is at a local minimum. Even at a
+# singularity of a stretched arm, a Newton step reduces the error to a quarter.
 USUAL_EFFORT = Effort()
 # At simultaneous singularities convergence takes longer.
 PATIENT_EFFORT = Effort(iterations=400, patience=60)
-# One of many searches for any solution stops earlier and keeps more damping: over random poses this
-# takes the fewest steps in total.
+# Searches for any solution stop earlier and keep more damping. Over random poses this takes the
+# smallest total number of steps.
 HASTY_EFFORT = Effort(patience=5, least_factor=1e-2)
 
 
@@ -77,7 +78,7 @@ class PoseSearch:
     The error is e = (Rᵀ(p* − p), log₃(RᵀR*)), in tool axes. J is the Jacobian of the TCP in tool
     axes; −J is not quite the derivative of e. Still, −Jᵀe is the exact gradient of |e|²/2, because
     w is an eigenvector of the Jacobian of log₃ at w, and |p* − p| does not depend on R. Each step
-    solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are not held at a limit.
+    solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are not fixed at a limit.
 
     Args:
         robot: The robot.
@@ -167,14 +168,14 @@ class PoseSearch:
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
     def _step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
-        """The step of the joints not held, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
+        """The step of the free joints, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
         H = self._H
         J.T.dot(J, out=H)
         for i in held:
             H[i] = H[:, i] = 0.0
         H.reshape(-1)[:: len(H) + 1] += damping + 1e-30
         self._ldlt.compute(H)
-        step: FloatArray = self._ldlt.solve(gradient).reshape(-1)  # of a single joint it is (1, 1)
+        step: FloatArray = self._ldlt.solve(gradient).reshape(-1)  # (1, 1) with a single joint
         moves = step.tolist()
         if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
             step *= MAX_STEP / max(map(abs, moves))
@@ -190,7 +191,7 @@ class PoseSearch:
             limits: Joint limits.
             effort: Effort of the search; close to the pose `HASTY_EFFORT` becomes `USUAL_EFFORT`.
         """
-        # For six numbers NumPy's overhead dominates: no array is made or read twice.
+        # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()
         enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
         most_position, most_orientation = self._most_position**2, self._most_orientation**2

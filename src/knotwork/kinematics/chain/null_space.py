@@ -21,8 +21,8 @@ def nearest_by_self_motion(
 ) -> tuple[FloatArray, int]:
     """Minimise |q − near| over the configurations with the same pose, starting from one.
 
-    Null-space refinement: each step is along (I − J⁺J)(near − q), which keeps the pose to first
-    order, followed by a correction back onto the pose.
+    This is null-space refinement. Each step is along (I − J⁺J)(near − q), which keeps the pose to
+    first order. A correction back onto the pose follows.
 
     Args:
         search: The pose, and the robot.
@@ -55,7 +55,7 @@ def nearest_by_self_motion(
 def null_space_step(
     search: PoseSearch, q: FloatArray, near: FloatArray, limits: Limits
 ) -> FloatArray:
-    """The step (I − J⁺J)(near − q), with joints held at limits it would violate, shape (d,).
+    """The step (I − J⁺J)(near − q), shape (d,). Joints at limits that it would violate are fixed.
 
     Args:
         search: The pose, and the robot.

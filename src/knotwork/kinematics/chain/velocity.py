@@ -17,17 +17,17 @@ from knotwork.robot.joint_axes import kept_with
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
-# Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
-# direction: the joint velocities are checked against plausible limits.
+# Singular value below which the joint velocities are checked against plausible limits. There a
+# joint at 3 rad/s moves the tool by less than 3 mm/s in the lost direction.
 IMPLAUSIBLE_SINGULAR_VALUE = 1e-3
-# Faster than any joint of an arm: replaces a missing velocity limit near a singularity
-# [rad/s or m/s].
+# Velocity limit near a singularity for a joint without one [rad/s or m/s]. No joint of an arm is
+# faster.
 FASTEST_JOINT = 10.0
-# Jacobians are inverted if their condition number is below this: one correction then reduces
-# rounding errors to those of a singular value decomposition.
+# Condition number below which Jacobians are inverted. One correction then reduces the rounding
+# errors to those of a singular value decomposition.
 WELL_CONDITIONED = 1e4
-# Singular values below this fraction of the largest count as zero: a joint a few 1e-13 rad away
-# from a singularity has one of that size.
+# Fraction of the largest singular value below which a singular value counts as zero. It is of this
+# size if a joint is a few 1e-13 rad away from a singularity.
 RANK_TOLERANCE = 1e-11
 
 
@@ -79,9 +79,9 @@ def solve_velocity_ik(
     """Find the joint velocities that give the TCP a twist: v = J(q)⁺ twist (eq 4).
 
     For six joints this is J⁻¹ twist; for fewer, the only solution if there is one. For more, the
-    solution of minimum norm, weighted by the velocity limits: with W the diagonal of the limits,
-    v = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its null-space part
-    W (I − (J W)⁺ J W) W⁻¹ v₀. There is no damping: the result gives the twist exactly.
+    solution of minimum norm, weighted by the velocity limits: with W the diagonal of the limits, v
+    = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its null-space part W (I − (J W)⁺ J
+    W) W⁻¹ v₀. There is no damping, so the result gives the twist exactly.
 
     Args:
         robot: The robot.
@@ -255,7 +255,7 @@ def _unattainable_message(
     units: Units,
 ) -> str:
     """Message for a twist outside the Jacobian's range, with the unattainable component."""
-    # The feasible fraction of the component within the range.
+    # The feasible fraction of the component that is within the range.
     slower = 1.0 / max(1.0, float((np.abs(v) / _plausible_speeds(robot)).max()))
     possible = slower * (wanted - residual)
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
@@ -310,7 +310,7 @@ def _speed_message(
 
 
 def _twist_text(twist: FloatArray, units: Units) -> str:
-    """A twist in numbers, rounding left out."""
+    """Text of a twist, without components that are rounding errors."""
     parts = []
     for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):
         components = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]

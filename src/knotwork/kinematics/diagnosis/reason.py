@@ -33,11 +33,11 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units, readable
 from knotwork.waypoints import FloatArray
 
-# Weight of a metre relative to a radian when the point is kept and the tool turned.
+# Weight of a metre relative to a radian while the tool turns about a fixed point.
 POINT_FIRST = 1e3
-# Limits are a cause if they increase the error by more than this fraction.
+# Increase of the error, as a fraction, above which the limits are a cause.
 LIMIT_ERROR_FACTOR = 1e-3
-# A joint counts as blocking if it carries at least this share of the descent direction.
+# Minimum share of the descent direction with which a joint counts as blocking.
 BLOCKING_SHARE = 1e-6
 # Additional searches for the point alone, and the number of successful ones that are refined by
 # turning the tool.
@@ -45,12 +45,12 @@ POINT_SEARCHES = 30
 POINT_REFINED = 5
 
 
-# Searches in one batch, with limits and without. They stop near a minimum; `MAX_REFINED` of the
-# best, with at least this distance between them [rad or m], are refined.
+# Number of searches in one batch, with limits and without. They stop near a minimum. At most
+# `MAX_REFINED` of the best are refined, with at least this distance between them [rad or m].
 CLOSEST_SEARCHES = 120
 MAX_REFINED = 8
 SAME_MINIMUM = 0.1
-# A search that ends within this error [m, rad] may still converge at simultaneous singularities.
+# Error [m, rad] within which a search may still converge at simultaneous singularities.
 SMALL_ERROR = 1e-2
 # Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
 MINIMISER_STEPS = 500
@@ -64,7 +64,7 @@ def solution_or_reason(
     where: str,
     units: Units = SI,
 ) -> LocalSolution:
-    """Search for a pose from all over joint space, and diagnose why there is no solution.
+    """Search for a pose from starts all over joint space, and diagnose why there is no solution.
 
     Args:
         search: The pose, and the robot.
@@ -208,7 +208,7 @@ def _on_point(
     choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
     if not np.isfinite(choices[0][1]).any():
         choices.pop()
-    # if the arm is too short no search can succeed
+    # no search can succeed if the arm is too short
     missed = joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]
     for inside, limits in [] if missed else choices:
         starts = [*(s.q for s in nearby), *starts_from(robot, near, limits, POINT_SEARCHES)]
@@ -294,7 +294,7 @@ def starts_from(robot: Robot, near: FloatArray, limits: Limits, count: int) -> F
 def distinct_minima(
     robot: Robot, configurations: Iterable[FloatArray], most: int
 ) -> list[FloatArray]:
-    """Select configurations in order, without those close to one selected before."""
+    """Select configurations in order, and skip those close to one already selected."""
     revolute = joint_axes(robot).revolute
     selected: list[FloatArray] = []
     for q in configurations:

@@ -30,15 +30,15 @@ from knotwork.waypoints import FloatArray
 
 # Largest motion of a joint in one step [rad or m].
 JOINT_STEP = 0.1
-# If joints become faster by this factor, steps that were planned together are planned again.
+# Factor on the joint speeds above which steps that were planned together are planned again.
 FASTER_FACTOR = 1.3
-# A step in which joints move by more than this factor times `JOINT_STEP` is repeated.
+# Factor on `JOINT_STEP`. A step in which a joint moves by more is repeated.
 REPEAT_FACTOR = 2.0
 # Smallest number of steps for each piece of a path.
 MIN_STEPS = 4
-# The path is evaluated for this many steps at once.
+# Number of steps for which the path is evaluated at once.
 STEPS_AT_ONCE = 16
-# The tool is at full speed within this relative tolerance.
+# Relative tolerance within which the tool is at full speed.
 FULL_SPEED_TOLERANCE = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
 ACCELERATION_DIFFERENCE = 2e-3
@@ -126,7 +126,7 @@ def continue_along(
     pull: Pull = 0.0,
     step: float = JOINT_STEP,
 ) -> Continuation:
-    """Follow a path from some starts, without regard to limits.
+    """Follow a path from some starts, and ignore limits.
 
     Args:
         robot: The arm.
@@ -232,9 +232,9 @@ def accelerations(
     """Joint velocities and accelerations on the path, one-sided limits at times; shape (k, d) each.
 
     The acceleration is the derivative of the field of joint velocities. The field is linear in the
-    tool's motion, whose derivative is known from the path, so that finite differences are needed
-    over the joints alone (central, fourth order, relative error about 1e-10). Differences over
-    time would fail near rest, where the joints hardly move while the path changes.
+    motion of the tool, and the path gives the derivative of this motion. So finite differences are
+    only needed over the joints (central, fourth order, relative error about 1e-10). Differences
+    over time would fail near rest, where the joints hardly move while the path changes.
 
     Args:
         robot: The arm.

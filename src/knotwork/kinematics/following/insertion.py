@@ -26,19 +26,20 @@ from knotwork.waypoints import FloatArray
 
 # Fractions of each interval at which the curve is compared with the path, where errors are largest.
 FOLLOWING_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-# Waypoints are inserted until sampled errors are below this fraction of the tolerances, and then
-# until the proof succeeds; the proof gives no remaining margin.
+# Waypoints are inserted until the sampled errors are below this fraction of the tolerances, and
+# then until the proof succeeds. The proof leaves no margin.
 SAMPLED_SHARE = 0.9
-# Tolerances that need more waypoints than this are refused.
+# Number of waypoints above which tolerances are refused.
 MAX_WAYPOINTS = 100_000
 MAX_PARTS = 8
 EVEN_ROUNDS = 3
-# Tolerance of self-motion between waypoints to the motion whose limits were checked [rad or m].
+# Tolerance of the self-motion between waypoints [rad or m], relative to the motion whose limits
+# were checked.
 SELF_MOTION_TOLERANCE = 5e-3
-# Shorter intervals are not divided [s].
+# Duration below which an interval is not divided [s].
 SHORTEST_INTERVAL = 1e-5
-# Breaks of a path closer than this are merged [s]: between waypoints that close, rounding of joint
-# positions would appear as acceleration and jerk.
+# Distance below which breaks of a path are merged [s]. With a shorter interval between waypoints,
+# rounding of joint positions would appear as acceleration and jerk.
 CLOSE_BREAKS = 2e-4
 
 
@@ -66,9 +67,9 @@ def with_waypoints_inserted(
     """Find waypoints along a path with which the modified Hermite curve provably follows it.
 
     Between two waypoints with the positions, velocities and accelerations of the path the curve is
-    an independent section. Its error falls with the fourth power of the interval, so few waypoints
-    are needed. Where the path's curvature jumps, the acceleration is the mean of both sides, and
-    waypoints are dense.
+    an independent section. Its error decreases with the fourth power of the interval, so few
+    waypoints are sufficient. Where the curvature of the path jumps, the acceleration is the mean of
+    both sides, and waypoints are dense.
 
     Args:
         joints: The arm on the path.
@@ -81,7 +82,7 @@ def with_waypoints_inserted(
     """
     insertion, path = _Insertion(joints, tolerance, knots), joints.path
     followed = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
-    # not earlier: with fewer waypoints near a singularity rounding errors are far larger
+    # not earlier, because rounding errors near a singularity are far larger with fewer waypoints
     check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
     while True:
         use = insertion.use(followed)

@@ -20,12 +20,12 @@ PROJECTION_TOLERANCE = 1e-11
 PROJECTION_ROUNDS = 6
 
 
-# Self-motion approaches its guide by this power of e over the whole path.
+# Exponent n: over the whole path, self-motion approaches its guide by a factor of e⁻ⁿ.
 GUIDE_RATE = 8.0
 
 
-# Soft virtual joints are penalised near their limits, and strongly beyond this fraction of their
-# ranges, so that they slow down before they reach them.
+# Fraction of their ranges beyond which soft virtual joints have a high cost, so that they slow down
+# before their limits.
 SOFT_RANGE, MIN_EASE, EASE_POWER = 0.95, 2e-3, 3
 
 
@@ -125,7 +125,7 @@ class JointField:
         return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
 
     def smallest(self, q: FloatArray) -> FloatArray:
-        """Smallest singular values, shape (n,); NaN where positions are NaN."""
+        """Smallest singular values, shape (n,). They are NaN where positions are NaN."""
         known = np.isfinite(q).all(axis=1)
         result = np.full(len(q), np.nan)
         J = self.axes.jacobians(q[known]) * self.scale
@@ -152,7 +152,7 @@ class JointField:
             tip, turned, J = self.axes.place(q)
             twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
-            # stop on the path, and where rounding prevents progress
+            # end on the path, or where rounding prevents progress
             if (error <= PROJECTION_TOLERANCE).all() or not (error < 0.5 * before).any():
                 break
             J = J.transpose(2, 0, 1)

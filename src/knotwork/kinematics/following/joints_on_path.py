@@ -29,10 +29,10 @@ from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Largest motion of a joint in a step with self-motion [rad or m], which the projection onto the
-# path does not correct: it is then exact to about 1e-9.
+# Largest motion of a joint in a step with self-motion [rad or m]. The projection onto the path does
+# not correct self-motion. With this step it is exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
-# If limits are violated, each step is divided into this many parts.
+# Number of parts of each step when limits are violated.
 STEP_PARTS = 8
 # Tolerance on limits of a curve that is close to the path [rad or m, relative].
 CURVE_TOLERANCE = 1e-6
@@ -163,7 +163,7 @@ class JointsOnPath:
             error <= PATH_ERROR
         )
         before = np.searchsorted(self.time, times, "right") - 1
-        for i in distinct(before[stray]):  # they could be of another branch
+        for i in distinct(before[stray]):  # the nearest one could be of another branch
             rows = stray & (before == i)
             asked = np.append(self.time[i], times[rows])
             q[rows] = continue_along(

@@ -28,12 +28,12 @@ from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray, IndexArray
 
-# Distance of rungs [m, rad], with a minimum and a maximum number per path.
+# Distance between rungs [m, rad], and their minimum and maximum number per path.
 RUNG_SPACING = 0.03, 0.15
 MIN_RUNGS, MAX_RUNGS = 6, 150
-# Samples with which a path is measured.
+# Number of samples for the length of a path.
 RUNG_GRID = 600
-# Configurations on each rung, including projections of the previous rung.
+# Number of configurations on each rung, including projections of the previous rung.
 RUNG_SAMPLES = 64
 # Largest joint motion between rungs [rad or m]; after smoothing, half of it.
 MAX_RUNG_MOVE = 0.6
@@ -43,9 +43,9 @@ LIMIT_CLEARANCE = 0.01
 NEARNESS_COST = 0.02
 # Sweeps of smoothing, and the smallest improvement that counts.
 SMOOTHING_SWEEPS, SMOOTHING_GAIN = 30, 1e-9
-# Sequences that are tried.
+# Maximum number of candidate sequences.
 MAX_SEQUENCES = 40
-# Newton steps of a projection onto a pose.
+# Number of Newton steps of a projection onto a pose.
 PROJECTION_STEPS = 12
 RUNG_ERROR = 1e-9
 
@@ -96,7 +96,8 @@ class Ladder:
         fresh = sample_self_motion(self.robot, self.targets)
         cost = np.where(self.clear(starts, float(self.time[0])), 0.0, np.inf)
         rungs = [_Rung(starts, cost + self._nearness(starts))]
-        # later rungs do not depend on the starts, so each start always gets the same result
+        # later rungs do not depend on the starts, so the result of a start does not depend on the
+        # others
         before = farthest_apart(self.robot, fresh[0], RUNG_SAMPLES)
         for i in range(1, len(self.targets)):
             led, came = self._project(np.full(len(before), i), before)

@@ -16,10 +16,10 @@ from knotwork.tool_paths import TimedPath
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray
 
-# A path that ends with a smallest singular value below this is singular; above it, only the joint
-# speeds are excessive.
+# Smallest singular value below which a path ends at a singularity. Above it, only the joint speeds
+# are too high.
 SINGULAR_VALUE = 0.01
-# Factor of the recommended speed: joints are a little faster on the curve than on the path.
+# Factor on the recommended speed, because joints are slightly faster on the curve than on the path.
 SPEED_MARGIN = 0.999
 
 
@@ -200,8 +200,9 @@ def fastest(time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
 def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
     """Fraction of the speed at which every joint is within its limit, rounded down to two digits.
 
-    Where the speed changes, a tool with a lower target speed is faster at the same place: from rest
-    it has moved s = 4 a² t³ / (9 v), and its speed is proportional to the cube root of a² s² / v.
+    Where the speed changes, a tool with a lower target speed is faster at the same point of the
+    path. From rest it has moved s = 4 a² t³ / (9 v), and its speed is proportional to the cube root
+    of a² s² / v.
 
     Args:
         use: Joint speeds relative to their limits between steps, shape (n - 1,).

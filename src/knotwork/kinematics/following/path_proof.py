@@ -13,8 +13,8 @@ from knotwork.tool_paths import TimedPath
 from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
 
-# The proof uses tolerances narrower by this fraction, so that the check, which rounds differently,
-# reaches the same verdict.
+# Fraction by which the tolerances of the proof are narrower. The check rounds differently, and must
+# reach the same verdict.
 TOLERANCE_NARROWING = 1e-6
 # Minimum ratio of a tolerance to the rounding error of the bounds.
 ROUNDING_FACTOR = 4.0

@@ -11,17 +11,17 @@ from knotwork.kinematics.following.joint_field import JointField
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# If the tool is farther than this from the path after a step [m, rad], the step was too long.
+# Distance from the path after a step [m, rad] above which the step was too long.
 PATH_ERROR = 1e-7
-# A step after which Newton's method moves joints by more than this is halved [rad or m]: it could
-# end in another branch. After `MAX_HALVINGS` the start is blocked.
+# Correction by Newton's method above which a step is halved [rad or m], because it could end in
+# another branch. After `MAX_HALVINGS` the start is blocked.
 MAX_CORRECTION = 1e-3
 MAX_HALVINGS = 9
-# A step whose two midpoints differ by more than this is halved too [rad or m]: joint speeds may
-# peak within it, and the self-motion of a redundant arm would no longer be that of the integral.
+# Difference of the two midpoints of a step above which it is halved [rad or m]. Joint speeds may
+# peak within such a step, and the self-motion of a redundant arm would deviate from the integral.
 MIDPOINT_TOLERANCE = 1e-3
-# Joint speeds above this factor on their limits end a continuation, unless a tool speed above
-# 1 m/s or rad/s causes them: the arm is singular there.
+# Factor on the limits of joint speeds above which a continuation ends, because the arm is singular
+# there. It does not end if a tool speed above 1 m/s or rad/s is the cause.
 HOPELESS_SPEED_FACTOR = 1000.0
 
 
@@ -52,7 +52,10 @@ class Stages:
 
 
 class StepEnd(NamedTuple):
-    """End of a step: NaN if blocked, then with the time reached and the smallest singular value."""
+    """End of a step.
+
+    If it is blocked, positions are NaN, and it has the time and the smallest singular value.
+    """
 
     q: FloatArray
     reached: FloatArray
@@ -104,7 +107,9 @@ def take_step(
 def _step(
     field: JointField, q: FloatArray, v: FloatArray, stages: Stages, h: float
 ) -> tuple[FloatArray, FloatArray]:
-    """One Runge-Kutta step, and the difference of its two midpoints: large at peaks of joint speed.
+    """One Runge-Kutta step, and the difference of its two midpoints.
+
+    The difference is large at peaks of joint speed.
 
     `v` are the velocities at its start; `stages` are its start, middle and end.
     """

@@ -23,8 +23,8 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, kept_with, pose_errors
 from knotwork.waypoints import FloatArray
 
-# Margin within which rounding and pose tolerances decide whether an equation has solutions, so that
-# a search is needed: a sine, for the shoulder a length [m].
+# Margin within which rounding and pose tolerances decide whether an equation has solutions. There a
+# search is needed. It is a sine, for the shoulder a length [m].
 CLEAR_MARGIN = 3e-3
 # Largest pose error of solutions [m, rad].
 SOLUTION_ERROR = 1e-11
@@ -46,7 +46,7 @@ def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
     equations = _equations(robot)
     if equations is None:
         return [None] * len(targets)
-    with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are not clear
+    with np.errstate(over="ignore", invalid="ignore"):  # a result that is not finite is uncertain
         q, exists, clear = equations.solve(targets)
     n = len(q)
     chain, flat = joint_axes(robot), q.reshape(8 * n, 6)
@@ -79,7 +79,7 @@ class _Equations:
         self.fixed = self.axes[1] if parallel else self.axes[3]
 
     def solve(self, targets: Targets) -> tuple[FloatArray, BoolArray, BoolArray]:
-        """Joint positions (n, 8, 6), whether each exists (n, 8), and whether that is clear (n,)."""
+        """Joint positions (n, 8, 6), their existence (n, 8), and whether it is certain (n,)."""
         shoulder, wrist, elbow = _SIGNS
         a, o = self.axes, self.origins
         # R and p map points at the zero configuration to those at the pose.
@@ -121,7 +121,7 @@ class _Equations:
         room = np.array(rooms)
         exists = np.asarray((room > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for margin in room[::-1]:  # an angle that depends on an unclear one is not clear either
+        for margin in room[::-1]:  # an angle that depends on an uncertain one is uncertain as well
             clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 

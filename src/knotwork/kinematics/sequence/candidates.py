@@ -26,7 +26,7 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# Residual above which a twist is unattainable [m/s, rad/s].
+# Residual above which a twist is infeasible [m/s, rad/s].
 TWIST_RESIDUAL = 1e-7
 # Number of samples of a self-motion.
 SELF_MOTION_SAMPLES = 24
@@ -98,7 +98,7 @@ def find_candidates(
     targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
-    for i in hopeless[:1]:  # the reason, before the others are solved
+    for i in hopeless[:1]:  # raise the error before the other poses are solved
         _solution(robot, waypoints[i], references[i], units, nearest=False)
     solve = _track_self_motion if redundant else find_branches
     turns: list[tuple[list[FloatArray], bool]] = []
@@ -116,13 +116,13 @@ def find_candidates(
                 solutions = distinct_solutions(robot, targets.take([i]), solutions)
         solutions = turned_within_limits(search, solutions)
         if not sampled:
-            # The order decides ties, and must not depend on the order of searches.
+            # The order decides ties, so it must not depend on the order of searches.
             solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
         elif not redundant:
             solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
         copies = [all_turns(robot, q) for q in solutions]
         if sampled or not copies:
-            # Refined later: any solution nearby is sufficient at first.
+            # It is refined later, so any solution nearby is sufficient.
             near = reference if previous is None else previous
             previous = _solution(robot, waypoint, near, units, nearest=not sampled)
             copies.insert(0, all_turns(robot, previous))

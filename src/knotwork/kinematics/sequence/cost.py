@@ -1,4 +1,4 @@
-"""Lexicographic costs: arrays of shape (7, …), an earlier level counts before all later ones."""
+"""Lexicographic costs: arrays of shape (7, …), in which earlier levels have priority."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from knotwork.kinematics.chain.joint_ranges import BoolArray
 from knotwork.waypoints import FloatArray
 
-# Absolute and relative differences below which costs are equal: then the next level decides, and
-# finally the first candidate wins, on every machine.
+# Absolute and relative differences below which costs are equal. Then the next level decides, and
+# finally the order of the candidates, so that every machine chooses the same one.
 COST_TIE = 1e-9
 RELATIVE_COST_TIE = 1e-14
 # Absolute and relative widening of a bound, so that equal costs are within it.

@@ -8,8 +8,8 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# Within these margins of a limit [rad or m] or of a zero singular value travel is weighted more, up
-# to twice as much on a limit, and likewise at a singularity.
+# Margins of a limit [rad or m] and of a zero singular value within which travel has a higher
+# weight. The weight is up to 2 on a limit, and likewise at a singularity.
 LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
 

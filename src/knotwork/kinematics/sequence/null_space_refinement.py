@@ -24,9 +24,9 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint, FloatArray, IndexArray
 
 REFINEMENT_SWEEPS = 12
-# Steps tried along the self-motion [rad or m], either way, besides those towards the neighbours.
+# Lengths of candidate steps along the self-motion in both directions [rad or m].
 SELF_MOTION_STEPS = (0.3, 0.08, 0.02)
-# Smaller moves end the refinement [rad or m].
+# Move below which the refinement ends [rad or m].
 SMALLEST_MOVE = 1e-3
 
 
@@ -56,8 +56,9 @@ def refine_sequence(
 ) -> FloatArray:
     """Move waypoints along their self-motion to improve the whole motion.
 
-    Alternately every other waypoint and the rest try steps along their self-motion and towards
-    their neighbours. Each takes the best one, by the cost of the steps from and to its neighbours.
+    Waypoints with even and with odd indices move alternately. Candidates are steps along the
+    self-motion and towards the neighbours. Each waypoint takes the one with the minimum cost of the
+    steps from and to its neighbours.
 
     Args:
         robot: The robot.
@@ -90,13 +91,13 @@ class _Refinement:
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in movable])
         # index of each waypoint among those that may be moved
         self.number = np.cumsum([w is not None for w in task.waypoints]) - 1
-        # Rounds in which each waypoint was last moved and last tried.
+        # Rounds in which each waypoint last moved, and was last a candidate for a move.
         self.count = 1
         self.changed, self.tried = np.ones(len(positions), int), np.zeros(len(positions), int)
 
     def improve(self, chosen: list[int]) -> float:
         """Move some waypoints, no two of them neighbours, and give the largest move [rad or m]."""
-        # only those that have moved since they were tried last, or whose neighbours have
+        # only if the waypoint or a neighbour has moved since its last round
         chosen = [i for i in chosen if self.changed[max(i - 1, 0) : i + 2].max() > self.tried[i]]
         if not chosen:
             return 0.0
@@ -110,7 +111,7 @@ class _Refinement:
             limits=limits_of(self.robot),
             max_iterations=12,
         )
-        # The present configuration comes first, and ties keep it.
+        # The present configuration is the first candidate, so a tie keeps it.
         owner = np.concatenate([np.array(chosen), owner[trials.converged]])
         q = np.vstack([self.q[chosen], trials.q[trials.converged]])
         J = self.axes.jacobians(q)

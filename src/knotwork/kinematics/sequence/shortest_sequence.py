@@ -52,9 +52,9 @@ def choose_sequence(
 ) -> ConfigurationSequence:
     """Choose the minimum-cost sequence by dynamic programming (Bellman, 1957).
 
-    The cost of a joint without limits depends on its shortest rotation in a step. The turn that it
-    has reached matters only where given positions follow later; there the turn of the cheapest
-    sequence to each candidate is used.
+    The cost of a joint without limits depends on its shortest rotation in a step. Its number of
+    turns only affects the cost where given positions follow later. There each candidate has the
+    turn of the cheapest sequence to it.
 
     Args:
         layers: The candidates at each of n waypoints, at least one in each.
@@ -117,7 +117,7 @@ def _cheapest_sequences(
                     :, unbounded
                 ]
                 layer = layer._replace(q=q)
-            # At a singularity a branch has no flag, and keeps the flag of the sequence to it.
+            # At a singularity a branch has no flag, so it takes the flag of the sequence to it.
             flags = np.where(layer.flags == 0.0, before.flags[previous], layer.flags)
             layer = layer._replace(flags=flags)
         feasible = np.isfinite(cost[CostLevel.IMPOSSIBLE])
@@ -136,7 +136,8 @@ def _least_remaining(
 ) -> list[FloatArray]:
     """Lower bound on the cost from each layer to the end, in distance and travel.
 
-    The minimum cost of each step if all joints could take their shortest rotation.
+    It is the sum of the minimum costs of the steps if all joints could take their shortest
+    rotation.
     """
     turned = [_without_turns(layer.q).T for layer in layers]
     remaining = [make_cost()]

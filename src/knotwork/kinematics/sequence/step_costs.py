@@ -10,9 +10,10 @@ from knotwork.kinematics.chain.joint_ranges import BoolArray, whole_turns
 from knotwork.kinematics.sequence.cost import COST_TIE, CostLevel, make_cost
 from knotwork.waypoints import FloatArray, IndexArray
 
-# A speed is too high above this factor on the limit: at the limit rounding must not decide.
+# Factor on the limit above which a speed is too high, so that rounding does not decide at the
+# limit.
 OVERSPEED_FACTOR = 1.0 + 1e-9
-# Joint positions within this distance belong to the same step [rad or m].
+# Distance of joint positions within which steps are the same [rad or m].
 SAME_STEP = 1e-6
 # Fractions of an interval at which cubics are compared with position limits.
 CUBIC_SAMPLES = (0.25, 0.5, 0.75)
@@ -30,7 +31,7 @@ class Layer(NamedTuple):
         cost: Cost of each candidate, shape (7, m): see `CostLevel`.
         weight: Factor on the travel from and to each candidate, shape (m,).
         flags: Configuration flags, shape (m, k); 0 for either.
-        fixed: The positions are given, including turns.
+        fixed: Whether the positions are given, including turns.
         group_row: In a group of dependent waypoints, the group row of each candidate, shape (m,).
         previous_q: The only previous configuration of each candidate [rad or m], shape (m, d);
             `None` where any may precede it.
@@ -53,7 +54,7 @@ class Layer(NamedTuple):
 
 
 class CollidingStep(NamedTuple):
-    """A step whose motion collided.
+    """A step with a collision in its motion.
 
     Attributes:
         start, end: Joint positions at its ends [rad or m], shape (d,).
@@ -112,8 +113,8 @@ class JointRules(NamedTuple):
     def travel(self, moves: FloatArray, rest_to_rest: bool) -> FloatArray:
         """Travel of moves (d, l, m) [s], shape (l, m).
 
-        From rest to rest it is the time of the slowest joint, whatever its weight, and a fraction
-        of the travel of all joints.
+        From rest to rest it is the time of the slowest joint, regardless of its weight, plus a
+        fraction of the travel of all joints.
         """
         share = np.abs(moves) / self.speed[:, None, None]
         travel: FloatArray = np.sqrt(np.einsum("jlm,j->lm", share**2, self.weights**2))

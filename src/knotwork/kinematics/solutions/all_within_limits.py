@@ -19,16 +19,16 @@ from knotwork.kinematics.solutions.self_motion import sample_self_motion
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
-# A solution outside the limits by up to this [rad or m] may have another one next to it inside,
-# near a singularity where rounding moves solutions that far.
+# Excess over the limits [rad or m] up to which a solution may have a second one next to it inside
+# them. Near a singularity rounding moves solutions by as much.
 EDGE_DISTANCE = 1e-2
 
 
 def solutions_within_limits(search: PoseSearch) -> FloatArray:
     """All solutions of a pose inside the limits, at the turns nearest their middle.
 
-    For an arm of up to six joints, the solutions that a turn brings inside. For a redundant arm,
-    samples of its self-motion, dense enough that one is near any solution.
+    For an arm of up to six joints these are the solutions that whole turns bring inside. For a
+    redundant arm they are samples of its self-motion, dense enough that one is near any solution.
 
     Args:
         search: The pose, the robot and the tolerances.

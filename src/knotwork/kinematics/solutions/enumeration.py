@@ -28,18 +28,18 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
-# Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
-# batch of this size takes hardly longer than one of half the size.
+# Number of starts. About the same number of searches ends at each branch, an eighth for a UR5. A
+# step of a batch of this size takes hardly longer than one of half the size.
 FIRST_STARTS = 64
 MORE_STARTS = 32
 SEARCH_ROUNDS = 6
 # Steps of the first round, in which half of the searches converge, and of later rounds.
 FIRST_ITERATIONS = 12
 SEARCH_ITERATIONS = 72
-# Solutions within this distance are one [rad or m]: the remaining pose error moves no joint by
+# Distance within which solutions are equal [rad or m]. The remaining pose error moves no joint by
 # more, except where two branches meet.
 SAME_SOLUTION = 1e-5
-# Two solutions within `JOINED_DISTANCE` are one if the pose error between them is below
+# Two solutions within `JOINED_DISTANCE` are equal if the pose error between them is below
 # `JOINED_ERROR` [m, rad].
 JOINED_DISTANCE = 1e-2
 JOINED_ERROR = 1e-9
@@ -81,9 +81,9 @@ class _PoseSolutions:
 
 
 def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Find all solutions for each pose, without regard to position limits of revolute joints.
+    """Find all solutions for each pose, and ignore position limits of revolute joints.
 
-    In closed form if it is certain, otherwise by searches.
+    The closed form is used if its result is certain, otherwise searches.
 
     Args:
         robot: An arm of up to six joints.
@@ -102,8 +102,8 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Find all solutions for each pose by searches.
 
     Rounds of searches are repeated for a pose until all solutions that its configuration flags
-    allow are found, or each has been found twice: a solution that is then missing attracts few
-    searches, if any (Good, 1953). Near a singularity a round must find nothing new. Starts are a
+    allow are found, or each has been found twice. If one is then missing, few searches end at it,
+    if any (Good, 1953). Near a singularity the last round must find no new solution. Starts are a
     low-discrepancy sequence, and configurations at which searches stopped with a small error.
 
     Args and returns as of `find_branches`.
@@ -196,7 +196,7 @@ def _near_singular_rows(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _polish(search: PoseSearch, solution: FloatArray) -> FloatArray:
-    """Polish a solution by Newton steps: near a singularity small errors move joints.
+    """Polish a solution by Newton steps, because near a singularity small errors move joints.
 
     A step along the smallest right-singular vector may increase the error before the next one
     reduces it.

@@ -1,11 +1,11 @@
 """Near-singular continuation: solutions near a singularity, found along a curve.
 
-If an arm of six joints is nearly singular, for example with two axes of its wrist nearly aligned,
-it can move along a curve while the tool stays almost at its pose. On the curve the error has a
-component in one direction only, the smallest left-singular vector of the Jacobian: the signed
-residual, as small as the distance from the singularity. Its zeros are the solutions. A local search
-near the curve converges very slowly; here the curve is followed from end to end instead, and the
-zeros of the signed residual are found.
+An arm of six joints is nearly singular if, for example, two axes of its wrist are nearly aligned.
+It can then move along a curve while the tool stays almost at its pose. On the curve the error has a
+component in one direction only, the smallest left-singular vector of the Jacobian. This component
+is the signed residual. It is as small as the distance from the singularity, and its zeros are the
+solutions. A local search near the curve converges very slowly. Therefore the curve is followed from
+end to end, and the zeros of the signed residual are found.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# Maximum residual on a curve [m, rad]: farther from a singularity local searches converge as usual.
+# Maximum residual on a curve [m, rad]. Farther from a singularity local searches converge as usual.
 MAX_RESIDUAL = 1e-2
 # Pose error of solutions, limited by rounding [m, rad].
 SOLUTION_TOLERANCE = 1e-10
@@ -34,21 +34,21 @@ MAX_CURVE_STEPS = 160
 MAX_CURVES = 10
 # Distance from a point of a followed curve within which a configuration belongs to that curve.
 SAME_CURVE = 2.0 * CURVE_STEP
-# Newton steps back onto the curve, perpendicular to it, and the size of the last one [rad or m]:
-# the remaining error is its square.
+# Number of Newton steps back onto the curve, perpendicular to it, and the size of the last one [rad
+# or m]. The remaining error is its square.
 CURVE_CORRECTIONS = 6
 CORRECTED = 1e-6
-# One singular value is small; if the second is below this, too, curves meet.
+# Second smallest singular value below which curves meet.
 SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
 GOLDEN_STEPS = 40
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-# A parabola through three residuals excludes a zero if its vertex is above this [m, rad], unless
-# the residuals are below `SMALL_RESIDUAL`.
+# Residual [m, rad] above which the vertex of a parabola through three residuals excludes a zero,
+# unless they are below `SMALL_RESIDUAL`.
 ZERO_MARGIN = 1e-9
 SMALL_RESIDUAL = 1e-6
-# Rounding error of the residual [m, rad]: a solution 1e-6 from a singularity is known to 1e-6 along
-# the curve.
+# Rounding error of the residual [m, rad]. A solution at 1e-6 from a singularity is known to 1e-6
+# along the curve.
 RESIDUAL_ROUNDING = 1e-15
 
 
@@ -86,7 +86,7 @@ def near_singular_solutions(
         Solutions, shape (d,) each, possibly with duplicates.
     """
     zeros: list[FloatArray] = []
-    touching: list[FloatArray] = []  # known less exactly: along the curve the residual is as small
+    touching: list[FloatArray] = []  # less exact: the residual is small along the curve
     for curve in _curves(search, starts, most_steps):
         points = _with_double_zeros(search, curve)
         for a, b in itertools.pairwise(points):
@@ -182,7 +182,7 @@ def _one_way(
         if following is None:
             break
         curve.append(following)
-        if closed:  # one more step, so that no gap remains between the last and the first point
+        if closed:  # one more step closes the gap between the last and the first point
             break
         length += step
         gap = joint_distances(following.q, first.q, revolute)
@@ -195,7 +195,7 @@ def _one_way(
 def _with_double_zeros(search: PoseSearch, curve: list[_CurvePoint]) -> list[_CurvePoint]:
     """The curve with additional points at double zeros of the residual.
 
-    There two solutions are close to each other: the arm is nearly singular in a second way.
+    There two solutions are close to each other, because the arm is nearly singular in a second way.
     """
     result = curve[:1]
     for a, b, c in zip(curve, curve[1:], curve[2:], strict=False):

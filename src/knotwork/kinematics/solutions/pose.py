@@ -28,14 +28,14 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
-# Maximum number of restarts for a first solution; then all solutions are searched for in one batch.
+# Maximum number of restarts for a first solution. After them one batch searches for all solutions.
 MAX_RESTARTS = 50
 # A solution of the local search within this distance of the start [rad or m] counts as the nearest.
 # Near a singularity a second solution is searched for first, within `TWIN_DISTANCE_FACTOR` times
-# the distance from the start; in theory a nearer one lies within twice the distance.
+# the distance from the start. In theory a nearer one is within twice the distance.
 NEAR_DISTANCE = 0.5
 TWIN_DISTANCE_FACTOR = 3.0
-# Number of searches from around the start, for a redundant arm.
+# Number of searches from starts around the given one, for a redundant arm.
 NEARBY_RESTARTS = 8
 # A solution within this distance is the nearest one [rad or m].
 SAME_CONFIGURATION = 1e-6
@@ -95,9 +95,10 @@ def solve_pose_ik(
 ) -> IKSolution:
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
-    Three steps: a local search from the start; if that fails or ends far away, the nearest of all
-    solutions found, without proof; if there is none, a diagnosis. Joints are moved by whole turns
-    towards the start, and a redundant arm along its self-motion.
+    There are three steps. The first is a local search from the start. If it fails or ends far away,
+    the second takes the nearest of all solutions found, without a proof that there is no nearer
+    one. If there is none, the third is a diagnosis. Joints are moved by whole turns towards the
+    start, and a redundant arm is moved along its self-motion.
 
     Args:
         robot: The robot.
@@ -114,7 +115,8 @@ def solve_pose_ik(
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: The pose is not reachable; by how much, or only otherwise turned.
+        UnreachablePoseError: The pose is out of reach, or is reachable only with another
+            orientation.
         WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
@@ -190,7 +192,7 @@ class _NearestSolution:
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
         for q in turned[: MAX_FOLLOWED if self._follow else 1]:
             self.take(q)
-        if self._follow:  # samples are incomplete: another solution may be close
+        if self._follow:  # samples are incomplete, so another solution may be closer
             self.is_nearest()
 
     def is_nearest(self) -> bool:
@@ -198,10 +200,10 @@ class _NearestSolution:
 
         Take a step t along a right-singular vector whose singular value is σ, and let κ be the
         acceleration of the tool along the left-singular vector. To second order the tool moves by
-        σt + κt²/2, which is zero again at t = −2σ/κ. Near there is a second solution.
+        σt + κt²/2, which is zero again at t = −2σ/κ. Near that step there is a second solution.
         """
         if self.best is None and self._follow and self._stuck < NEAR_DISTANCE:
-            # Held at a limit that another path of the self-motion may avoid.
+            # A joint is at a limit that another path of the self-motion may avoid.
             for start in self._around(NEAR_DISTANCE):
                 self.search_from(start, HASTY_EFFORT)
         if self.best is None or self.distance > NEAR_DISTANCE:

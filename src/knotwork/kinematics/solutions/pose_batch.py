@@ -31,9 +31,9 @@ def solve_pose_ik_batch(
 ) -> BatchSolution:
     """Find joint positions inside the limits for many poses, in one batch.
 
-    Faster than single poses from about ten poses on. A pose that fails from its start is searched
-    for again from other starts, the same ones every time. Any solution is accepted; a close start
-    gives a close solution.
+    This is faster than single poses from about ten poses on. If a pose fails from its start, it is
+    searched for again from other starts. These are the same in every call. Any solution is
+    accepted; a close start gives a close solution.
 
     Args:
         robot: The robot.
@@ -81,7 +81,7 @@ def _solve_with_restarts(
     q = clip(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
     todo, iterations, restarts = np.arange(n), 0, 0
-    begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
+    begin = q[:, None]  # starts of each remaining pose, shape (len(todo), k, d)
     while True:
         count = begin.shape[1]
         group = np.repeat(todo, count)

@@ -49,7 +49,7 @@ class ChosenTimes:
         path_limits: Limiting constraints of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
-        met: Names of waypoints in moving frames, whose times were chosen before.
+        met: Names of waypoints in moving frames. Their times were chosen first.
     """
 
     asked: Scenario
@@ -151,7 +151,7 @@ def choose_times(
 
 
 SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
-"""Fractions of the maximum speeds along paths that are tried if these are infeasible."""
+"""Candidate fractions of the maximum speeds along paths, used if these are infeasible."""
 
 
 _Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
@@ -163,8 +163,8 @@ def _fastest(
 ) -> _Motions:
     """Speeds along paths and all motions.
 
-    If the maximum speeds are infeasible, lower ones are tried until the total duration
-    grows again.
+    If the maximum speeds are infeasible, they are lowered in steps until the total duration
+    increases.
 
     Raises:
         NoMotionsError: No motions were found.
@@ -177,7 +177,7 @@ def _fastest(
     best: _Motions | None = None
     for part in SPEED_FRACTIONS if lower else ():
         if budget.late(has_motion=True) and (best or part != SPEED_FRACTIONS[-1]):
-            continue  # the lowest speeds are feasible if any are
+            continue  # if any speeds are feasible, the lowest are
         caps = {i: part * paths.speeds[i] for i in lower}
         slower = with_greatest_speeds(scenario, free, solution, caps)
         try:

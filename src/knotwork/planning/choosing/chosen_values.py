@@ -82,8 +82,8 @@ def solutions_near(
     """
     positions = task.waypoints.position if positions is None else positions
     index, paths, units = task.scenario.index, task.scenario.paths, _Factors(task)
-    # in the task, the end of a path and of the wait there are one waypoint; a wait on a frame that
-    # moves is a path as well, but a pose without another path to it has a solution of its own
+    # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
+    # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
     followed = {index[i] for first, i in along if index[i] != index[first]}
     poses: dict[int, int] = {}
@@ -105,7 +105,7 @@ def _chosen_speed(
     robot, joints = robot.in_frame(standing=waypoint.standing)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
-        twist -= waypoint.twist  # velocity of its frame: the file gives relative velocities
+        twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
         if scenario.on and not waypoint.standing:  # the base of the file moves relative to it
             spec = scenario.task.waypoints[scenario.index[i]]

@@ -1,4 +1,4 @@
-"""Findings on collision-free motions: number of tries, and minimum clearance."""
+"""Findings on collision-free motions: number of searches, and minimum clearance."""
 
 from __future__ import annotations
 

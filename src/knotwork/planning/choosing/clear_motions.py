@@ -97,7 +97,7 @@ def clear_motion(
 def _timed_motion(
     way: ClearMotion, curve: PiecewisePolynomial, problem: TimingProblem, ends: ClearMotionProblem
 ) -> TimedMotion:
-    """The timed motion of a found one, like that of any segment."""
+    """The timed motion of a collision-free motion, like that of any segment."""
     least = min(
         lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
         for first in ends.starts
@@ -126,7 +126,7 @@ def _stop(
 
 
 def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
-    """Bodies present during a segment, at provisional times; they must not change.
+    """Bodies that are present during a segment, at provisional times. They must not change.
 
     Raises:
         InputError: The bodies change during the segment, or an obstacle moves.
@@ -161,9 +161,9 @@ def _solutions(
 ) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
-    All solutions of the pose, nearest to the other end first, if nothing depends on
-    the choice: the arm stops there, nothing precedes the start, and a motion after the end is
-    collision-free as well.
+    All solutions of the pose, in order of the distance to the other end, if no other motion depends
+    on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
+    after the end is planned collision-free as well.
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
@@ -215,7 +215,7 @@ def _located_error(
     no_way: NoClearMotionError, task: FreeTask, segment: FreeSegment
 ) -> NoWayFoundError:
     """The error for a missing motion, at the waypoint of the fault."""
-    # the fault is at an end, or at a waypoint in between, by index
+    # the error is at an end, or at a waypoint between the ends, by index
     k = int(no_way.end) if no_way.end.isdigit() else {"start": 0}.get(no_way.end, -1)
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
     message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"

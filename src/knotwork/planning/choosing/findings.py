@@ -148,7 +148,7 @@ def _limits_by_interval(
 
 
 def _longest(limits: _Shares) -> str:
-    """The constraint that limits for most of the time, and the number of others."""
+    """The constraint that is active for the longest time, and the number of other ones."""
     limit, share = max(limits, key=lambda pair: pair[1] or 0.0)
     remaining = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
     return f"{limit} {_share_text(share).removeprefix('for ')}{remaining}"

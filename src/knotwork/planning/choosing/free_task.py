@@ -99,9 +99,10 @@ class FreeTask:
 
     @cached_property
     def still_points(self) -> Mapping[int, str]:
-        """Waypoints with zero acceleration, and the reason in words: segments are split there.
+        """Waypoints with zero acceleration, and a text of the reason.
 
-        Two collision-free motions with only a given position between them are one.
+        Segments are split there. Two collision-free motions are one if only a position is given
+        between them.
         """
         free = self.free
         open_time = free.duration & (free.at_least == 0.0)
@@ -128,7 +129,7 @@ class FreeTask:
         return Obstacles(self.scenario, self.space, self.space.robot).model
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
-        """The error with its place in the file: a key of waypoint i of the scenario."""
+        """The error with its location in the file: a key of waypoint i of the scenario."""
         k = self.scenario.index[i]
         place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
         error.locate(self.scenario.where(*place, *key))

@@ -13,7 +13,7 @@ from knotwork.task.places import moved_paths
 
 
 def frozen_text(scenario: Scenario, folder: Path) -> str:
-    """YAML of a scenario's task: its file's text with other values, or new text without a file.
+    """YAML of a scenario's task: the text of its file with other values, or else a new text.
 
     Args:
         scenario: The scenario.
@@ -30,7 +30,7 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
 
 
 def saved_text(scenario: Scenario, folder: Path) -> str:
-    """Frozen text, written anew with a comment where the text of the file can't be kept."""
+    """Frozen text; new text with a comment if the text of the file can't be kept."""
     try:
         return frozen_text(scenario, folder)
     except InputError as error:

@@ -22,13 +22,15 @@ from knotwork.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.waypoints import FloatArray
 
 PIECE_FRACTIONS = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
-"""Evaluation points in each piece of a curve: both ends, where it may jump, and between them."""
+"""Evaluation points in each piece of a curve: both ends, where it may jump, and points between
+them.
+"""
 
 TIMING_FRACTIONS = np.linspace(1e-6, 1.0 - 1e-6, 33)
 """Evaluation points in each piece of a timing."""
 
 TOOL_MARGIN = 1e-3
-"""Fraction by which the tool stays below its limit along a path, so that it can be approached."""
+"""Fraction by which the tool stays below its limit along a path, as a margin for the approach."""
 
 MIDDLE_HALF_WIDTH = 0.25
 """Half width of the middle of a stretch, as a fraction of its length."""

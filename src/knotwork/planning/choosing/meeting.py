@@ -1,8 +1,9 @@
-"""Arrival times at moving frames, by fixed-point iteration: poses depend on them, and vice versa.
+"""Arrival times at moving frames, by fixed-point iteration.
 
-Minimum times to the poses are chosen with the frames at their expected times; the results
-are expected next, until both agree. An arm is faster than the frames, so the iteration
-converges, if not with full steps, then with half ones. The times are then fixed, slightly longer.
+The poses depend on the arrival times, and the minimum times depend on the poses. Each iteration
+chooses minimum times with the frames at their expected times. The results are the expected times of
+the next iteration, until both agree. An arm is faster than the frames, so the iteration converges
+with full or with half steps. The times are then made slightly longer and fixed.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def _free(scenario: Scenario) -> FreeTimes:
 def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
-    """Another task in place of a scenario's, with expected times [s] by waypoint of the task."""
+    """The scenario with another task, and expected times [s] by waypoint of the task."""
     return replace(resolved(task, scenario.places, expected), under_way=scenario.under_way)
 
 
@@ -127,9 +128,9 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
 def _times_before(
     scenario: Scenario, choose: Choose, first: int
 ) -> tuple[PlainTask, dict[int, float]]:
-    """The part before a waypoint, planned independently: the task with its speeds, its times [s].
+    """The motion before a waypoint, planned alone: the task with its speeds, and its times [s].
 
-    The unchanged task without times if nothing is free there, or if it is not a complete task.
+    The task is unchanged and has no times if none is free there, or if it is not a complete task.
     """
     task = scenario.task
     if _free(scenario).first_untimed >= first:
@@ -204,7 +205,7 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     ends: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
         ends = {"times": None, "objective": None}
-        if free.optimal_knots:  # short moves end with accelerations that least jerk would keep up
+        if free.optimal_knots:  # minimum jerk would continue end accelerations
             terms = {name: value for name, value in free.objective.items() if name != "time"}
             ends = {
                 "times": None,

@@ -1,7 +1,8 @@
 """Maximum constant speeds along one tool path, from q(s) and its derivatives.
 
-The speeds follow from the limits in closed form where the speed is constant, and are lowered until
-changes of speed keep the limits, too. A planned motion corrects the expected shares of the limits.
+Where the speed is constant, it follows from the limits in closed form. The speeds are then lowered
+until changes of speed keep the limits as well. A planned motion corrects the expected shares of the
+limits.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ Speeds = dict[int, float]
 """Speeds [m/s] by index of the stretch."""
 
 SPEED_DIGITS = 4
-"""Number of digits that speeds are rounded down to."""
+"""Number of digits to which speeds are rounded down."""
 
 MIN_SPEED = 1e-3
-"""Speed below which none is lowered to keep a limit [m/s]."""
+"""Speed below which no speed is lowered to keep a limit [m/s]."""
 
 FIT_ROUNDS = 100
 """Largest number of rounds until rounded speeds have room for changes of speed."""
@@ -42,13 +43,13 @@ EXCESS_CORRECTION = 1.001
 """Factor on the expectation where a limit is exceeded."""
 
 RAMP_RATIO = 0.85
-"""Fraction of the expected share that planned changes of speed use, per order of a limit."""
+"""Fraction of the expected share that planned changes of speed use, for each order of a limit."""
 
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
 BINDING_FACTOR = 1.02
-"""Factor on a speed that must exceed a bound for this to be the limiting one."""
+"""Factor on a bound. A bound limits a speed that would otherwise exceed it by this factor."""
 
 
 class SpeedBound(StrEnum):
@@ -81,8 +82,7 @@ class PathSpeeds:
     Args:
         task: The task.
         path: One of its paths.
-        caps: Upper bounds of the free speeds [m/s] and what they stem from, by index of the
-            stretch.
+        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
     """
 
     def __init__(
@@ -123,15 +123,16 @@ class PathSpeeds:
         return np.asarray(np.maximum(used, 1e-9) ** (-1.0 / self.shares.orders))
 
     def _slow_down(self, speeds: Speeds, used: FloatArray) -> Speeds:
-        """Lower the speed where a limit is exceeded most, in one step at most to a neighbour's.
+        """Lower the speed where the excess over a limit is largest, by one step.
 
-        Between equal speeds no ramp is needed.
+        A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
+        speeds.
         """
         k = int(used.max(axis=1).argmax())
         factors = self._factors(used[k])
         limit = self.shares.limits[int(factors.argmin())]
         factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
-        # beside a stretch with a given speed, the next ones with a chosen speed
+        # next to a stretch with a given speed, the nearest ones with a chosen speed
         before, after = [j for j in speeds if j < k][-1:], [j for j in speeds if j > k][:1]
         stretches = [k] if k in speeds else before + after
         if not stretches:
@@ -194,7 +195,7 @@ class PathSpeeds:
         return None if within else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
 
     def limiting_constraint(self, k: int) -> Limit | SpeedBound | None:
-        """Limiting constraint of a stretch's chosen speed after `verify`; `None` without one."""
+        """Limiting constraint of the chosen speed of a stretch after `verify`, or `None`."""
         cap, bound = self.caps[k]
         if BINDING_FACTOR * self.speeds[k] > cap:
             return bound

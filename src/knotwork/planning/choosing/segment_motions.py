@@ -22,7 +22,10 @@ SMOOTHEST = Objective(time=0.0, jerk=1.0)
 """Objective of a single interval with a given time."""
 
 CALMEST = Objective(time=0.0, acceleration=1.0)
-"""The same for several: least jerk would keep up the accelerations of a short one in a long one."""
+"""The same for several intervals.
+
+With minimum jerk the accelerations of a short interval would continue in a long one.
+"""
 
 
 class NoMotionsError(Exception):

@@ -14,10 +14,10 @@ from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import FloatArray, IndexArray
 
 MIN_RAMP_TIME = 0.01
-"""Without a jerk limit, the minimum time from zero to the maximum acceleration [s]."""
+"""Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
 
 MAX_JERK = 2e4
-"""Without limits of jerk and acceleration, the largest jerk [rad/s³ or m/s³]."""
+"""Largest jerk if there are no limits of jerk and acceleration [rad/s³ or m/s³]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +160,8 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
 def _accelerations(task: FreeTask, segment: FreeSegment) -> FloatArray:
     """Accelerations at the ends of a segment.
 
-    At the ends of the motion as given; else zero where times are chosen, and free where only
-    knots are. Zero where a collision-free motion begins or ends.
+    At the ends of the motion they are as given. Otherwise they are zero if times are chosen, and
+    free if only knots are chosen. They are zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
     known = np.full((len(rows), len(space.joint_names)), np.nan)

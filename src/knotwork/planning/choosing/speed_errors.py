@@ -1,4 +1,4 @@
-"""Errors of speeds along tool paths, and of given speeds of the tool, with what is accepted."""
+"""Errors of speeds along tool paths, and of given speeds of the tool, with accepted values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SOLVER_SPEED_MARGIN = 5e-4
 """Fraction of the limit that a given speed at a waypoint must leave to the solver."""
 
 ADVISED_MARGIN = 0.002
-"""Fraction of the limit that an advised speed leaves to the motion around the waypoint."""
+"""Fraction of the limit by which an advised speed is lower, for the motion around the waypoint."""
 
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:

@@ -48,7 +48,7 @@ def with_greatest_speeds(
     solution: TaskSolution | None,
     caps: Mapping[int, float] = MappingProxyType({}),
 ) -> TimedPaths:
-    """Choose the free speeds along tool paths, until a planned motion keeps the limits.
+    """Choose the free speeds along tool paths such that a planned motion keeps the limits.
 
     Args:
         scenario: The task.

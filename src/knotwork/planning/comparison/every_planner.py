@@ -95,10 +95,9 @@ def compare(
 ) -> Comparison:
     """Plan a scenario with several planners and score the motions.
 
-    Every planner gets the joint waypoints of `knotwork.plan` for the scenario, and those
-    of its options that it supports; accelerations and higher derivatives at waypoints are only
-    for the scenario's own planner. Free times and speeds are chosen once, for
-    all planners.
+    Every planner gets the joint waypoints of `knotwork.plan` for the scenario, and the options of
+    the scenario that it supports. Only the scenario's own planner gets accelerations and higher
+    derivatives at waypoints. Free times and speeds are chosen once, for all planners.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
@@ -150,7 +149,7 @@ def compare(
 def _base(scenario: Scenario) -> Plan:
     """The plan with the joint waypoints for all planners.
 
-    If the scenario's own planner fails, another one is taken that can plan any task.
+    If the scenario's own planner fails, another one is used that can plan any task.
     """
     try:
         return plan(scenario)
@@ -164,7 +163,9 @@ def _same_motion(first: JointTrajectory, second: JointTrajectory) -> bool:
 
 
 TIMED_RUNS = 5
-"""The first run of a planner loads its module: the best of a few measures planning alone."""
+"""The first run of a planner loads its module, so the minimum of several runs is the time of
+planning alone.
+"""
 
 
 def _time_planner(

@@ -27,8 +27,8 @@ from knotwork.waypoints import FloatArray, IndexArray
 
 # Starts within this distance belong to the same continuation [rad or m].
 SAME_START = 1e-9
-# If no candidate can follow the paths with least-norm joint velocities, planned self-motion
-# (`Ladder`) is tried from `MAX_GUIDED` branches, the cheapest first, until `ENOUGH_GUIDED` succeed.
+# If no candidate can follow the paths with minimum-norm joint velocities, self-motion is planned
+# (`Ladder`) from up to `MAX_GUIDED` branches, the cheapest first, until `ENOUGH_GUIDED` succeed.
 MAX_GUIDED, ENOUGH_GUIDED = 12, 3
 # Factor on the number of collision tests along planned self-motion.
 GUIDED_SAMPLES_FACTOR = 4
@@ -117,7 +117,7 @@ class _BlockedPathError(Exception):
         start: Candidates at its start, m of them.
         branches: Index of the continuation of each candidate, shape (m,).
         turns: Offset of each candidate from its continuation [rad], shape (m, d).
-        tried: Whether each is in the branch asked for, shape (m,).
+        tried: Whether each is in the requested branch, shape (m,).
         feasible: Whether each of the others can follow the path, shape (m,).
         contacts: Step of the first collision, by index of the continuation.
     """
@@ -155,8 +155,8 @@ class GroupSolver:
     def solve(self, group: range, first: Candidates) -> GroupSolution:
         """Continue candidates at the first waypoint through a group.
 
-        Candidates that reach the end are kept. If none does, planned self-motion is tried, and then
-        virtual joints that slow down before their limits.
+        Candidates that reach the end are kept. If none does, self-motion is planned, and then
+        virtual joints that slow down before their limits are used.
 
         Raises:
             FollowingError: No candidate can follow a path to its end.
@@ -239,7 +239,7 @@ class GroupSolver:
         """Rows that can follow a path, candidates at its waypoints after the first, and the track.
 
         Raises:
-            _BlockedPathError: No candidate in the branch asked for can.
+            _BlockedPathError: No candidate in the requested branch can follow it.
         """
         path, robot = track.path, track.chain.robot
         q = start.q[:, track.chain.columns]
@@ -287,8 +287,9 @@ class GroupSolver:
     def _following_error(self, blocked: _BlockedPathError) -> FollowingError:
         """The error for a path that can't be followed.
 
-        It names the start for which a lower speed is sufficient, or else the start that gets
-        farthest; and the branches that can follow the path, if another was asked for.
+        It names the start for which a lower speed is sufficient, or otherwise the start that
+        reaches farthest. If another branch was requested, it names the branches that can follow the
+        path.
         """
         path, robot = blocked.track.path, blocked.track.chain.robot
         tried = np.flatnonzero(blocked.tried)

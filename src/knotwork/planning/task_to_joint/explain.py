@@ -1,4 +1,4 @@
-"""Explain the chosen solutions, and the velocity limits that no choice can keep."""
+"""Reasons of the chosen solutions, and velocity limits that no choice can keep."""
 
 from __future__ import annotations
 

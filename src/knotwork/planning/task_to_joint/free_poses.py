@@ -47,7 +47,7 @@ class FreedomChain(NamedTuple):
 
     @property
     def is_hard(self) -> bool:
-        """Whether a virtual joint stops hard at its limits."""
+        """Whether a virtual joint stops abruptly at its limits."""
         joints = self.robot.virtual_joints
         return any(not joint.soft and np.isfinite(joint.upper - joint.lower) for joint in joints)
 
@@ -68,7 +68,8 @@ class FreedomChain(NamedTuple):
     def expand(self, candidates: Candidates, robot: Robot, default: FloatArray) -> Candidates:
         """Convert candidates to those of the arm with the virtual joints of all freedoms.
 
-        Joints that do not move the tool relative to the pose (a table's) are as in `others`.
+        Joints that do not move the tool relative to the pose (such as that of a table) have the
+        values in `default`.
         """
         if self.robot is robot:
             return candidates
@@ -86,7 +87,7 @@ class FreedomChains:
 
     Attributes:
         arm: The arm.
-        whole: The arm with the virtual joints of all freedoms, joints in common once.
+        whole: The arm with the virtual joints of all freedoms, common joints once.
 
     Raises:
         BranchError: The scenario asks for a branch, and a pose has a freedom.

@@ -1,4 +1,4 @@
-"""Joint waypoints, with those inserted along tool paths and the accelerations of waits."""
+"""Joint waypoints, including inserted ones along tool paths, and the accelerations of waits."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def complete_waypoints(
 
 
 def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
-    """Make the arm end each wait exactly where the wait began."""
+    """Make the positions at the end of each wait equal to those at its beginning."""
     for i in waits:
         rows.position[i + 1] = rows.position[i]
 
@@ -156,7 +156,7 @@ def _insert_waypoints(
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stops
     scatter = track.chain.scatter
     position = scatter(followed.position)
-    position[0] = start  # without a rounding difference to a wait before the path
+    position[0] = start  # without a rounding difference from a wait before the path
     return JointRows(
         followed.time, names, position, scatter(velocity), scatter(acceleration), asked
     )

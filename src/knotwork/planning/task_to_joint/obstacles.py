@@ -21,13 +21,16 @@ if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
 
 COLLISION_SAMPLES = 24
-"""Number of times along a path at which candidates are tested; the check gives the proof."""
+"""Number of times along a path at which candidates are tested for collisions.
+
+The proof is part of the check.
+"""
 
 CONTACT_TIME_PRECISION = 1e-6
 """Precision of the time at which a contact begins [s]."""
 
 ENOUGH_CLEARANCE = 0.1
-"""Clearance [m] above which more is not preferred."""
+"""Clearance [m] above which a larger one is not preferred."""
 
 
 class Obstacles:
@@ -67,7 +70,7 @@ class Obstacles:
         margin = self.scenario.scene.rules.margin
         start = float(self.scenario.provisional_times[0])
         for distance, first, second in self._gaps(q, start):
-            # an object that is picked up at the start is not static any more
+            # an object that is picked up at the start is no longer static
             stands = first.kind == "object" and not first.joint and first.end > start
             if distance <= -margin and stands and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
@@ -86,7 +89,7 @@ class Obstacles:
         return (self._branch_clearance(index, candidates, 0.0) < 0.0).astype(float)
 
     def shortfall(self, index: int, candidates: Candidates) -> FloatArray:
-        """Cost of little clearance for each candidate, 0 to 1, shape (m,)."""
+        """Cost of a small clearance for each candidate, 0 to 1, shape (m,)."""
         clearance = np.maximum(self._branch_clearance(index, candidates, ENOUGH_CLEARANCE), 0.0)
         return np.asarray(1.0 - clearance / ENOUGH_CLEARANCE)
 

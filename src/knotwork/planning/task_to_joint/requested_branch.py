@@ -1,4 +1,4 @@
-"""The branch that a scenario asks for, and the errors where it can't be had."""
+"""The branch that a scenario requests, and the errors if it is infeasible."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
 def allowed_rows(
     scenario: Scenario, robot: Robot, index: int, candidates: Candidates
 ) -> IndexArray:
-    """Indices of the candidates in the branch asked for by name.
+    """Indices of the candidates in the branch that is requested by name.
 
     Raises:
         BranchError: No candidate is in that branch.
@@ -64,7 +64,7 @@ def allowed_rows(
 
 
 def is_in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
-    """Whether each candidate is in the branch asked for by name; all are if none is asked for."""
+    """Whether each candidate is in the branch requested by name; all are without a request."""
     wanted = scenario.branch
     if isinstance(wanted, str):
         return np.ones(len(candidates.q), dtype=bool)
@@ -86,7 +86,7 @@ def branch_names(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
 def no_branch(
     scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
 ) -> BranchError:
-    """Make the error for a waypoint that is not reached in the branch asked for."""
+    """Make the error for a waypoint that is not reached in the requested branch."""
     target = scenario.waypoints[index]
     branches = () if candidates is None else branch_names(robot, candidates)
     wanted = scenario.branch

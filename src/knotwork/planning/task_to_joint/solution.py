@@ -24,7 +24,7 @@ class Choice:
         waypoint: Name of the waypoint.
         branch: Name of the branch, for example `shoulder left, elbow up, no flip`; empty where
             branches have no names.
-        turns: Joints and the whole turns by which they differ from within half a turn of zero.
+        turns: Joints that are not within half a turn of zero, and their whole turns.
         branches: Number of branches inside the limits; for a redundant arm, of samples.
         solutions: Number of solutions inside the limits, turns included.
         sampled: The arm is redundant at the pose.

@@ -112,8 +112,8 @@ class SolutionSearch:
             OutOfReachError: A pose has no candidate.
             CollisionError: A static object touches the robot at its start.
             FollowingError: No candidate can follow a path to its end.
-            BranchError: No sequence of candidates is in the branch asked for.
-            SingularityError: The chosen arm can't move as asked at a waypoint.
+            BranchError: No sequence of candidates is in the requested branch.
+            SingularityError: The chosen configuration does not allow the velocity at a waypoint.
         """
         self._find_candidates()
         start = self.space.targets[0]
@@ -183,8 +183,8 @@ class SolutionSearch:
     ) -> Candidates:
         """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
 
-        At the start of a path or a wait the arm is not refined later. Elsewhere it is, but from
-        distant samples no motion between waypoints might be feasible.
+        The configuration at the start of a path or a wait is not refined later. Other ones are, but
+        a feasible motion between distant samples may not exist.
         """
         from knotwork.kinematics.sequence.null_space_refinement import (
             RefinementTask,
@@ -202,7 +202,7 @@ class SolutionSearch:
         )
 
     def _reference(self, index: int) -> FloatArray:
-        """The last configuration before a waypoint that is known without a search."""
+        """The last known configuration before a waypoint, without a search."""
         if self.near is not None:
             return self.near
         known = (
@@ -211,7 +211,7 @@ class SolutionSearch:
         return next(known, home(self.space))
 
     def _layer(self, index: int) -> Layer:
-        """The candidates at a waypoint in the branch asked for, with their costs."""
+        """The candidates at a waypoint in the requested branch, with their costs."""
         target = self.space.targets[index]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
@@ -226,7 +226,7 @@ class SolutionSearch:
         distance, travel = np.zeros((2, len(rows)))
         if self.near is not None:
             # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
-            # and then follow the motion, or joints would be wound back.
+            # and then follow the motion, so that joints do not unwind.
             gap = difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
         elif self.scenario.prefers_clearance and self.obstacles is not None:

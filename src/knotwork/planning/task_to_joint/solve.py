@@ -48,8 +48,8 @@ def solve_task(
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
         OutsideLimitsError: A pose is reached only with joints outside their limits.
-        BranchError: No solution of a pose is in the branch asked for.
-        SingularityError: The arm can't move as asked at a waypoint.
+        BranchError: No solution of a pose is in the requested branch.
+        SingularityError: The chosen configuration does not allow the velocity at a waypoint.
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
 

@@ -67,7 +67,7 @@ def step_rules(
     ]
     rules = []
     for i, duration in enumerate(np.diff(scenario.provisional_times).tolist()):
-        # Where the tool passes at speed another branch would move it off its path.
+        # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
         rests = unknowns is not None and bool(unknowns.duration[i]) and i + 1 not in unknowns.ways
@@ -90,7 +90,7 @@ def step_rules(
 def _avoided_distance(chains: FreedomChains) -> FloatArray:
     """Distance to a colliding step within which a step is avoided [rad or m], shape (d,).
 
-    It is infinite for virtual joints, and for the last joint where the turn about it is free.
+    It is infinite for virtual joints, and for the last joint if the turn about it is free.
     """
     robot, dof = chains.whole, chains.arm.dof
     if robot.dof <= 6:

@@ -25,7 +25,8 @@ MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
 
 MAX_RESTING_RATIO = 1.001
-"""Maximum ratio of the duration of a motion with rests to the optimum for which it is kept."""
+"""Maximum ratio of the duration with rests to the given time for which the rests are kept.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
     if problem.objective.only_time and problem.free.any() and given_time:
         rests = resting_motion(problem, "resting")
         if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given_time:
-            return rests  # the free time is negligible against the given one
+            return rests  # the free time is negligible relative to the given one
     rests = None if budget.seconds is None else resting_motion(problem, "stopped")
     for start in _starts(problem):
         attempt = _run(start, problem, budget, has_motion=rests is not None)
@@ -78,7 +79,7 @@ def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
     """The fastest motion that rests in every interval and keeps every limit, or `None`."""
     moving = bool(problem.velocity[problem.velocity_known].any())
     for slower in SLOWDOWN_FACTORS:
-        # a moving arm may have to brake at once, and may move slowly after that
+        # a moving arm may have to brake at once, and can move slowly after that
         for braking in sorted({1.0, slower} if moving else {slower}):
             knots = resting_knots(problem, slower, braking)
             if knots is None:

@@ -1,9 +1,9 @@
 """Minimum durations in closed form, under limits of velocity, acceleration and tool speed.
 
-The minimum-time motion of a joint by D with velocities v0 and v1 at its ends, |v| <= V and
-|a| <= A, accelerates to a peak velocity and then decelerates, or the reverse, with a phase at V if
-the peak would be higher. With both velocities in the same direction, durations a little above the
-minimum may be infeasible, until the joint can stop.
+The minimum-time motion of a joint by D with velocities v0 and v1 at its ends, |v| <= V and |a| <=
+A, accelerates to a peak velocity and then decelerates, or the reverse, with a phase at V if the
+peak would be higher. If both velocities have the same direction, durations slightly above the
+minimum may be infeasible, up to the duration in which the joint can stop.
 
 The path of the tool between two waypoints is at least as long as a straight line.
 """
@@ -20,9 +20,9 @@ from knotwork.waypoints import FloatArray
 def lower_bound(problem: TimingProblem) -> float:
     """Lower bound on the duration under limits of velocity, acceleration and tool speed [s].
 
-    The sum over the intervals of the maximum of: the minimum duration feasible for every joint
-    independently, the duration of a straight line of the tool at its maximum speed, and the
-    problem's lower bound.
+    It is a sum over the intervals. Each term is the maximum of three durations: the minimum
+    duration that is feasible for every joint independently, the duration of a straight line of the
+    tool at its maximum speed, and the lower bound given in the problem.
 
     >>> from knotwork.planning.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0])
@@ -50,7 +50,7 @@ def least_durations(problem: TimingProblem) -> FloatArray:
 
 
 def slowest(problem: TimingProblem, i: int) -> str:
-    """Text of what determines the lower bound of an interval; the joint's name is quoted."""
+    """Text of the limit that determines the lower bound of an interval, with the joint quoted."""
     alone, least = _of_joints(problem)[i], least_durations(problem)[i]
     if alone.max() >= least:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"

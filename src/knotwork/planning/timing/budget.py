@@ -17,8 +17,8 @@ from knotwork.planning.timing.timed_motion import Progress
 class Budget:
     """Progress and time budget of a solution over all its parts.
 
-    A part whose share has ended stops as soon as it has a motion; without one it continues until
-    the whole budget has ended.
+    When the share of a part has ended, the part stops as soon as it has a motion. Without a motion
+    it continues until the whole budget has ended.
 
     Raises:
         InputError: The budget is not positive.
@@ -71,7 +71,7 @@ class Budget:
         self.solved += intervals
 
     def late(self, *, has_motion: bool) -> bool:
-        """Whether to stop: the budget has ended, or the share has and there is a motion.
+        """Whether to stop: the budget has ended, or the share has ended and there is a motion.
 
         Args:
             has_motion: Whether there is a motion.

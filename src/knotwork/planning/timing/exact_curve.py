@@ -1,7 +1,7 @@
 """Exact curve from the solver's durations and accelerations, by linear algebra.
 
-The solver meets positions and velocities only within its tolerance: the accelerations inside each
-interval are corrected by the minimum-norm change that meets them to rounding.
+The solver meets positions and velocities only within its tolerance. The accelerations inside each
+interval get the minimum-norm correction that meets them to rounding.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class MotionKnots:
     def curve(self) -> PiecewisePolynomial:
         """The C2 cubic curve that meets all positions and velocities to rounding.
 
-        Accelerations at the waypoints are kept; those between get the minimum-norm change.
+        Accelerations at the waypoints stay; those between them get the minimum-norm correction.
         """
         breaks, span = _breaks(self)
         ends = self.position, self.velocity
@@ -92,7 +92,7 @@ def concatenate_knots(parts: Sequence[MotionKnots]) -> MotionKnots:
     if len(parts) == 1:
         return parts[0]
     pieces = max(part.share.shape[1] for part in parts)
-    # correction after division would give another curve
+    # a correction after the division would give another curve
     parts = [divide_pieces(correct_accelerations(part), pieces) for part in parts]
     return MotionKnots(
         _concatenate_times(parts),

@@ -18,7 +18,10 @@ GIVEN_ROUNDING = 1e-12
 
 
 def value_errors(problem: TimingProblem) -> list[TimingError]:
-    """Errors of given values, in the order of waypoints: of a kind the worst at each waypoint."""
+    """Errors of given values, in the order of waypoints.
+
+    Each waypoint has the worst error of each kind.
+    """
     worst: dict[tuple[str, int], TimingError] = {}
     for kind, error in (*_beyond(problem), *_unstoppable(problem)):
         key = kind, error.waypoint or 0

@@ -32,8 +32,8 @@ def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[Ti
 
     Args:
         problem: The task.
-        direct: Whether the motion may be straight between its waypoints; otherwise no sufficient
-            duration is known where one is too short.
+        direct: Whether the motion may be straight between its waypoints. Otherwise no sufficient
+            duration is known for one that is too short.
     """
     return (
         [*_overloads(problem, certain=True), *value_errors(problem)]
@@ -63,7 +63,7 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
 
     Args:
         problem: The task.
-        certain: Whether only proofs of infeasibility are errors: with an unknown acceleration the
+        certain: Whether only proofs of infeasibility are errors. With an unknown acceleration the
             arm may fall through a waypoint, and elsewhere it may not stop.
     """
     limits = problem.limits
@@ -109,7 +109,7 @@ def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
 
 
 def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
-    """Durations that are too short, that a joint can't wait for, or that have no minimum."""
+    """Infeasible durations: too short, excluded since a joint can't stop, or without a minimum."""
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])
     still = problem.free & (moves.max(axis=1) == 0.0) & (problem.at_least == 0.0)
@@ -158,7 +158,7 @@ def _cannot_wait(problem: TimingProblem, i: int) -> str:
 def _given_durations(
     problem: TimingProblem, wrong: BoolArray, prefix: str, *, direct: bool = True
 ) -> list[TimingError]:
-    """Errors for given durations, with those in which the arm can come to rest.
+    """Errors for given durations, with durations in which the arm can come to rest.
 
     Args:
         problem: The task.
@@ -195,7 +195,7 @@ def _given_durations(
 
 
 def _too_short(problem: TimingProblem) -> list[TimingError]:
-    """Given durations in which the arm can't come to rest, with those in which it can."""
+    """Given durations in which the arm can't come to rest, with durations in which it can."""
     rests = resting_motion(with_longer(problem), "resting")
     if rests is None:
         return []

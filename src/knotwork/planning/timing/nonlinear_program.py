@@ -1,8 +1,8 @@
 """Nonlinear programs of a few small functions, each repeated many times, solved by IPOPT.
 
-All intervals of a motion have the same equations. A `Kernel` has them once, with their
-derivatives; `solve_program` maps it over columns of variables and assembles the sparse Jacobian
-and Hessian by index. So the setup time does not depend on the length of the motion.
+All intervals of a motion have the same equations. A `Kernel` has these equations once, with their
+derivatives. `solve_program` maps it over columns of variables and assembles the sparse Jacobian and
+Hessian by index. So the setup time does not depend on the length of the motion.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Kernel:
         p: Parameters, a symbolic column.
         g: Constraints, a symbolic column.
         cost: Term of the objective.
-        inner: Symbols in `g` and `cost` for inner_values of the variables, and these inner_values.
-            By the chain rule, derivatives of long inner_values in few inner symbols take a
-            fraction of the operations.
+        inner: Symbols in `g` and `cost` for functions of the variables, and these functions. By the
+            chain rule, derivatives by way of a few inner symbols need only a fraction of the
+            operations.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ def solve_program(
         start: Initial variables, shape (size,), or an earlier solution.
         bounds: Lower and upper bounds of the variables, shape (size,) each.
         options: IPOPT options in addition to `IPOPT_OPTIONS`.
-        reusable: Whether the same kernels, variables and options are likely to come again.
+        reusable: Whether the same kernels, variables and options are likely to be used again.
     """
     blocks = [block for block in blocks if block.index.size]
     structure = tuple(

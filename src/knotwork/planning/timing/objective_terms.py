@@ -10,7 +10,7 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 
 
 def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
-    """Unweighted values by name of the time, and of the other terms with a weight.
+    """Unweighted values by name: the time, and the other terms with a weight.
 
     The integrals run over the motion and are summed over the joints.
     """

@@ -1,7 +1,7 @@
 """Limits and costs that depend on the robot: kernels and blocks, and values on a curve.
 
 The solver applies limits of effort and tool speed at the breaks and inside the pieces. Between
-these places they are sampled and proved afterwards, and tightened where they are exceeded.
+these points they are sampled and proved afterwards, and tightened where they are exceeded.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ SAMPLES_EACH = 16
 """Samples in each piece, without its end."""
 
 ROBOT_LIMITS = {"effort": (0.5,), "tool_speed": (0.25, 0.5, 0.75)}
-"""Limits, with the positions in each piece at which the solver has them: tool speed may vary much
-faster than effort."""
+"""Limits, with the positions in each piece at which the solver applies them.
+
+Tool speed may vary much faster than effort.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +110,8 @@ class HeldLimit(NamedTuple):
 
     Attributes:
         allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
-        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
+        active: Whether they are constraints, shape (2 pieces + 1,). They are not where a value is
+            given.
     """
 
     allowed: FloatArray
@@ -122,7 +125,7 @@ def held_blocks(
     scale: Scale,
     layout: Layout,
 ) -> Iterator[Block]:
-    """Blocks of each limit at the places where it is a constraint.
+    """Blocks of each limit at the points where it is a constraint.
 
     Args:
         problem: The problem.
@@ -176,7 +179,7 @@ def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str
 def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
     """Use of a limit that is not proved to be kept, relative to it, shape (pieces, d or 1).
 
-    Only the worst of each joint, in its piece.
+    It has only the worst value of each joint, in its piece.
     """
     from knotwork.verification.bounds import tool_speed_bound, torque_bound
 

@@ -9,7 +9,7 @@ DURATION_RESERVE = 1e-4
 
 
 def with_room(value: float) -> float:
-    """A duration slightly above a feasible one, in few digits.
+    """A duration slightly above a feasible one, with few digits.
 
     >>> with_room(1.3833333)
     1.384

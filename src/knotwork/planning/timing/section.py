@@ -22,12 +22,14 @@ from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
 from knotwork.waypoints import FloatArray
 
 EVENNESS_WEIGHT = 3e-4
-"""Weight of the unevenness of an interval's pieces, if nothing else determines it."""
+"""Weight of the differences between the pieces of an interval, for durations that are not
+determined otherwise.
+"""
 
 CALMNESS_WEIGHT = 1e-4
-"""Weight of accelerations, so that joints that are not in a hurry move no more than they must.
+"""Weight of accelerations, which avoids needless motion of joints that do not limit the duration.
 
-No motion is longer by more than this part for it.
+It makes a motion longer by at most this fraction.
 """
 
 MIN_PIECE_SHARE = 1e-4
@@ -149,8 +151,8 @@ class Section:
     def _positions_between(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of positions at four points of each piece, shape (4, d, pieces).
 
-        Next to a waypoint on a limit a piece reaches it. Next to one at rest the points are
-        constant: a solver fails if such a constant is bounded by its own value.
+        Next to a waypoint on a limit a piece reaches the limit. Next to a waypoint at rest the
+        points are constant, and a solver fails if the bound of a constant is its own value.
         """
         problem, each = self.problem, self.layout.each
         q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
@@ -309,7 +311,7 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     largest = float(span.max()) or 1.0
     typical = np.maximum(span, 1e-3 * largest)
     if problem.objective.jerk and not problem.free.any():
-        # given times set the scale of the motion, however loose the limits are
+        # given times set the scale of the motion, even if the limits are loose
         peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
         room = np.minimum(room, np.maximum(typical, peak * time**2))
     return Scale(time, np.where(np.isfinite(room), room, typical))

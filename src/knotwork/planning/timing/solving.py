@@ -22,17 +22,19 @@ from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 WINDOW_INTERVALS = 8
-"""Intervals of each window that are kept."""
+"""Number of intervals of each window that are kept."""
 INTERVALS_AHEAD = 4
-"""Additional intervals ahead that are solved with them."""
+"""Number of following intervals that are solved with them."""
 MAX_INTERVALS = 24
-"""Maximum number of intervals of a motion that is solved at once."""
+"""Maximum number of intervals of a motion that is solved as a whole."""
 BINDING_SAMPLES = 100
-"""Samples in each interval."""
+"""Number of samples in each interval."""
 ACTIVE_LIMIT_DISTANCE = 1e-3
 """Relative distance within which a joint is at a limit."""
 MIN_ACTIVE_SHARE = 0.02
-"""Minimum fraction of an interval for which an active limit is reported, if there are others."""
+"""Minimum fraction of an interval in which a limit is active to be reported, if there are other
+ones.
+"""
 TOUCH_DISTANCE = 0.02
 """Relative distance within which a limit counts as touched."""
 
@@ -59,8 +61,8 @@ def solve(
         A motion that keeps every limit, by the exact extrema of its polynomials.
 
     Raises:
-        TimingError: No motion within the limits was found; the error has the place and sufficient
-            values.
+        TimingError: No motion within the limits was found. The error has the location and
+            sufficient values.
 
     >>> from knotwork.planning.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0], jerk=[100.0])
@@ -78,7 +80,7 @@ class NoMotionError(Exception):
     """No motion within the limits was found.
 
     Attributes:
-        causes: Possible causes with their places, at least one.
+        causes: Possible causes with their locations, at least one.
     """
 
     def __init__(self, causes: Sequence[TimingError]) -> None:
@@ -219,7 +221,7 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     knots = concatenate_knots([attempt.knots for attempt in windows])
     status = status_of(attempt.status for attempt in windows)
     attempt = Attempt(knots, status)
-    # one motion with rests may be far faster than its parts
+    # one motion with rests may be much faster than those of the windows
     rests = resting_motion(problem, status) if status != "optimal" else None
     if rests is None:
         return attempt

@@ -4,8 +4,9 @@ With the states (q, v, a) at the breaks and the duration τ of each piece, share
 
     v' = v + τ (a + a')/2        q' = q + τ v + τ² (2 a + a')/6        |a' - a| <= J τ
 
-and |a| <= A, |v| <= V at the breaks. A velocity is quadratic in each piece, so it is below V if the
-Bézier points of both halves of the piece, which are close to the curve, are. Likewise positions.
+and |a| <= A, |v| <= V at the breaks. A velocity is quadratic in each piece. It is below V if the
+Bézier points of both halves of the piece are, and these are close to the curve. The same holds for
+positions.
 
 The program uses the time unit and the position units of a `Scale`, so that all its numbers are of
 order one, independent of units and limits.
@@ -25,8 +26,11 @@ INTERVAL_PIECES = 5
 """Cubic pieces per interval. More pieces gain less than 1 % of the duration."""
 
 SINGLE_INTERVAL_PIECES = 12
-"""Cubic pieces of a single interval. A joint between two stops has seven phases, and joints that
-share the pieces need more: with twelve, six joints are as fast as the slowest of them."""
+"""Cubic pieces of a single interval.
+
+A joint between two stops has seven phases. Joints that share the pieces need more: with twelve
+pieces, six joints are as fast as the slowest of them alone.
+"""
 
 
 def pieces_each(intervals: int) -> int:
@@ -101,9 +105,9 @@ class Layout:
 def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     """Equations of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
 
-    Constraints, d each: the velocity's equation and the position's; the velocity at two Bézier
-    points; change of acceleration within the jerk limit, upwards and downwards; four Bézier points
-    of the position.
+    The constraints, d of each, are in this order: the equations of velocity and position; the
+    velocity at two Bézier points; the increase and the decrease of the acceleration within the jerk
+    limit; four Bézier points of the position.
     """
     import casadi as ca
 
@@ -114,7 +118,7 @@ def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     rows = [
         (v1 - v0 - tau * (a0 + a1) / 2) * scale[0],
         (q1 - q0 - tau * v0 - tau**2 * (2 * a0 + a1) / 6) * scale[1],
-        v0 + tau * a0 / 4,  # the point between these is their mean
+        v0 + tau * a0 / 4,  # the point between the two is their mean
         v1 - tau * a1 / 4,
     ]
     if jerk:

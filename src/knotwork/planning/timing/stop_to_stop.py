@@ -37,15 +37,15 @@ MIN_PHASE_SHARE = 1e-3
 
 
 SLOWDOWN_FACTORS = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
-"""Factors by which a motion is slowed down for efforts and tool speed, tried in turn."""
+"""Candidate factors by which a motion is slowed down for efforts and tool speed, in order."""
 
 
 def resting_knots(
     problem: TimingProblem, slower: float, braking: float = 1.0
 ) -> MotionKnots | None:
-    """A motion that stops at every waypoint if possible, or else just after it and before the next.
+    """A motion with a stop at every waypoint, or if it moves there, after it and before the next.
 
-    Between rests all joints move in proportion.
+    Between rests all joints move proportionally.
 
     Args:
         problem: The problem; the caller checks the limits.
@@ -114,7 +114,7 @@ def _with_rest(problem: TimingProblem, slower: float, braking: float) -> MotionK
 
 
 def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phases | None:
-    """The motion from rest to rest, between phases with a total duration of `ends` [s]."""
+    """The motion from rest to rest, between phases whose total duration is `ends` [s]."""
     asked, at_least = (float(h[0]) - ends for h in (problem.duration, problem.at_least))
     move = np.diff(problem.position, axis=0)[0]
     moving = _fastest_between_rests(problem, move) if move.any() else None
@@ -131,9 +131,9 @@ def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phase
 
 
 def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKnots:
-    """The minimum-time proportional motion: ramps up to one velocity and down from it.
+    """The minimum-time proportional motion, with a ramp up to a velocity and one down from it.
 
-    In each ramp the acceleration rises, stays at its limit if it reaches it, and falls.
+    In each ramp the acceleration increases, stays at its limit if it reaches it, and decreases.
     """
     moves = move != 0.0
     limits = problem.limits
@@ -163,7 +163,7 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKn
 
 
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
-    """Motion to zero acceleration, then of all joints to rest in a common time.
+    """Motion to zero acceleration, and then motion of all joints to rest in a common time.
 
     Args:
         v: Initial velocities, shape (d,).
@@ -192,7 +192,7 @@ def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) 
 
 
 def _braking_time(v: FloatArray, limits: TimingLimits) -> float:
-    """Minimum time in which all joints come to rest, with rising and then falling acceleration."""
+    """Minimum time in which all joints come to rest, with a rise and a fall of the acceleration."""
     speed = np.abs(v)
     with_acceleration, with_jerk = speed / limits.acceleration, np.sqrt(speed / limits.jerk)
     return 2.0 * float(np.maximum(with_acceleration, with_jerk).max())

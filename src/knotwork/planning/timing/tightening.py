@@ -70,8 +70,8 @@ def tighten(
         problem: The problem.
         tightening: Tightening of the solution.
         curve: The exact curve of the solution.
-        near: Fraction of limits of `ROBOT_LIMITS` above which they become constraints in a piece;
-            by default they are constraints everywhere.
+        near: Fraction of limits of `ROBOT_LIMITS` above which they become constraints in a piece.
+            By default they are constraints in all pieces.
 
     Returns:
         The next tightening, or `None` if every limit is kept.
@@ -96,7 +96,9 @@ def _held_limit(
     shares: FloatArray,
     near: float | None = None,
 ) -> HeldLimit:
-    """A limit for the solver: at first as it is, then reduced in and around pieces that exceed it.
+    """A limit for the solver.
+
+    The first one is unchanged; later ones are reduced in and around pieces that exceed it.
 
     Args:
         problem: The problem.

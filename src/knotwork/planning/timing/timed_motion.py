@@ -44,7 +44,7 @@ class Progress:
     Attributes:
         iterations: Number of solver steps so far.
         seconds: Time since the start [s].
-        done: Fraction of solved intervals, 0 to 1, including the tries of a current search for a
+        done: Fraction of solved intervals, 0 to 1, including the progress of a current search for a
             collision-free motion.
         duration: Duration of the best motion of that search [s], finally of the whole motion;
             `None` before there is one.
@@ -70,16 +70,16 @@ class TimedMotion(ReadOnlyArrays):
         acceleration: Joint accelerations at the waypoints, shape (n, d).
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
-        status: `"optimal"`; `"stopped"` if the budget ended first: the motion keeps every limit,
-            but a better one may exist; or `"resting"` if no start converged or hardly any gain
-            was possible, and the arm comes to rest in each interval.
+        status: `"optimal"`; `"stopped"` if the budget ended first, so that a better motion may
+            exist; or `"resting"` if the arm comes to rest in each interval, because no start
+            converged or hardly any gain was possible.
         binding: Active limits of each interval, the longest first.
         objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
             weight.
         iterations: Number of solver steps.
-        line: Corners of the polyline from which a collision-free motion was made, shape (m, d);
+        line: Corners of the polyline from which a collision-free motion was planned, shape (m, d);
             otherwise `None`.
-        tries: Number of tries of a collision-free motion.
+        tries: Number of searches for a collision-free motion.
         room: Clearance of a collision-free motion beyond the margins [m]; `None` if not requested.
     """
 

@@ -36,8 +36,8 @@ class TimingLimits(ReadOnlyArrays):
         lower: Lower position limits [rad or m], shape (d,); by default -infinite.
         upper: Upper position limits [rad or m], shape (d,); by default infinite.
         tool_speed: Speed limit of the tool centre point [m/s]; by default infinite. Needs dynamics.
-        margin: Factor on the original limits of magnitudes, already applied here. Errors name it,
-            and propose limits before it.
+        margin: Factor that is already applied to the limits of magnitudes. Errors name it, and
+            propose limits without it.
 
     Raises:
         WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
@@ -81,7 +81,7 @@ class TimingLimits(ReadOnlyArrays):
 
     @property
     def margin_note(self) -> str:
-        """Clause after limits that are reported before the margin; empty without one."""
+        """Clause after limits that are reported without the margin; empty if there is none."""
         return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
 
 

@@ -26,7 +26,7 @@ class ClearMotion:
     Attributes:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         time: Times of the waypoints [s], shape (n,).
-        line: The polyline from which it was made, shape (n, d).
+        line: The polyline from which it was planned, shape (n, d).
         parts: The motion that rests at the corners of the polyline, between motions from and to
             states that move.
         rests: Whether it rests at corners of the polyline between the waypoints.
@@ -54,12 +54,12 @@ class ClearMotionProblem:
         timing: Waypoints, with known velocities and accelerations at the first and the last, and
             the limits, including jerk.
         starts, goals: Solutions of the first and of the last waypoint, shape (m, d) each; `timing`
-            has the first of each. More than one only if the arm is at rest there.
+            has the first of each. There are several only if the arm is at rest there.
         robot: Pinocchio model of the arm.
         model: Bodies and their pairs.
         resolution: Distance to the margin within which a clearance may be undecided [m].
-        stop: Gives a motion from the first state to rest, or `None`; used if independent stops of
-            the joints collide.
+        stop: Function that gives a motion from the first state to rest, or `None`. It is used if
+            independent stops of the joints collide.
     """
 
     timing: TimingProblem

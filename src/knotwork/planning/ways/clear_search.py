@@ -48,19 +48,19 @@ STAGES = (
     Stage(0.025, 1e-3, 20_000),
     Stage(0.0125, 0.0, 40_000),
 )
-"""Stages, tried in turn until a polyline is proved clear."""
+"""Stages, in order, until a polyline is proved clear."""
 
 FULL_PAIRS = 220
-"""With more pairs of solids fewer configurations are checked, in the same time."""
+"""Number of pairs of solids above which fewer configurations are checked, to take the same time."""
 
 ROOM_SHARES = (1.0, 0.5, 0.25)
-"""Fractions of the requested clearance, tried in turn."""
+"""Candidate fractions of the requested clearance, in order."""
 
 BRAKING_SHARES = (1.0, 0.5, 0.25)
-"""Fractions of the limits of acceleration and jerk for stops, tried in turn."""
+"""Candidate fractions of the limits of acceleration and jerk for stops, in order."""
 
 POLYLINE_SEEDS = 3
-"""Number of polylines tried in each stage."""
+"""Number of polylines in each stage."""
 
 PIECES_AN_EDGE = 4
 MIN_PIECES, MAX_PIECES = 12, 20
@@ -77,16 +77,18 @@ def find_clear_motion(
 ) -> ClearMotion:
     """Find a fast motion between two states, proved to keep every margin and limit.
 
-    The same problem gives the same motion. More tries can only make it faster.
+    The same problem gives the same motion. It can only be faster with more searches.
 
     Args:
         problem: The states, the limits and the bodies.
-        tries: Number of motions searched for; the fastest one is returned.
-        room: Clearance of pairs beyond their margins [m]; a half, a quarter or nothing of it if no
-            motion is found with more. A pair keeps at most half of its clearance at the waypoints.
-        late: Gives whether time is over; then the best motion so far is returned, if any.
-        report: Called with the number of the try, from 1 on, and the best motion so far, when a
-            try begins and when there is a better motion.
+        tries: Number of searches; the fastest motion is returned.
+        room: Clearance of pairs beyond their margins [m]. If no motion is found, the clearance is
+            reduced to a half, a quarter or zero. The clearance of a pair need not exceed half of
+            that at the waypoints.
+        late: Function that is true when time is over; then the best motion so far is returned, if
+            there is one.
+        report: Called with the number of the search, from 1 on, and the best motion so far, when a
+            search begins and when there is a better motion.
 
     Raises:
         NoWayError: No motion was found.
@@ -102,7 +104,7 @@ def find_clear_motion(
 
 
 def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
-    """Stretch a motion to a longer duration; `None` if the arm can't move so slowly.
+    """Stretch a motion to a longer duration; `None` if the arm can't move at this speed.
 
     Args:
         motion: The fastest motion.
@@ -175,7 +177,8 @@ class _ClearSearch:
     def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
         """Motion to rest after the start (k = 0) or from rest to the goal (-1), if it moves.
 
-        Each joint brakes independently, or the arm on a given path; next to the goal backwards.
+        Each joint brakes independently, or the arm brakes on a given path. Next to the goal the
+        motion is reversed in time.
         """
         timing, problem = self.problem.timing, self.problem
         v, a = timing.velocity[k] * (-1.0 if k else 1.0), timing.acceleration[k]
@@ -255,7 +258,7 @@ class _ClearSearch:
         weights = weights / weights.mean()
         while self.stage < len(self.stages):
             step, extra, checks = self.stages[self.stage]
-            # among all solutions distant ones are connected too early: the chosen ones come first
+            # the chosen solutions come first, because the trees connect distant ones too early
             few = slice(None if self.stage or seed[0] else 1)
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(POLYLINE_SEEDS):
@@ -300,7 +303,7 @@ class _ClearSearch:
     ) -> tuple[PiecewisePolynomial, FloatArray, MotionParts] | None:
         """A motion that rests at the corners of a line, its times there, and its parts."""
         (before, after), middle, times = self.runs, None, np.zeros(len(passed))
-        if len(line) > 1:  # otherwise both ends have the same rest
+        if len(line) > 1:  # otherwise both ends have the same configuration at rest
             rests = resting_motion(self._timing_problem(line, moving=False), "resting")
             if rests is None:
                 return None
@@ -318,7 +321,8 @@ class _ClearSearch:
 
         Args:
             line: The polyline, shape (n, d).
-            moving: Whether its ends are the start and the goal, in place of the rests next to them.
+            moving: Whether its ends are the start and the goal, not the configurations at rest next
+                to them.
         """
         timing, position = self.problem.timing, np.array(line)
         velocity, acceleration = np.zeros((2, *line.shape))

@@ -15,7 +15,7 @@ def contacts_of(
 ) -> list[Clearance]:
     """Pairs that collide over a motion, or are not proved to keep their margin.
 
-    A clearance within the resolution [m] of its margin may count as violated.
+    A clearance within the resolution [m] of its margin may count as a violation.
     """
     results = clearances(model, curve, resolution, precision=np.inf)
     return [clearance for clearance in results if clearance.verdict != "clear"]

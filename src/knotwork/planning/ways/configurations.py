@@ -45,8 +45,8 @@ def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
 class Configurations:
     """Collision tests and distances of configurations.
 
-    Only single configurations are tested; motions between them are proved elsewhere. A
-    configuration that the arm can't hold against gravity counts as colliding.
+    Only single configurations are tested. `clearance_proof` proves the motions between them. A
+    configuration that the arm can't hold against gravity counts as a collision.
 
     Args:
         robot: Pinocchio model of the arm.
@@ -101,8 +101,8 @@ class Configurations:
 
         Args:
             extra: Additional clearance [m].
-            ends: Configurations that must pass, shape (d,) each: a pair with less than twice the
-                extra clearance there has to keep half of its gap.
+            ends: Configurations that must be free, shape (d,) each. A pair with less than twice the
+                extra clearance there must keep half of its gap.
         """
         clearances = np.full(len(self._pairs), extra)
         for q in ends:

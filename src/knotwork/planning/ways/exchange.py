@@ -1,8 +1,8 @@
 """Minimum-time motion near a collision-free one: exchange method of semi-infinite programming.
 
-Distances are linearised constraints at a few points of each piece. The proof over all time is the
-oracle: constraints are added where it finds a contact, and the program is solved again. Only
-motions proved clear count, and the best one is kept, so that the iteration may end at any time.
+Linearised distances at a few points of each piece are constraints. The proof over all time is the
+oracle: where it finds a contact, constraints are added, and the program is solved again. Only
+motions proved clear count. The best one is kept, so the iteration may end at any time.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
 PLANE_PLACES = (0.0, 1 / 3, 2 / 3)
-"""Points of each piece with distance constraints."""
+"""Number of points of each piece with distance constraints."""
 
 MAX_PAIR_GAP = 0.08
 """Maximum gap of the pairs in constraints [m]."""
@@ -44,12 +44,13 @@ LAST_TRUST_RADIUS = 0.01
 """First and last trust radius: distance of breaks from the reference [rad or m]."""
 
 MIN_ROUND_GAIN = 0.003
-"""Stop when a round shortens the motion by less than this fraction."""
+"""Fraction of the duration. The iteration ends when a round shortens the motion by less."""
 
 CLEARANCE_RESERVE = 1e-3
 MAX_CLEARANCE_LOSS = 2e-4
-"""Extra clearance in the constraints [m], a reserve between their points; and how much of a smaller
-clearance one round may use."""
+"""Extra clearance in the constraints [m], as a reserve between their points, and the fraction of a
+smaller clearance that one round may use.
+"""
 
 MAX_EXCHANGES = 25
 MAX_CONTACT_TIMES = 30
@@ -108,8 +109,8 @@ class Exchange:
         """Iterate until convergence, and give the best motion.
 
         Args:
-            late: Gives whether to stop now.
-            beat: Duration that the motion has to undercut [s].
+            late: Function that is true when the iteration must end.
+            beat: Duration that the motion must be below [s].
         """
         radius, failed, tried = FIRST_TRUST_RADIUS, 0, 0
         guess, start = self._reference, Start.FAR
@@ -153,7 +154,7 @@ class Exchange:
         return self.best.curve
 
     def _rows_along(self, states: States) -> list[Plane]:
-        """Rows at the places of all pieces."""
+        """Rows at the constraint points of all pieces."""
         return [
             row
             for piece in range(len(states.span))
@@ -163,7 +164,7 @@ class Exchange:
         ]
 
     def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Plane]:
-        """Rows at one place, from the distances at a configuration near it."""
+        """Rows at one point, from the distances at a configuration near it."""
         return [
             Plane(
                 piece,
@@ -216,7 +217,10 @@ class Exchange:
 def _sample_states(
     curve: PiecewisePolynomial, times: FloatArray, pieces: int, most: FloatArray
 ) -> States:
-    """Few pieces that follow a motion roughly: a first guess, no motion by itself."""
+    """A few pieces that roughly follow a motion.
+
+    This is a first guess, and not a continuous motion.
+    """
     places = np.arange((len(times) - 1) * pieces + 1) / pieces
     t = np.interp(places, np.arange(len(times)), times)
     q = curve(t)
@@ -294,7 +298,7 @@ class MotionProgram:
             The motion, or `None` if the solver found none.
         """
         scale = _scale(self.problem, near)
-        # durations of pieces differ more than in other sections: each has its own
+        # the durations of pieces differ more than in other sections, so each has its own scale
         spans = np.maximum(near.span, MIN_SPAN_SHARE * near.duration / len(near.span))
         section = Section(self.problem, self._units(near), self.tightening, scale, spans)
         at, d = section.layout, section.layout.joints
@@ -337,7 +341,7 @@ def _scale(problem: TimingProblem, near: States) -> Scale:
 
 
 def _row_parameters(rows: Sequence[Plane], scale: Scale, d: int) -> FloatArray:
-    """Places, normals and offsets of the rows."""
+    """Positions in the pieces, normals and offsets of the rows."""
     parameters = np.empty((d + 2, len(rows)))
     for k, row in enumerate(rows):
         parameters[:, k] = np.concatenate(([row.place], row.normal * scale.unit(0), [row.offset]))

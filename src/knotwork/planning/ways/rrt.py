@@ -18,11 +18,11 @@ SAMPLING_RANGE = np.pi
 """Maximum distance of sampled joint positions beyond the ends [rad or m]."""
 
 MAX_DIRECT_EDGES = 24
-"""Number of straight edges between ends that are tried, the shortest first."""
+"""Number of straight edges between ends that are tested, the shortest first."""
 
 MAX_SHORTCUTS = 150
 MAX_FAILURES = 40
-"""Maximum numbers of shortcuts tried, and of consecutive failures."""
+"""Maximum numbers of candidate shortcuts, and of consecutive failures."""
 
 
 class _Tree:

@@ -2,20 +2,21 @@
 
 Take an interval of length h between two waypoints with positions y0, y1, velocities v0, v1 and
 accelerations a0, a1, and its two knots a time p h after the one and b h before the other. Position
-and velocity at the far end fix the accelerations at the knots. With q = 1 - b, s = (y1 - y0) / h:
+and velocity at the far end determine the accelerations at the knots. With q = 1 - b, s = (y1 - y0)
+/ h:
 
     A = -p (1 + q)/q a0 + (1 - p) b/q a1 + [6 s - 2 (1 + p + q) v0 - 2 (1 - p + b) v1] / (h q)
     B = p q/(1 - p) a0 - b (2 - p)/(1 - p) a1
             - [6 s - 2 (p + q) v0 - 2 (2 - p + b) v1] / (h (1 - p))
 
-and so the first jerk of the interval, (A - a0) / (p h), and its last, (a1 - B) / (b h). No knot
-sits at a waypoint, so the last jerk of an interval is the first jerk of the next one: that is one
-equation in three neighbouring accelerations. These are Eqs. (30), (31) and (34) with everything
-but the accelerations eliminated.
+and so the first jerk of the interval is (A - a0) / (p h), and its last jerk is (a1 - B) / (b h).
+There is no knot at a waypoint, so the last jerk of an interval equals the first jerk of the next
+one. This is one equation in three neighbouring accelerations. These are Eqs. (30), (31) and (34),
+where all unknowns but the accelerations are eliminated.
 
-The first interval of the paper's curve has one knot only, which is the case p = 0: its A is the
-acceleration at the start, and a0 drops out of B. The last interval, with b = 0, is its mirror
-image. For n = 2 both hold, and the plain cubic remains.
+The first interval of the paper's curve has only one knot. This is the case p = 0, in which A is the
+acceleration at the start, and B does not depend on a0. The last interval, with b = 0, is its mirror
+image. For n = 2 both cases apply, and the curve is the plain cubic.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from knotwork.waypoints import FloatArray
 
 
 class Waypoints(NamedTuple):
-    """The data of a spline, one row a component.
+    """The data of a spline, one row per component.
 
     Attributes:
         x: Times [s], shape (n,).
@@ -81,7 +82,7 @@ def solve_knot_accelerations(
         (d, n) each.
     """
     x, known, n = data.x, data.known, data.x.size
-    # differences of times rather than 1 - p and 1 - b: knots may be very near to a waypoint
+    # differences of times and not 1 - p and 1 - b, because knots may be very near to a waypoint
     after, before = data.right[:-1] - x[:-1], x[1:] - data.left[1:]
     A, B = _knot_sums(data, after, before)
     # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,

@@ -26,7 +26,7 @@ from knotwork.spline.polynomial.from_accelerations import (
 from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
 
 SAME_KNOT_TIME = 1e-9
-"""Times that differ by less than this, relative to the largest, are one."""
+"""Difference relative to the largest time below which times are equal."""
 
 STALE = 1e-3
 """Maximum correction of rounding, relative to the largest acceleration."""
@@ -38,8 +38,8 @@ def plan_modified_hermite(
     """Make a C2 smooth curve of degree three through positions and velocities.
 
     Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
-    whose acceleration is known are met with it, and divide the curve into sections that don't
-    depend on one another. Chosen segments are sections, too.
+    with a known acceleration divide the curve into sections that are independent of each other.
+    Chosen segments are sections as well.
 
     Args:
         waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
@@ -47,7 +47,7 @@ def plan_modified_hermite(
             chosen segments (`chosen`).
 
     Raises:
-        KnotError: Knots given by hand don't suit the waypoints.
+        KnotError: Given knots do not suit the waypoints.
         OptionError: End accelerations are wrong. A chosen segment does not begin, end and pass at
             waypoints, has fewer than two knots between two of them, overlaps another, or has
             accelerations for other waypoints.

@@ -1,10 +1,11 @@
 """Positions of the rebuilt knots: one before and one after each inner waypoint.
 
-Each inner waypoint x[i] lies strictly between its *left* and its *right* knot; the first and the
-last knot are the first and the last waypoint. So an inner interval holds two knots, the first and
-the last interval one each: m = 2n - 2. Where the acceleration at an end is given, the interval
-there holds two as well: m = 2n with both. An inner waypoint whose acceleration is given ends one
-section of the curve and begins the next: it is a knot itself, between its left and its right one.
+Each inner waypoint x[i] is strictly between its *left* and its *right* knot. The first and the last
+knot are the first and the last waypoint. So an inner interval has two knots, and the first and the
+last interval have one each: m = 2n - 2. If the acceleration at an end is given, the interval there
+has two knots as well: m = 2n with both. An inner waypoint with a given acceleration ends one
+section of the curve and begins the next one. It is itself a knot, between its left and its right
+knot.
 """
 
 from __future__ import annotations
@@ -18,10 +19,13 @@ from knotwork.errors import InputError, KnotError, UnknownNameError
 from knotwork.waypoints import FloatArray
 
 PAPER_INNER = (0.25, 0.75)
-"""Fractions of an interval at which its two knots sit: Eqs. (35), (36)."""
+"""Fractions of an interval at which its two knots are: Eqs. (35), (36)."""
 
 PAPER_END = 0.618
-"""Fraction of an end interval, from the end inwards, at which its knot sits: Eqs. (37), (38)."""
+"""Fraction of the first or last interval, from the end inwards, at which its knot is: Eqs.
+
+(37), (38).
+"""
 
 KNOT_RULES = ("paper", "balanced")
 """Names of the rules that place knots."""
@@ -31,19 +35,18 @@ KNOT_RULES = ("paper", "balanced")
 class BalancedKnots:
     """Knots at equal distances before and after each waypoint.
 
-    The knots of waypoint i sit at x[i] ± c·min(x[i] - x[i-1], x[i+1] - x[i]); a first or last
-    waypoint has but one neighbour. Where interval lengths differ much and velocities don't suit the
-    path, this keeps the peak velocity lower than Eq. (39) does; the peak acceleration is in some
-    cases lower and in some higher. A small `c` trades jerk, which grows as 1/c, for a lower peak
-    velocity.
+    The knots of waypoint i are at x[i] ± c·min(x[i] - x[i-1], x[i+1] - x[i]). The first and the
+    last waypoint have only one neighbour. If interval lengths differ much and velocities do not
+    suit the path, the peak velocity is lower than with Eq. (39). The peak acceleration may be lower
+    or higher. With a smaller `c` the peak velocity is lower, and the jerk increases as 1/c.
 
     >>> x, y, v = [0, 5, 15, 25], [0, 30, 90, 180], [0, 6, 9, 0]
     >>> kw.ModifiedHermiteSpline(x, y, v, knots=kw.interpolation.BalancedKnots(0.1)).x
     array([ 0. ,  4.5,  5.5, 14. , 16. , 25. ])
 
     Attributes:
-        c: The fraction, 0 < c <= 1/2. At 1/2 knots coincide, which is a `KnotError` when they are
-            placed, wherever no neighbour of the interval between two waypoints is shorter.
+        c: The fraction, 0 < c <= 1/2. At 1/2 the knots of two waypoints coincide if no neighbour of
+            their interval is shorter. This is a `KnotError` when they are placed.
 
     Raises:
         InputError: `c` is out of bounds.
@@ -73,18 +76,19 @@ def place_knots(
         rule: `"paper"` for Eq. (39), at 1/4 and 3/4 of an interval with two knots and at 0.618
             from the end in an interval with one; `"balanced"` or a `BalancedKnots`; or the knot
             times [s] themselves, the first and the last waypoint included, inner ones left out.
-        known: Whether the acceleration at each waypoint is given, shape (n,). An end interval then
-            holds two knots, otherwise one, and an inner waypoint is a knot itself.
+        known: Whether the acceleration at each waypoint is given, shape (n,). The first or last
+            interval then has two knots, otherwise one, and an inner waypoint is itself a knot.
 
     Returns:
         The left and the right knot of every waypoint [s], shape (n,) each. The left knot of the
-        first waypoint and the right one of the last are these waypoints themselves, and where the
-        acceleration isn't given so are the first one's right and the last one's left.
+        first waypoint and the right knot of the last one are these waypoints themselves. If the
+        acceleration there is not given, so are the right knot of the first and the left knot of the
+        last one.
 
     Raises:
         KnotError: A knot is not on its side of its waypoint or not before the next knot, or
             there are too few or too many.
-        UnknownNameError: There is no rule of that name.
+        UnknownNameError: No rule has that name.
     """
     if isinstance(rule, str):
         if rule not in KNOT_RULES:
@@ -123,7 +127,7 @@ def _balanced_knots(
     h = np.diff(x)
     before, after = np.insert(h, 0, np.inf), np.append(h, np.inf)
     shorter = np.minimum(before, after)
-    # at the end of a section, the interval beyond it doesn't count
+    # at the end of a section, the interval beyond it is ignored
     before, after = (c * np.where(known, side, shorter) for side in (before, after))
     before[0] = after[-1] = 0.0
     meeting = after[:-1] + before[1:] >= h
@@ -176,7 +180,7 @@ def _check_order(
     x: FloatArray, left: FloatArray, right: FloatArray, known: NDArray[np.bool_]
 ) -> None:
     """Raise a KnotError for the first interval with misplaced knots."""
-    # a knot and its waypoint coincide at the ends only
+    # a knot and its waypoint coincide only at the ends
     right_fits = (right[:-1] > x[:-1]) & (right[:-1] < x[1:])
     left_fits = (left[1:] > x[:-1]) & (left[1:] < x[1:])
     right_fits[0] |= not known[0]

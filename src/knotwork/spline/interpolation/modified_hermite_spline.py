@@ -21,10 +21,10 @@ EndAcceleration = str | tuple[ArrayLike, ArrayLike] | None
 class ModifiedHermiteSpline(PiecewisePolynomial):
     """Modified piecewise cubic Hermite interpolator of values and first derivatives (C2 smooth).
 
-    A cubic Hermite spline through the waypoints is C1 only. This one has its knots rebuilt, one
-    before and one after each inner waypoint, and so meets every value and every derivative with a
-    continuous second derivative, still at degree three: Eqs. (30), (31), (34) of the paper, on the
-    knots of Eq. (39). Building it costs time and memory linear in n, whatever the times.
+    A cubic Hermite spline through the waypoints is C1 only. This spline has rebuilt knots, one
+    before and one after each inner waypoint. So it meets every value and every derivative with a
+    continuous second derivative, and its degree is still three: Eqs. (30), (31), (34) of the paper,
+    on the knots of Eq. (39). Time and memory are linear in n, for any times.
 
     The interface is that of `scipy.interpolate.CubicHermiteSpline`, without extrapolation.
 
@@ -39,17 +39,17 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         axis: Axis of `y` along which time runs.
         knots: `"paper"` for Eq. (39); `"balanced"` or a `BalancedKnots` for knots at equal
             distances next to each waypoint; or the m knot times [s] themselves.
-        end_acceleration: `None` for the paper's curve, m = 2n - 2 knots, which starts and stops
-            with free accelerations; or the second derivatives at start and end, a pair of scalars
-            or arrays of the trailing shape of `y`, or `"zero"` for both: one more knot in the first
+        end_acceleration: `None` for the paper's curve, m = 2n - 2 knots, where the accelerations at
+            start and end are free; or the second derivatives at start and end, a pair of scalars or
+            arrays of the trailing shape of `y`, or `"zero"` for both: one more knot in the first
             and in the last interval, m = 2n.
-        acceleration: Known second derivatives, of the shape of `y`, NaN at waypoints where they
-            are unknown. An inner waypoint with known ones ends one section of the curve and begins
-            the next: it is a knot itself, and neither side depends on the other.
+        acceleration: Known second derivatives, of the shape of `y`, NaN at waypoints where they are
+            unknown. An inner waypoint with known ones ends one section of the curve and begins the
+            next one. It is itself a knot, and neither side depends on the other.
 
     Attributes:
-        x: Knot times, the breaks of the curve, shape (m,). For n = 2 without end accelerations
-            there is nothing to rebuild: the one cubic is the plain Hermite one.
+        x: Knot times, the breaks of the curve, shape (m,). For n = 2 without end accelerations the
+            curve is the plain cubic Hermite polynomial.
         c: Coefficients, shape (4, m-1, ...), highest power first.
         axis: Time axis, counted from 0.
         waypoint_times: Times of the waypoints, shape (n,).
@@ -60,8 +60,8 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             are fewer than two waypoints or their times do not increase.
         KnotError: A knot leaves a waypoint outside its span, or there are too few or too many.
         OptionError: The end accelerations don't fit.
-        InputError: The curve leaves the range of floats.
-        UnknownNameError: There is no knot rule of that name.
+        InputError: The curve exceeds the range of floats.
+        UnknownNameError: No knot rule has that name.
     """
 
     # the checks report overflow with its reason
@@ -102,7 +102,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             known_values = known_values if known[0] else np.vstack((ends[0], known_values))
             known_values = known_values if known[-1] else np.vstack((known_values, ends[1]))
             known[0] = known[-1] = True
-        # rows that are contiguous: NumPy would keep the order of a transposed view
+        # contiguous rows, because NumPy would keep the order of a transposed view
         y_rows, v_rows = (
             np.ascontiguousarray(rows.reshape(flat).T) for rows in (values, derivatives)
         )
@@ -202,10 +202,10 @@ def assemble_pieces(
 ) -> tuple[FloatArray, FloatArray]:
     """Assemble the polynomials between the knots.
 
-    Acceleration is linear between the knots, so it is built from its values there; position and
-    velocity at each knot come from the waypoint next to it. Both pieces that meet at a knot are
-    made from its one state, so that they agree to rounding. A waypoint whose acceleration is given
-    is a knot itself: the jerk may jump there.
+    The acceleration is linear between the knots, so its values there determine it. Position and
+    velocity at each knot come from the waypoint next to it. Both pieces at a knot use the same
+    state, so that they agree to rounding. A waypoint with a given acceleration is itself a knot,
+    where the jerk may jump.
 
     Args:
         data: Times, positions, velocities and knots.
@@ -228,7 +228,7 @@ def assemble_pieces(
             np.insert(state, 2 * cuts + 1, own_acceleration[..., cuts], axis=-1)
             for state, own_acceleration in zip(states, values, strict=True)
         ]
-    # an end whose acceleration isn't given has one knot only
+    # an end without a given acceleration has only one knot
     inside = slice(0 if data.known[0] else 1, None if data.known[-1] else -1)
     time, bend, v, position = (state[..., inside] for state in states)
     c = np.empty((4, time.size - 1, a.shape[0]))

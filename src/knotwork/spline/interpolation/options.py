@@ -20,7 +20,7 @@ ACCELERATION_RULES = ("zero", "estimated")
 
 @dataclass(frozen=True)
 class PlannerOptions:
-    """Options of the planners; an option that a planner does not support is an error.
+    """Options of the planners. An option that a planner does not support is an error.
 
     Each planner's `PlannerSpec` names the options that it supports. Arrays are kept as tuples;
     options can be compared.
@@ -41,7 +41,7 @@ class PlannerOptions:
         chosen: Segments whose motion was chosen beforehand, in order of time, or `None`.
 
     Raises:
-        OptionError: `accelerations` is not an accepted name, nor finite numbers.
+        OptionError: `accelerations` is neither an accepted name nor finite numbers.
     """
 
     knots: str | BalancedKnots | ArrayLike = "paper"
@@ -103,7 +103,7 @@ def _numbers(option: str, values: Any) -> Any:
 
 
 class Planner(Protocol):
-    """A planner: joint waypoints and options in, a trajectory through them out."""
+    """A planner: a function from joint waypoints and options to a trajectory."""
 
     def __call__(
         self, waypoints: JointWaypoints, options: PlannerOptions | None = None
@@ -116,5 +116,5 @@ class Planner(Protocol):
             options: Further options; the defaults for `None`.
 
         Raises:
-            InputError: The planner can't serve these waypoints, or does not support an option.
+            InputError: The planner can't plan these waypoints, or does not support an option.
         """

@@ -96,7 +96,7 @@ def _plan(
         with np.errstate(over="ignore", invalid="ignore"):
             curve = make(waypoints, wanted)
     except KnotError:
-        raise  # it is about knots, whatever planner places them
+        raise  # the error is about knots, independent of the planner
     except InputError as error:
         if isinstance(error, OptionError):
             error.planner = name
@@ -114,4 +114,7 @@ def _plan(
 PLANNERS: Mapping[str, Planner] = MappingProxyType(
     {name: partial(_plan, name) for name in PLANNER_SPECS}
 )
-"""All planners, by the name that scenarios and the command line use; called, one is loaded."""
+"""All planners, by their names in scenarios and on the command line.
+
+A planner is loaded when it is called.
+"""

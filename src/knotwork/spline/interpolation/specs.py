@@ -1,6 +1,6 @@
 """Guarantees, limitations and supported options of each planner.
 
-Nothing here loads a planner, so that names and specs cost next to nothing.
+This module loads no planner, so that names and specs are available at once.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ class PlannerSpec:
     Attributes:
         name: The name in scenarios and on the command line.
         summary: Short description.
-        continuity: Order k of the C^k smoothness that it guarantees for all waypoints.
+        continuity: Order k of its C^k smoothness, guaranteed for all waypoints.
         degree: Largest degree of its polynomials.
         guarantees: Guarantees of the motion.
         cannot: Limitations.
         supports: Names of the `PlannerOptions` that it supports.
-        makes: Module of `knotwork.spline.interpolation` and function in it that make its curve.
+        makes: Module of `knotwork.spline.interpolation`, and its function that makes the curve.
     """
 
     name: str

@@ -4,7 +4,7 @@ Changes of speed last a third of an interval, the same for all joints. Both are 
 two.
 
 Source: J. J. Craig, Introduction to Robotics, chapter 7, "linear function with parabolic blends
-for a path with via points", which starts and stops at rest; here with velocities at the ends.
+for a path with via points", which starts and stops at rest. Here the ends have velocities.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 FRACTION = 1.0 / 3.0
-"""Duration of a change of speed, relative to an interval or a waypoint's shorter neighbour."""
+"""Duration of a change of speed, relative to the interval or the shorter neighbouring interval."""
 
 
 def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
@@ -29,8 +29,8 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
 
         acceleration at waypoint k:  (m_k - m_{k-1}) / T_k,    missed by:  (m_k - m_{k-1}) T_k / 8.
 
-    The first transition starts with the motion, at its position and velocity, and the last one ends
-    with it, so the outer lines are steeper:
+    The first transition starts with the motion, at its position and velocity, and the last
+    transition ends with it. So the outer lines are steeper:
 
         m_0 = (y_1 - y_0 - v_0 T_0/2) / (h_0 - T_0/2),
 
@@ -46,7 +46,8 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
     """
     t, y = waypoints.time, waypoints.position
     h = np.diff(t)
-    # a transition lies half in each neighbouring interval, at the ends wholly in the one
+    # half of a transition is in each neighbouring interval; at the ends all of it is in the only
+    # one
     share = np.full(t.size, 0.5)
     share[[0, -1]] = 1.0
     shorter = np.minimum(np.append(h[:1], h), np.append(h, h[-1:]))
@@ -64,7 +65,7 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
     c = np.zeros((3, t.size, 2, y.shape[1]))
     c[0, :, 0] = 0.5 * (after - before) / duration[:, None]
     c[1, :, 0], c[1, :, 1] = before, after
-    # a transition starts on the line before it; the last one is found from its end
+    # a transition starts on the line before it; the last one follows from its end
     half = 0.5 * duration[:, None]
     c[2, :, 0], c[2, :, 1] = y - before * half, y + after * half
     c[2, 0, 0], c[2, 0, 1] = y[0], y[0] + (before[0] + after[0]) * half[0]
@@ -94,7 +95,7 @@ def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> Piece
     t, y = waypoints.time, waypoints.position
     h = np.diff(t)
     ramp = _round_down(np.maximum(np.abs(t[:-1]), np.abs(t[1:])), FRACTION * h)
-    # speed is reached at t + τ and left at the next waypoint less τ
+    # the speed is constant from t + τ to τ before the next waypoint
     inner = np.stack((t[:-1], t[:-1] + ramp, t[1:] - ramp), axis=1)
     breaks = np.append(np.maximum.accumulate(inner.ravel()), t[-1])
     speed = np.diff(y, axis=0) / (h - ramp)[:, None]
@@ -107,9 +108,9 @@ def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> Piece
 
 
 def _round_down(time: FloatArray, span: FloatArray) -> FloatArray:
-    """Round durations down to the resolution of the times that they start or end at.
+    """Round durations down to the resolution of the times at which they start or end.
 
-    Then a break is at the same time for both polynomials that meet there, however large the times.
+    Then a break has the same time in both polynomials that meet there, even for large times.
 
     Raises:
         InputError: A duration rounds to zero.

@@ -1,19 +1,19 @@
 """Tridiagonal M-matrices: a direct solver without pivoting, in NumPy alone.
 
 The systems of this package have a positive diagonal and negative off-diagonals, and their leading
-principal minors are positive: each belongs to a shorter interpolation problem, which has exactly
-one solution wherever the knots are admissible, so no minor changes sign between those knots and
-the paper's, where the matrix is strictly diagonally dominant. Such a matrix is a nonsingular
-M-matrix, and with alternating signs of its rows and columns it is totally nonnegative.
+principal minors are positive. Each minor belongs to a shorter interpolation problem, which has
+exactly one solution for all admissible knots. So no minor changes its sign between these knots and
+the paper's knots, for which the matrix is strictly diagonally dominant. Such a matrix is a
+nonsingular M-matrix, and with alternating signs of its rows and columns it is totally nonnegative.
 
-Eliminating the unknowns of an M-matrix, in whatever order, leaves M-matrices: nothing but positive
-numbers is subtracted from the diagonal, nothing grows, |L||U| = |A|. The computed solution then
-solves a system in which every entry is off by a few roundings only, row by row, however the rows
-are scaled. Pivoting would mix rows of very different size, and lose that.
+The elimination of unknowns of an M-matrix gives M-matrices, in any order. Only positive numbers are
+subtracted from the diagonal, no entry grows, and |L||U| = |A|. The computed solution then solves a
+system in which every entry has an error of a few roundings, for any scaling of the rows. With
+pivoting, which mixes rows of very different size, this would not hold.
 
-The order here is cyclic reduction: every other unknown is eliminated at once, which leaves a
-tridiagonal system of half the size. That is linear in n, works on whole arrays and on all
-right-hand sides together, and needs no SciPy, the import of which takes longer than solving.
+The order here is cyclic reduction. Each step eliminates every other unknown and gives a tridiagonal
+system of half the size. This is linear in n, and works on whole arrays and on all right-hand sides
+together. It needs no SciPy, whose import takes longer than the solution.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def solve_tridiagonal(
     n = diagonal.size
     if n == 1:
         return np.asarray(rhs / diagonal)
-    # even rows are eliminated; odd row k lies between the even rows k and, if there is one, k + 1
+    # even rows are eliminated; odd row k is between the even rows k and k + 1 (if it exists)
     odds, rights = n // 2, (n - 1) // 2
     even = diagonal[0::2]
     to_left, to_right = lower[0::2] / even[:odds], upper[1::2] / even[1 : rights + 1]
@@ -65,7 +65,7 @@ def solve_tridiagonal(
 def solve_alternating(diagonal: FloatArray, between: FloatArray, rhs: FloatArray) -> FloatArray:
     """Solve a symmetric, diagonally dominant tridiagonal system with positive entries.
 
-    Every other unknown with the opposite sign turns the matrix into an M-matrix.
+    With the opposite sign of every other unknown, the matrix is an M-matrix.
 
     Args:
         diagonal: Diagonal entries, each above the sum of its neighbours, shape (m,).

@@ -1,4 +1,4 @@
-"""Planners that fill in derivatives at the waypoints, and join these by one polynomial an interval.
+"""Planners that complete derivatives at the waypoints; one polynomial per interval joins them.
 
 With k derivatives at both ends of an interval, position included, there is exactly one polynomial
 of degree 2k - 1: Eqs. (5) to (8) of the paper, and the higher degrees that its section 1 names.
@@ -13,7 +13,7 @@ in where the values come from:
 | bspline | ends; inner ones make accelerations continuous | | |
 | 4-3-4 | likewise | ends; inner ones of that curve | |
 
-Where preset values don't suit the positions and velocities, the velocity swings between the
+If preset values do not suit the positions and velocities, the velocity oscillates between the
 waypoints. Higher degrees have higher peaks: from rest to rest, with zeros preset, the peak velocity
 is 3/2 times the mean one for the cubic, then 15/8, 35/16 and 315/128 times.
 
@@ -73,19 +73,17 @@ def _with_presets(
 def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
     """Make a C2 smooth curve of cubic, quintics and cubic: positions and velocities are met.
 
-    The cubics of the first and the last interval fix the accelerations at the second and the last
-    but one waypoint. With four waypoints no acceleration is left to choose. With more,
-    the waypoints in the middle need accelerations, and bad ones make the velocity swing.
-
-    Two waypoints take one cubic. Three are refused: the two cubics would be planner `cubic`,
-    whose acceleration jumps in the middle.
+    The cubics of the first and the last interval determine the accelerations at the second and the
+    last but one waypoint. With four waypoints no acceleration is free. With more, the waypoints in
+    the middle need accelerations, and with unsuitable ones the velocity oscillates. Two waypoints
+    give one cubic. Three waypoints are refused, because two cubics are the planner `cubic`, whose
+    acceleration jumps in the middle.
 
     Args:
         waypoints: Positions and velocities, n = 2 or n >= 4.
         options: `accelerations` of the waypoints 2 … n-3: estimated by default (see
-            `estimated_accelerations`), `"zero"`, or an array
-            of shape (n-4, d) [rad/s² or m/s²], without rows for the two waypoints at either end,
-            where the cubics leave no choice.
+            `estimated_accelerations`), `"zero"`, or an array of shape (n-4, d) [rad/s² or m/s²],
+            without rows for the two waypoints at each end, which the cubics determine.
 
     Raises:
         InputError: There are three waypoints, or an option has the wrong shape.
@@ -118,9 +116,9 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
 def plan_bspline(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
     """Make a C2 smooth curve of degree three through the positions, as a cubic B-spline.
 
-    The complete (clamped) cubic spline: positions at all waypoints and velocities at both ends
-    are met; inner velocities are not used. Among all curves through these positions with these end
-    velocities, it has the minimum integral of squared acceleration.
+    This is the complete (clamped) cubic spline. It meets positions at all waypoints and velocities
+    at both ends; inner velocities are not used. Among all curves through these positions with these
+    end velocities, it has the minimum integral of squared acceleration.
     """
     velocity, _ = _smooth_velocities(waypoints)
     derivatives = waypoints.position, velocity
@@ -130,9 +128,8 @@ def plan_bspline(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewis
 def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
     """Make a C2 smooth curve of quartic, cubics and quartic through the positions.
 
-    Positions at all waypoints, velocities and accelerations at both ends are met; inner velocities
-    are not used. With two waypoints there are no two quartics: one quintic then meets the same
-    conditions.
+    It meets positions at all waypoints, and velocities and accelerations at both ends; inner
+    velocities are not used. With two waypoints one quintic meets the same conditions.
 
     Raises:
         OptionError: The option `end_acceleration`, zero by default, has the wrong shape.
@@ -190,16 +187,13 @@ def _smooth_velocities(
 def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
     """Estimate accelerations from the cubic Hermite pieces that adjoin each waypoint.
 
-    Where pieces of lengths h₋ and h₊ meet with the accelerations a₋ and a₊, the estimate is
-
-        a = (h₋ a₋ + h₊ a₊) / (h₋ + h₊),
-
-    and at the ends the acceleration of the one piece. Among all curves with its end positions and
-    velocities the cubic has the minimum integral of squared acceleration. A quintic whose
-    acceleration at one end differs from the cubic's by e exceeds it by a multiple of h e². So the
-    estimate minimises the sum over both neighbouring quintics, if their accelerations at the far
-    ends are those of the cubics. It is exact for quadratic and cubic motions, local, and for equal
-    intervals the mean of both.
+    Where pieces of lengths h₋ and h₊ meet with the accelerations a₋ and a₊, the estimate is a = (h₋
+    a₋ + h₊ a₊) / (h₋ + h₊). At the ends it is the acceleration of the only piece. Among all curves
+    with its end positions and velocities the cubic has the minimum integral of squared
+    acceleration. A quintic whose acceleration at one end differs from the cubic's by e exceeds it
+    by a multiple of h e². So the estimate minimises the sum over both neighbouring quintics, if
+    their accelerations at the far ends are those of the cubics. It is exact for quadratic and cubic
+    motions, local, and for equal intervals the mean of both.
 
     Returns:
         Accelerations, shape (n, d) [rad/s² or m/s²].

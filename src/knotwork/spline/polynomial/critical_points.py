@@ -1,7 +1,7 @@
 """Candidates for extrema of polynomials of any degree inside their pieces, vectorised.
 
 Everything is in the unit variable s in [0, 1] of a piece. A returned point need not be a root of
-the derivative: if there is none, another point of the piece replaces it, which is harmless in a
+the derivative. If there is no root, another point of the piece replaces it. This does no harm in a
 search for the largest and smallest values.
 """
 
@@ -16,15 +16,20 @@ from numpy.typing import NDArray
 from knotwork.waypoints import FloatArray
 
 NEWTON_STEPS = 128
-"""Bound on safeguarded Newton steps: each at least halves the step before it or the bracket, and 53
-halvings exhaust the digits."""
+"""Maximum number of safeguarded Newton steps.
+
+Each at least halves the previous step or the bracket, and 53 halvings exhaust the digits.
+"""
 
 ROOT_RESOLUTION = 1e-14
-"""Brackets as short as this, in the unit of the piece, end the search."""
+"""Length of the bracket, in the unit of the piece, at which the search ends."""
 
 LAST_STEP = 1e-9
-"""So does a Newton step as small as this: the next would be its square, and values at the points
-depend on their errors only to second order."""
+"""Newton step at which the search ends.
+
+The next step would be its square, and values at the points depend on their errors only to second
+order.
+"""
 
 
 def horner(c: FloatArray, s: FloatArray) -> FloatArray:
@@ -56,8 +61,9 @@ def to_bernstein(degree: int) -> FloatArray:
 def critical_points(c: FloatArray) -> FloatArray:
     """Points that include all inner extrema of polynomials on [0, 1].
 
-    Degrees up to three are solved in closed form. Above, the roots of each derivative cut [0, 1]
-    into intervals on which the next lower derivative is monotone, where its root is bracketed.
+    Degrees up to three are solved in closed form. For higher degrees, the roots of each derivative
+    divide [0, 1] into intervals on which the next lower derivative is monotone, so that its root is
+    bracketed.
 
     Args:
         c: Coefficients in the unit variable, shape (k+1, ...), highest power first.
@@ -69,7 +75,8 @@ def critical_points(c: FloatArray) -> FloatArray:
     if degree <= 1:
         return np.empty((0, *c.shape[1:]))
     slope = differentiate(c)
-    # the roots do not depend on scale, but products of tiny or huge coefficients leave the range
+    # the roots do not depend on the scale, but products of tiny or huge coefficients exceed the
+    # range
     scale = np.abs(slope).max(axis=0)
     slope /= np.where(scale > 0.0, scale, 1.0)
     if degree == 2:
@@ -92,8 +99,9 @@ def _linear_root(c: FloatArray) -> FloatArray:
 def _quadratic_roots(c: FloatArray) -> FloatArray:
     """Roots of c[0] s² + c[1] s + c[2]; the first coefficient may vanish.
 
-    The larger root would lose digits as b - sqrt(b² - 4ac); it is taken from the product of both.
-    A discriminant just below zero is a double root of the slope up to rounding: no extremum.
+    One root would lose digits by cancellation, so it follows from the product of both. A
+    discriminant slightly below zero is a double root of the slope up to rounding, which is not an
+    extremum.
     """
     a, b, constant = c
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -103,7 +111,7 @@ def _quadratic_roots(c: FloatArray) -> FloatArray:
 
 
 def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
-    """One point for each interval between the cuts: the root of c there, if it has one.
+    """One point for each interval between the cuts: the root of c there, if it exists.
 
     Args:
         c: Coefficients in the unit variable, shape (k+1, ...), monotone between the cuts.
@@ -127,8 +135,8 @@ def _newton(
 ) -> FloatArray:
     """Roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
 
-    Newton's step is taken where it stays in the bracket and is at most half the step before it,
-    bisection elsewhere, so that multiple roots converge as well.
+    A Newton step is used if it stays in the bracket and is at most half of the previous step.
+    Otherwise the bracket is bisected, so that multiple roots converge as well.
     """
     slope = differentiate(c)
     point, step = 0.5 * (low + high), high - low

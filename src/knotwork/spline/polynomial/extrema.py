@@ -1,4 +1,4 @@
-"""Exact extrema of piecewise polynomials: from the polynomials themselves, without sampling."""
+"""Exact extrema of piecewise polynomials, from the polynomials themselves, without samples."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ BLOCK_PIECES = 8192
 class Extrema:
     """Minimum and maximum of each component of a curve, and the first times at which they occur.
 
-    At a break both one-sided values count: where the curve jumps, the time of an extremum may be
-    a break at which evaluation, which takes the right-hand piece, gives the other value.
+    At a break both one-sided values count. Where the curve jumps, an extremum may be the left-hand
+    value at a break, although evaluation there gives the right-hand value.
 
     Attributes:
         minimum, maximum: Values, of the curve's trailing shape.
@@ -72,7 +72,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
             table.swapaxes(0, 1).reshape(-1, c.shape[2])
             for table in candidates(x[low : high + 1], c[:, low:high])
         )
-        # NaN is unbounded: no limit is kept
+        # NaN counts as unbounded, so that no limit is kept
         lost = np.isnan(values)
         for i, sign in enumerate((1.0, -1.0)):
             signed = np.where(lost, np.inf, sign * values)
@@ -95,7 +95,7 @@ def candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
         Both of shape (number of candidates of a piece, m, d).
     """
     span, unit = np.diff(x)[:, None], np.array(c)
-    for low in range(1, len(c)):  # powers of the span alone may overflow
+    for low in range(1, len(c)):  # powers of the span may overflow
         unit[:low] *= span
     inner = critical_points(unit)
     local = np.empty((len(inner) + 2, *c.shape[1:]))

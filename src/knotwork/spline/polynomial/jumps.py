@@ -15,26 +15,27 @@ from knotwork.spline.polynomial.piecewise import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 CONTINUITY_TOLERANCE = 1e-9
-"""A derivative counts as continuous if it jumps by less than this, relative to its peak.
+"""Jump relative to the peak below which a derivative counts as continuous.
 
-Rounding makes jumps of about 1e-14; a controller's resolution is far coarser than 1e-9."""
+Rounding causes jumps of about 1e-14, and the resolution of controllers is far coarser than 1e-9.
+"""
 
 TERM_ROUNDING = 64 * np.finfo(float).eps
 """Rounding of coefficients, relative to the largest term of their piece."""
 
 NEGLIGIBLE = (1e-9, 1e-7, 1e-5)
-"""Larger jumps of position, velocity and acceleration count for every curve [rad or m, per s,
-per s²].
-
-Rounding causes acceleration jumps up to 8 · 2⁻⁵² · |q| / h², which is less for pieces of h > 30 µs
-(at |q| = 6); in shorter pieces, too short for their data, it counts as a jump."""
+"""Jumps of position, velocity and acceleration above which a jump counts for every curve [rad or m,
+per s, per s²]. Rounding causes acceleration jumps up to 8 · 2⁻⁵² · |q| / h², which is less for
+pieces of h > 30 µs (at |q| = 6). Shorter pieces are too short for their data, so there it counts as
+a jump.
+"""
 
 TIME_STEP = 1e-9
 """Resolution of times in messages and drives [s]. A break that moves by this causes a jump of this
 times the jump of the next derivative."""
 
 JUMP_WINDOW = 1e-6
-"""Jumps within this time are added up [s]: no drive distinguishes them."""
+"""Time within which jumps are added up [s], because no drive distinguishes them."""
 
 
 def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:
@@ -46,9 +47,9 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
 
     Returns:
         Absolute values, each with those that follow within `JUMP_WINDOW`, and the largest value
-        that rounding explains, shape (m-2, d) both. So neither noise about zero, as in the
-        acceleration of a straight motion, nor rounding of breaks to whole nanoseconds counts as a
-        jump.
+        that rounding explains, shape (m-2, d) both. So noise about zero, as in the acceleration of
+        a straight motion, does not count as a jump. The same holds for rounding of breaks to whole
+        nanoseconds.
     """
     sizes = _sum_in_window(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))

@@ -28,11 +28,11 @@ def feasible_durations(
     # displacement of a direct change from one velocity to the other
     direct = 0.5 * (v0 + v1) * np.abs(v1 - v0) / A
     rounding = 1e-12 * (np.abs(move) + np.abs(direct))
-    # mirrored so that it accelerates first
+    # mirrored so that the joint accelerates first
     sign = np.where(move > direct, 1.0, -1.0)
     D, a, b = sign * move, sign * v0, sign * v1
     first = np.where(np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked(D, a, b, V, A))
-    # braking first takes longer, up to the duration at which it would have to reverse
+    # braking first takes longer, up to the duration at which the joint would have to reverse
     lowest_squared = 0.5 * (a * a + b * b) - A * D
     blocked = (np.minimum(a, b) > 0.0) & (lowest_squared > 0.0)
     last = (a + b - 2.0 * np.sqrt(np.maximum(lowest_squared, 0.0))) / A

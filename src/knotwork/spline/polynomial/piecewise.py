@@ -23,11 +23,14 @@ LARGEST_CACHED = 524288
 
 
 MAX_DEGREE = 30
-"""Higher degrees are refused: no planner makes them, rounding spoils them, extrema take minutes."""
+"""Degree above which a curve is refused.
+
+No planner makes such curves, rounding errors are large, and extrema take minutes.
+"""
 LARGEST_TERM = 1e200
-"""Larger numbers are refused, so that neither values nor derivatives overflow anywhere."""
+"""Size above which numbers are refused, so that neither values nor derivatives overflow."""
 BLOCK_VALUES = 12288
-"""Values evaluated at once: small enough for the caches."""
+"""Number of values evaluated at once, small enough for the caches."""
 
 
 class PiecewisePolynomial(ReadOnlyArrays):
@@ -68,7 +71,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         c.setflags(write=False)
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
-        self._extrema = {}  # the curve does not change, and checks ask for them often
+        self._extrema = {}  # the curve does not change, and checks need them often
         self._orders = {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -113,7 +116,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
     def __call__(self, x: ArrayLike, nu: int = 0) -> FloatArray:
         """Evaluate the curve or a derivative of it.
 
-        At a break the right-hand piece counts, at the end the last piece.
+        At a break the right-hand piece counts, and at the end the last piece.
 
         Args:
             x: Times, any shape.
@@ -123,7 +126,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
             Values; the time axis of the data is replaced by the shape of `x`.
 
         Raises:
-            TimeRangeError: A time is outside [x[0], x[-1]], be it by one rounding, or NaN.
+            TimeRangeError: A time is NaN, or outside [x[0], x[-1]], even by one rounding.
             InputError: `nu` is not an integer, or negative.
         """
         t = np.asarray(x)
@@ -221,10 +224,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
         return self.solve(0.0, discontinuity)
 
     def jumps(self, nu: int = 0) -> FloatArray:
-        """Measure by how much the nu-th derivative jumps at each inner break.
+        """Measure the jump of the nu-th derivative at each inner break.
 
         Returns:
-            Right-hand less left-hand value, shape (m-1, ...).
+            Right-hand minus left-hand value, shape (m-1, ...).
 
         Raises:
             InputError: `nu` is not an integer, or negative.
@@ -398,7 +401,7 @@ def _evaluate_block(x: FloatArray, c: FloatArray, t: FloatArray) -> FloatArray:
     """Evaluate at times in any order, each with the coefficients of its own piece."""
     piece = x[1:-1].searchsorted(t, side="right")
     terms = c.take(piece, 1)
-    # over contiguous memory products take a fourth of the time
+    # products over contiguous memory take a quarter of the time
     u = (t - x.take(piece)).repeat(c.shape[2]).reshape(t.size, c.shape[2])
     value: FloatArray = terms[0]
     for term in terms[1:]:

@@ -14,8 +14,8 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
 
     With s = (t - t0)/h from 0 to 1, a piece is p(s) = D(s) + s^k Q(s): D is its Taylor polynomial
     at s = 0, and Q, of degree k - 1, removes the residual of D at s = 1. If the residual has the
-    Taylor coefficients R_i there, Q is the series of s^-k (sum over i of R_i (s - 1)^i) about
-    s = 1, cut off. Two cases of it are Eqs. (5), (6), with k = 2, and Eqs. (7), (8), with k = 3.
+    Taylor coefficients R_i there, Q is the truncated series of s^-k (sum over i of R_i (s - 1)^i)
+    about s = 1. Two cases of it are Eqs. (5), (6), with k = 2, and Eqs. (7), (8), with k = 3.
 
     Args:
         t: Times, shape (n,).
@@ -30,7 +30,8 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         powers = [h**i for i in range(2 * k)]
         taylor = [y * (1.0 / math.factorial(i)) if i > 1 else y for i, y in enumerate(derivatives)]
-        # the difference of positions first: it cancels their common part without rounding
+        # the difference of positions comes first, because it cancels their common part without
+        # rounding
         residual = [
             (y[1:] - y[:-1]) * powers[i] if i else y[1:] - y[:-1] for i, y in enumerate(taylor)
         ]

@@ -23,7 +23,7 @@ MOST_PROGRAMS = 18
 SETTLED_DURATION = 1e-5
 """Relative change of the duration at convergence."""
 FIRST_REGION, REGION_FACTOR = 0.3, 0.75
-"""First trust region, as a relative change of the duration, and its factor in each program."""
+"""Initial trust region, as a relative change of the duration, and its factor after each program."""
 SLOPE_CHANGE = 6.0
 """Maximum change of the rate's slope over a whole stop, for a trust region of 1."""
 EXCESS_PENALTY = 10.0
@@ -120,7 +120,7 @@ class _StopProgram:
         bend, length = unknowns[:-1], unknowns[-1]
         points = self._sample_points(unknowns)
         loads, steady = self._loads(unknowns, points)
-        # limits are raised to the values of the curve itself, so that a constant rate keeps them
+        # limits are raised to the values of the curve, so that a constant rate keeps them
         limits = np.maximum(self.limits[:, None], np.abs(steady))
         steps = DIFFERENCE_STEP * np.diag(np.append(np.ones(STOP_PARTS), length))
         slopes = np.stack(

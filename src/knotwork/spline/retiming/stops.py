@@ -17,9 +17,11 @@ from knotwork.spline.retiming.shortest import shortest_stop
 from knotwork.waypoints import FloatArray
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
-"""Fractions of the limits for samples, tried until the limits are kept between samples."""
+"""Candidate fractions of the limits at samples, in order, until the limits are kept between
+samples.
+"""
 SHORTEST_PHASE = 1e-9
-"""Shorter phases of a stop are left out [s]."""
+"""Duration below which phases of a stop are left out [s]."""
 REST_BOUND = 1e-9
 """Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
 MOST_LATER_STARTS = 3
@@ -31,7 +33,7 @@ MINIMUM_GAIN = 1e-3
 
 
 MOST_HALVINGS = 8
-# Breaks within this fraction of the duration are one.
+# Fraction of the duration within which breaks are equal.
 SAME_BREAK = 1e-9
 
 
@@ -40,8 +42,9 @@ def joint_stop(
 ) -> PiecewisePolynomial:
     """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
 
-    The acceleration goes to a peak, stays there if it is the limit, and goes to zero. With
-    direction d = ±1 of the peak p, v + d (2 p² - a²)/(2 J) = 0 where the limit is not reached.
+    The acceleration changes to a peak, stays there if the peak is at the limit, and changes to
+    zero. With direction d = ±1 of the peak p, v + d (2 p² - a²)/(2 J) = 0 where the limit is not
+    reached.
 
     Args:
         q: Positions [rad or m], shape (d,).
@@ -51,7 +54,7 @@ def joint_stop(
         jerk: Limits of jerk, finite.
 
     Returns:
-        Positions over the time since the state [s]; joints that stop earlier stay at rest.
+        Positions over the time since the state [s]. Joints that stop earlier stay at rest.
     """
     # a state above the limit returns to it
     direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
@@ -205,7 +208,7 @@ def cubic_through(
 
     At every break of the curve, and at given times, position, velocity and acceleration are equal.
     Between them the modified cubic Hermite method places knots. Steps are halved until the
-    deviation, computed from the polynomials and not from samples, is within the tolerance.
+    deviation is within the tolerance. It is computed from the polynomials and not from samples.
 
     Args:
         curve: A curve of any degree, trailing shape (d,).

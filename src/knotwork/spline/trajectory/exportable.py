@@ -22,8 +22,8 @@ class MessageOptions(TypedDict, total=False):
     """Options of ROS 2 messages.
 
     Attributes:
-        goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
-        accelerations: Send accelerations too, which makes the controller join by quintics.
+        goal: Give a goal of `FollowJointTrajectory`. Its field `trajectory` is the message.
+        accelerations: Send accelerations as well, so that the controller uses quintics.
         fit: Insert points until the motion is met within this tolerance [rad or m]; by default
             the knots must define it exactly.
     """
@@ -40,9 +40,9 @@ class DriveOptions(TypedDict, total=False):
 
     Attributes:
         degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
-        scale: Drive units a rad (deg, m) by joint name, not 0; 1 for joints left out.
-        offset: Drive's position, in its own units, where the joint is at 0; 0 for joints left out.
-        incremental: Give each row's time since the row before it instead of since the start.
+        scale: Drive units per rad (deg, m) by joint name, not 0; by default 1.
+        offset: Position of the drive, in its units, at joint position 0; by default 0.
+        incremental: Give the time of each row since the previous row, and not since the start.
         fit: Insert points until the motion is met within this tolerance [rad or m]; by default
             the knots must define it exactly.
     """
@@ -76,7 +76,7 @@ class ArmOptions(ScriptOptions, total=False):
 
 
 class RobotOptions(TypedDict, total=False):
-    """Options of positions that must keep a robot's limits, or count axes in their own way.
+    """Options of positions that must keep limits of a robot, or define axes in their own way.
 
     Attributes:
         robot: The `knotwork.Robot`, which `franka` needs.
@@ -89,8 +89,9 @@ class RateOptions(TypedDict, total=False):
     """Options of keyframes.
 
     Attributes:
-        rate: Keyframes a second [Hz], 100 by default; the last one is at the end exactly.
-        lead: kv/kp of the position actuators [s], 0 by default; controls lead by as much.
+        rate: Keyframes per second [Hz], 100 by default. The last one is exactly at the end.
+        lead: kv/kp of the position actuators [s], 0 by default. It is the lead time of the
+            controls.
     """
 
     rate: float
@@ -101,13 +102,13 @@ class TableOptions(TypedDict, total=False):
     """Options of the sampled formats: CSV, JSON, npz and Parquet.
 
     Attributes:
-        rate: Samples a second [Hz], 100 by default; the last one is at the end exactly, whatever
-            the rate.
+        rate: Samples per second [Hz], 100 by default. The last one is exactly at the end, at any
+            rate.
         knots_only: Take points that define the whole motion instead of samples.
-        accelerations: These points have accelerations too, for quintics instead of cubics.
+        accelerations: Include accelerations at these points, for quintics instead of cubics.
         fit: Insert points until the motion is met within this tolerance [rad or m].
         robot: `knotwork.Robot` that gives pose and twist of the tool.
-        labels: Name the segments and what is switched, row by row; by default where there are
+        labels: Include the names of segments and events in each row; by default if there are
             events.
     """
 

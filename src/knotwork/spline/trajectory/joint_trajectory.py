@@ -34,9 +34,9 @@ class Jump:
         jump: Absolute value, in the unit of the joint.
         joint: Name of the joint; `None` if there is no inner break.
         time: Time of the break [s]; `None` if there is none.
-        relative: The largest ratio of a joint's jump to that joint's own peak absolute value.
-            Jumps no larger than the rounding of the coefficients can make are left out of it, so
-            that noise about zero, as in the acceleration of a straight motion, does not count.
+        relative: The largest ratio of a joint's jump to that joint's own peak absolute value. Jumps
+            that rounding of the coefficients explains are left out, so that noise about zero, as in
+            the acceleration of a straight motion, does not count.
     """
 
     jump: float
@@ -51,10 +51,9 @@ class Continuity:
 
     Attributes:
         position, velocity, acceleration: The largest jumps.
-        order: The largest k such that the derivatives 0 … k of every joint jump by less than
-            1e-9 relative to their peak: 2 for a C2 curve, -1 if the position
-            jumps. From the degree of the curve on there is nothing left to jump; a curve without
-            any jump has its degree as order.
+        order: The largest k such that the derivatives 0 … k of every joint jump by less than 1e-9
+            relative to their peak: 2 for a C2 curve, -1 if the position jumps. A curve without any
+            jump has its degree as order.
     """
 
     position: Jump
@@ -67,7 +66,7 @@ class Continuity:
 class JointTrajectory(ReadOnlyArrays, Exportable):
     """Motion of named joints over time (as smooth as its planner made it; see `continuity`).
 
-    Defined on [start_time, end_time] and nowhere else, not even one rounding outside.
+    It is only defined on [start_time, end_time], and not even one rounding outside.
 
     >>> curve = JointTrajectory.from_knots(["elbow"], [0, 2], [[0], [1]], [[0], [0]])
     >>> curve.position(1.0), curve.velocity([0.0, 1.0]).shape
@@ -86,8 +85,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         segments: Segments of the motion, in order of time; empty if unknown.
 
     Raises:
-        InputError: The polynomial has not one component a joint, a name occurs twice, a unit is
-            unknown, or a waypoint time is outside the trajectory.
+        InputError: The number of components is not the number of joints, a name occurs twice, a
+            unit is unknown, or a waypoint time is outside the trajectory.
     """
 
     joint_names: tuple[str, ...]
@@ -131,7 +130,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     ) -> JointTrajectory:
         """Join positions and velocities by cubic Hermite pieces (C1; C2 if the data are).
 
-        This gives back any trajectory of degree three or less, C1 or smoother, from its `knots`.
+        This reproduces any trajectory of degree three or less, C1 or smoother, from its `knots`.
 
         Args:
             joint_names: Names of the joints, length d.
@@ -166,7 +165,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """Give the motion with its joints in another order.
 
         Args:
-            joint_names: The joints in the order wanted, length d.
+            joint_names: The joints in the new order, length d.
             joint_units: The required unit of each joint; by default any.
             owner: Owner of the joints, for the error.
 
@@ -212,18 +211,18 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
     @property
     def duration(self) -> float:
-        """End time less start time [s]."""
+        """End time minus start time [s]."""
         return self.end_time - self.start_time
 
     @property
     def breaks(self) -> FloatArray:
-        """Times at which the polynomials meet, both ends included [s], shape (m,)."""
+        """Times at which the polynomials meet, including both ends [s], shape (m,)."""
         return self.polynomial.x
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> FloatArray:
         """Evaluate the nu-th derivative of the joint positions.
 
-        At a break the piece after it counts, at the end time the last piece.
+        At a break the piece after it counts, and at the end time the last piece.
 
         Args:
             t: Times [s], any shape.
@@ -233,8 +232,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             Values, shape of `t` followed by (d,).
 
         Raises:
-            TimeRangeError: A time is before the start or after the end, be it by one rounding, or
-                NaN.
+            TimeRangeError: A time is NaN, before the start or after the end, even by one rounding.
             InputError: `nu` is not an integer, or negative.
         """
         return self.polynomial(t, nu)
@@ -259,20 +257,19 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     def jerk(self, t: ArrayLike) -> FloatArray:
         """Joint jerks [rad/s³ or m/s³] at times t [s]; raises as calling does.
 
-        At a break, where the jerk of a cubic spline jumps, the jerk is that of the next piece; at
-        the end time, that of the last piece.
+        At a break, where the jerk of a cubic spline jumps, it has the value of the next piece. At
+        the end time it has the value of the last piece.
         """
         return self.polynomial(t, 3)
 
     def sample(self, rate: float, *, most: int = MAX_SAMPLES) -> Samples:
-        """Sample the trajectory at a fixed rate, its start and its end included.
+        """Sample the trajectory at a fixed rate, including its start and its end.
 
-        The samples are 1/rate apart, from the start on; the last one is at the end time exactly,
-        whatever the rate, so the last step may be shorter. It is never shorter than
-        a millionth of a period.
+        The samples are 1/rate apart, from the start on. The last one is exactly at the end time, so
+        the last step may be shorter, but not shorter than a millionth of a period.
 
         Args:
-            rate: Samples a second [Hz].
+            rate: Samples per second [Hz].
             most: Maximum number of samples.
 
         Raises:
@@ -300,7 +297,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             Values in the joints' units and their times [s], shape (d,) each.
 
         Raises:
-            UnknownNameError: There is no quantity of that name.
+            UnknownNameError: No quantity has that name.
             InputError: The order is not an integer, or negative.
 
         >>> motion = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])

@@ -54,7 +54,9 @@ class Event(MotionPart):
 
 
 def signals_on_at(events: Iterable[Event], time: float) -> list[Event]:
-    """Signals that are on at a time [s]: the last event of each, unless it is off, 0 or a text.
+    """Last event of each signal that is on at a time [s].
+
+    A signal is on unless its value is off, 0 or a text.
 
     >>> signals_on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].text
     'arc on'

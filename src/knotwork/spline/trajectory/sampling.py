@@ -12,10 +12,10 @@ from knotwork.errors.arguments import finite_number
 from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6
-"""Minimum last step, relative to a period: the end replaces a sample closer than that."""
+"""Minimum last step, relative to a period. The end replaces a sample that is closer."""
 
 MAX_SAMPLES = 20_000_000
-"""Maximum number of samples: each takes 32 bytes per joint."""
+"""Maximum number of samples. Each takes 32 bytes per joint."""
 
 LEAST_PERIOD = 16
 """Minimum ratio of a sample period to the resolution of the times."""
@@ -23,7 +23,7 @@ LEAST_PERIOD = 16
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """A trajectory at its breaks; for degree three or less this defines the whole curve.
+    """A trajectory at its breaks. For degree three or less this defines the whole curve.
 
     Attributes:
         time: Times [s], shape (m,), strictly increasing.
@@ -50,7 +50,7 @@ class Samples(Knots):
 
 
 def sample_times(start: float, end: float, rate: float, most: int = MAX_SAMPLES) -> FloatArray:
-    """Times 1/rate apart from the start on, the last one the end; see `JointTrajectory.sample`."""
+    """Times 1/rate apart from the start on, and the end; see `JointTrajectory.sample`."""
     rate = finite_number(rate, "the sample rate", "Hz", positive=True)
     duration = end - start
     periods = duration * rate

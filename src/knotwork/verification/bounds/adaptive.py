@@ -5,7 +5,7 @@ For a vector g(t) and a convex function φ with |φ(x) - φ(y)| <= |x - y|, on a
     φ(g(t)) <= max(φ(g(start)), φ(g(end))) + h²/8 · max |g''|,
 
 because g is within h²/8 · max |g''| of its chord, and φ along the chord is at most its larger end.
-Intervals with an open verdict are divided.
+Intervals with an undecided verdict are divided.
 """
 
 from __future__ import annotations
@@ -27,19 +27,24 @@ FIRST_INTERVALS = 500
 """Approximate number of intervals of the first division, which is also at every break."""
 
 EVALUATION_BUDGET = 20_000
-"""Maximum evaluations after the first division; a verdict still open then is not proved."""
+"""Maximum number of evaluations after the first division.
+
+A verdict that is then undecided is not proved.
+"""
 
 EVALUATIONS_PER_PIECE = 8
-"""Minimum budget per piece and coefficient, which is enough for every polynomial."""
+"""Minimum budget per piece and coefficient, sufficient for every polynomial."""
 
 ABSURD_EXCESS = 10.0
-"""No bound is computed if a sample exceeds a limit by this factor on its size."""
+"""Factor on a limit. If a sample exceeds it, no bound is computed."""
 
 BOUND_PRECISION = 1e-3
 """Tightness of a bound, relative to the largest sample or to the limit."""
 
 VALUE_FLOOR = 1e-6
-"""Resolution of values near zero, relative to the largest that the joints' rates allow."""
+"""Resolution of values near zero, relative to the largest value that the rates of the joints
+allow.
+"""
 
 SMALLEST_EXCESS = np.finfo(float).tiny
 
@@ -54,9 +59,10 @@ VALUE_ROUNDING = 2.0**-38
 
 A value is a sum of products of at most seven factors: an axis, a lever, an inertia, velocities.
 Joint angles have errors of 2⁻⁵² times the degree times the sum of the magnitudes of their terms,
-which rotates each factor by as much; other factors have at most 2⁻⁴² (`EVALUATION_ROUNDING`), and
-from the base to a tip and back an arm of 30 joints makes about 2,000 roundings of 2⁻⁵³. In total
-less than 7·2⁻⁴² + 2,000·7·2⁻⁵³ < 2⁻³⁸."""
+and each factor is rotated by this error. Other factors have errors of at most 2⁻⁴²
+(`EVALUATION_ROUNDING`). For an arm of 30 joints there are about 2,000 roundings of 2⁻⁵³ from the
+base to a tip and back. The total is less than 7·2⁻⁴² + 2,000·7·2⁻⁵³ < 2⁻³⁸.
+"""
 
 
 class Quantity(NamedTuple):
@@ -221,7 +227,7 @@ def _worst_intervals(
 
     Args:
         beyond: Excess of each bound over its target, shape (n, c).
-        is_open: Whether that leaves a verdict open, shape (n, c).
+        is_open: Whether this leaves a verdict undecided, shape (n, c).
         count: Maximum number of intervals to divide.
     """
     waiting = np.asarray(is_open.any(axis=1))

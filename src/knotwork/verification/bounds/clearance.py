@@ -2,16 +2,17 @@
 
 Let d be the distance of two bodies at the middle of a time interval. Move the joints between them
 from their positions at the middle to those at another time of the interval, one by one, from the
-base outwards. Joint j turns its part by at most Δqⱼ, and moves every point of it by at most
-|Δqⱼ| ρⱼ, where ρⱼ is the maximum distance of the body from axis j at the middle: outer joints have
-not moved yet, and inner ones move axis and body together. So the distance is at least
+base outwards. Joint j turns its part by at most Δqⱼ, and moves every point of it by at most |Δqⱼ|
+ρⱼ, where ρⱼ is the maximum distance of the body from axis j at the middle. This distance is valid
+because outer joints have not moved yet, and inner joints move axis and body together. So the
+distance is at least
 
     d − Σⱼ |Δqⱼ| ρⱼ
 
 over the whole interval. Convex bodies are also separated by the plane normal to the line between
 their nearest points at the middle, and only motion along this normal reduces their distance, to
-first order (`relative_motion`). The better of the two bounds is used. If the verdict is still open,
-the interval is divided in three, and the middle part keeps its distance.
+first order (`relative_motion`). The better of the two bounds is used. If the verdict is still
+undecided, the interval is divided into three, and the middle part keeps its distance.
 """
 
 from __future__ import annotations
@@ -40,24 +41,28 @@ CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
 
 LENGTH_DIGITS = 12
-"""Decimal digits to which lengths [m] are compared when times are chosen, so that rounding on
-another machine does not change the choice."""
+"""Number of decimal digits of lengths [m] that are compared when times are chosen, so that every
+machine makes the same choice.
+"""
 
 CLEARANCE_PRECISION = 1e-3
 OBJECT_SHARE = 0.2
 LINK_SHARE = 0.5
-"""Precision of a pair's minimum clearance [m], or relative if that is more: for objects, and for
-links of the robot, which are always near one another."""
+"""Precision of the minimum clearance of a pair [m], or relative if that is larger: for objects, and
+for links of the robot, which are always close to each other.
+"""
 
 LAST_MOMENT = 1e-6
-"""An object that appears at the last waypoint is checked for this long before the end [s]; one
-released there counts as held until then."""
+"""Time before the end [s] from which an object that appears at the last waypoint is checked.
+
+An object that is released there counts as held until then.
+"""
 
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
 DISTANCE_BUDGET = 100_000
-"""Maximum number of distances measured; verdicts still open then are undecided."""
+"""Maximum number of distance measurements. Verdicts that are then open are undecided."""
 
 
 CONTACT_STEPS = 200
@@ -77,7 +82,7 @@ class Clearance(NamedTuple):
         around: Whether one of them is an object of the scene.
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
-        verdict: `"clear"`, `"collides"` (or is nearer than the margin) or `"undecided"`.
+        verdict: `"clear"`, `"collides"` (the margin is violated) or `"undecided"`.
         interval: Interval in which the margin is violated or undecided [s], or `None`.
         contacts: Intervals in which the margin is violated [s]; `interval` is the worst.
         evaluations: Number of distance measurements.
@@ -189,7 +194,7 @@ class _ClearanceSearch:
         return PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
 
     def _level(self, intervals: Intervals, tests: PairTests) -> tuple[Intervals, PairTests]:
-        """Measure where needed, close decided intervals, and divide the others in three."""
+        """Measure where needed, close decided intervals, and divide the others into three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
         time = self.curve.x[intervals.piece] + middle
@@ -234,16 +239,16 @@ class _ClearanceSearch:
         lower: FloatArray,
         motion: FloatArray,
     ) -> None:
-        """Measure distances, the smallest bounds first, as far as that may change the minimum.
+        """Measure distances in order of their bounds, as long as they may change the minimum.
 
-        The distance of an exact mesh is cut where it closes its interval and is not below the
-        minimum found.
+        The search for the distance of an exact mesh ends where the distance closes its interval and
+        is not below the minimum found.
 
         Args:
             tests: Pairs of solids over intervals; distances are filled in.
             time: Middle of each interval [s].
             placed: Rotations and origins of the solids' axes at these times, see `SolidPairs.axes`.
-            lower: Lower bound from spheres over the interval of each look [m].
+            lower: Lower bound from spheres over each interval [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
         first_goal = self._goal()
@@ -268,7 +273,10 @@ class _ClearanceSearch:
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _find_enclosed(self) -> None:
-        """Find solids inside meshes: if surfaces never touch, one test decides for all time."""
+        """Find solids inside meshes.
+
+        If the surfaces never touch, one test decides for the whole motion.
+        """
         for c in np.flatnonzero(self.distance > 0.0).tolist():
             table = self.table
             if not table.exact[c]:
@@ -295,7 +303,7 @@ class _ClearanceSearch:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
             if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
-                distance = nearest.distance  # of solids that were not measured at that time
+                distance = nearest.distance  # for solids that were not measured at that time
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
             low, high = self.undecided_from[of_pair].min(), self.undecided_until[of_pair].max()
@@ -326,8 +334,8 @@ def contact_intervals(
         model: Bodies and pairs.
         curve: Joint positions, trailing shape (d,).
         k: Index of the pair.
-        low: First time at which both exist [s].
-        high: Last time at which both exist [s].
+        low: Start of the time in which both exist [s].
+        high: End of the time in which both exist [s].
         time: A time of contact [s].
     """
     pair = model.pairs[k]

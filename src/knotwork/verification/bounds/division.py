@@ -1,4 +1,4 @@
-"""Division of a motion's time: first intervals, and open intervals in three parts."""
+"""Division of the time of a motion: first intervals, and open intervals into three parts."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Interval
 
 
 def divide_in_three(intervals: Intervals, tests: PairTests) -> tuple[Intervals, PairTests]:
-    """Divide open intervals in three parts; the middle parts keep their distances."""
+    """Divide open intervals into three parts. The middle parts keep their distances."""
     indices, place = np.unique(tests.interval, return_inverse=True)
     interval = (3 * place[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))

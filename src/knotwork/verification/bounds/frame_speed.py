@@ -38,7 +38,7 @@ def tool_speed_bound(
         budget: Maximum number of evaluations after the first 500.
 
     Raises:
-        UnknownNameError: There is no such frame.
+        UnknownNameError: The robot has no such frame.
         RobotError: No frame is given and no tool frame has been chosen.
         InputError: The trajectory is not of the robot's joints, or the limit isn't positive.
 

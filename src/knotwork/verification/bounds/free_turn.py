@@ -38,7 +38,8 @@ def free_angles(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) ->
     """Turn, and travel and work angle of a torch (otherwise zero), relative to the reference [rad].
 
     The turn is the yaw of roll, pitch and yaw in the reference axes: the tool turns about z and
-    then leans. At an angle φ between the z axes its rate is at most 1/cos(φ) of their rates.
+    then tilts. At an angle φ between the z axes, the rate of the turn is at most 1/cos(φ) times the
+    rates of the tool and the reference.
 
     Args:
         freedom: The freedom, with or without a torch.
@@ -81,9 +82,9 @@ def excess_over_ranges(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
 def torch_angles(torch: TorchRanges, turned: FloatArray) -> FloatArray:
     """Turn, travel and work angle of a torch, relative to the pose's [rad], shape (3, k).
 
-    In the seam's axes tilted by the pose's work angle, its rotation is Rx(-work) Ry(-travel)
-    diag(1, -1, -1) Rz(turn - about). The rates of turn and work angle are at most 1/cos(travel
-    angle) of its angular velocity.
+    In the axes of the seam, tilted by the work angle of the pose, its rotation is Rx(-work)
+    Ry(-travel) diag(1, -1, -1) Rz(turn - about). The rates of turn and work angle are at most
+    1/cos(travel angle) times its angular velocity.
 
     Args:
         torch: The torch, with the pose's angles.

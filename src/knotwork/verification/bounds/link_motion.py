@@ -1,7 +1,7 @@
 """Bounds on the derivatives of the motion of every link of a tree of joints.
 
-One recursion from the base to the tips. With W the bounds of a link's angular velocity, a unit
-vector fixed in the link has the bounds `unit_bounds(W)`. The axis of a joint is fixed in the
+There is one recursion from the base to the tips. With W the bounds of a link's angular velocity, a
+unit vector fixed in the link has the bounds `unit_bounds(W)`. The axis of a joint is fixed in the
 parent, so a joint adds |q'| times those of the parent's unit vectors to the parent's W. The offset
 between two joints is also fixed in the parent.
 """
@@ -17,7 +17,9 @@ from knotwork.verification.bounds.derivatives import product, unit_bounds
 from knotwork.waypoints import FloatArray
 
 RATE_ORDERS = 5
-"""Derivatives 0 … 4 of joint positions are bounded: two for torque, and two more for its bound."""
+"""Number of bounds on derivatives of joint positions, of orders 0 … 4: two are for torque, and two
+more for its bound.
+"""
 
 
 def carrier_of(model: Any, frame: int) -> tuple[int, float]:

@@ -104,9 +104,10 @@ def _follow_turn(
 ) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
     """Follow the turn, and bound its excess and that of a torch's angles over their ranges [rad].
 
-    The turn changes at most as fast as tool and path rotate, see `free_angles`: so within an
-    interval it exceeds the mean of both ends by at most half of both rotations, and it is
-    unambiguous between samples if that is less than half a turn. Axes have a separate row.
+    The rate of the turn is bounded by the rotation of tool and path (`free_angles`). Within an
+    interval the turn exceeds the mean of both ends by at most half of both rotations. It is
+    unambiguous between samples if this is less than half a turn. The angles between axes have a
+    separate row.
 
     Returns:
         Excess at times, shape (n + 1,), upper bounds on intervals, shape (n,), and the turn at both
@@ -127,21 +128,22 @@ def _follow_turn(
     change = turned / slower
     angles, known = continue_turns(samples.angles, start), change < np.pi
     ends = float(angles[0, 0]), float(angles[-1, 0])
-    if not known.all():  # then a sample is outside only if no whole turn brings it inside
+    if not known.all():  # then a sample is outside only if it is outside at every whole turn
         angles = nearest_turns(freedom, samples.angles)
     beyond = excess_over_ranges(freedom, angles)
     most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
     furthest = excess_over_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
-        furthest = np.inf  # every turn alone would be within
+        furthest = np.inf  # each single turn would be within
     return beyond, np.where(known, most, np.maximum(most, furthest)), ends
 
 
 def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:
     """Lower bound of the velocity along the path on each interval, shape (n,).
 
-    The tangent is within half of its turn of the bisector of the tangents at both ends, and the
-    velocity is near its chord, so that their components along and across the bisector are bounded.
+    The angle between the tangent and the bisector of the tangents at both ends is at most half of
+    the turn of the tangent. The velocity is near its chord. So the components of both along and
+    across the bisector are bounded.
 
     Args:
         samples: Samples at n + 1 times.

@@ -117,7 +117,7 @@ class PathStretch:
     def sample_more(
         self, t: FloatArray, known: NDArray[np.bool_], samples: PathSamples
     ) -> PathSamples:
-        """Samples at times, some of them known; the others are searched for between these."""
+        """Samples at times. Some are known; the others are searched for between them."""
         position, rotation, velocity = self._tool(t[~known])
         place = np.arange(len(t))
         guess = np.interp(place[~known], place[known], samples.s)
@@ -139,7 +139,7 @@ class PathStretch:
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> PathSamples:
         path = self.motion.path
-        # at the end, the direction of this stretch: the next one may have another
+        # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
         angles = np.zeros((len(s), 3))

@@ -1,7 +1,7 @@
 """Bounds on the derivatives of joint positions over time intervals, for any degree.
 
-On an interval a polynomial is a mean of its Bernstein coefficients, so their maximum bounds it.
-They are recomputed for every interval: the shorter the interval, the tighter the bound.
+On an interval a polynomial is a mean of its Bernstein coefficients, so their maximum is a bound.
+The coefficients are computed anew for every interval, and a shorter interval has a tighter bound.
 """
 
 from __future__ import annotations
@@ -20,8 +20,11 @@ from knotwork.verification.bounds.link_motion import RATE_ORDERS
 from knotwork.waypoints import FloatArray
 
 EVALUATION_ROUNDING = 2.0**-10
-"""Bounds are increased by this, times the degree, times the sum of the magnitudes of all terms. The
-rounding of Horner's scheme is 2⁻⁵² instead of 2⁻¹⁰ of that, so at most 2⁻⁴² of the bounds."""
+"""Increase of the bounds, relative to the degree times the sum of the magnitudes of all terms.
+
+The rounding of Horner's scheme is 2⁻⁵² instead of 2⁻¹⁰ of that product, so it is at most 2⁻⁴² of
+the bounds.
+"""
 
 
 @dataclass(frozen=True, eq=False)

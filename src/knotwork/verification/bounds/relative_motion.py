@@ -1,8 +1,8 @@
 """Bounds on the relative motion of solids over time intervals.
 
-Only the joints between two solids count, which carry one of them and not the other. With lᵢ the
-maximum speed of a point of a solid for a unit velocity of joint i, a solid moves by at most
-Σᵢ |Δqᵢ| lᵢ (`RelativeMotion.largest`).
+Only the joints between two solids count, those that carry one of them and not the other. With lᵢ
+the maximum speed of a point of a solid for a unit velocity of joint i, a solid moves by at most Σᵢ
+|Δqᵢ| lᵢ (`RelativeMotion.largest`).
 
 Along a fixed direction n the velocity of a point is n·v at the middle of the interval, a linear
 function of the point, and it changes at most at the rate of the acceleration,
@@ -123,7 +123,7 @@ class RelativeMotion:
         slope = turning.sum(axis=1)
         level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[item])
         speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[item, solid])
-        # The levers are those at the middle: outer joints may move points farther from an axis.
+        # The levers are those at the middle, so outer joints may move points farther from an axis.
         moves, speed = self.moves[item, :, solid] * moved, self.speed[item] * moved
         beyond = moves.sum(axis=1)[:, None] - moves.cumsum(axis=1)
         levers = self.levers[item, :, solid] + turns * beyond

@@ -26,8 +26,8 @@ class Bound(NamedTuple):
             value, including rounding.
         limit: The limit, or `None`.
         ok: Whether all samples keep the limit.
-        proved: Whether `ok` is proved: the bound keeps the limit, or a sample violates it. Without
-            a limit: whether the bound is as tight as requested. Otherwise the budget was
+        proved: Whether `ok` is proved, because the bound keeps the limit or a sample violates it.
+            Without a limit, whether the bound is as tight as requested. If false, the budget was
             exhausted, and only samples are known.
         evaluations: Number of evaluations of the quantity.
     """

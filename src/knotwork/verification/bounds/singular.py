@@ -75,8 +75,8 @@ def _precision(value: FloatArray, _scale: FloatArray) -> FloatArray:
 def _quantity(robot: Robot) -> Quantity:
     """Negative square of the smallest singular value, to be maximised.
 
-    Singular values do not depend on the axes. In those of the first moving link, the first joint
-    has no effect on the Jacobian, and its rate none on the bounds.
+    Singular values do not depend on the axes. In the axes of the first moving link, the first joint
+    does not affect the Jacobian, and its rate does not affect the bounds.
     """
     model, data = robot.model, robot.model.createData()
     frame = robot.require_tool()

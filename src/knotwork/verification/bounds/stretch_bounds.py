@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
 
 SAMPLE_BUDGET = 100_000
-"""Maximum samples of one stretch; a verdict still open then is not proved."""
+"""Maximum number of samples of one stretch. A verdict that is then undecided is not proved."""
 
 SAMPLES_PER_PIECE = 20
 """Minimum budget per piece of the motion."""
@@ -69,11 +69,11 @@ class PathBound(NamedTuple):
 
 
 class PathProgress(NamedTuple):
-    """PathProgress of the tool along the path in a stretch, including whole turns.
+    """Progress of the tool along the path in a stretch, including whole turns.
 
     Attributes:
         length: Length of the stretch [m].
-        start, end: PathProgress of the tool at both ends [m].
+        start, end: Progress of the tool at both ends [m].
         start_off, end_off: Errors of the progress at both ends [m].
         back: Maximum backward motion [m].
         time: Time of the largest of these three errors [s].
@@ -99,16 +99,16 @@ class StretchBounds(NamedTuple):
     Attributes:
         position: Distance from the path [m].
         orientation: Angle from the orientation on it [rad].
-        progress: PathProgress along the path, proved if the distance is.
-        speed: Difference from the full speed, where it is required [m/s]; `None` if nowhere.
+        progress: Progress along the path. It is proved if the distance is proved.
+        speed: Difference from the full speed [m/s]; `None` if no part requires the full speed.
         turn: Excess of the free turn over its range [rad]; `None` without one.
         turned: Turn at the start and at the end of the stretch, including whole turns [rad].
         ramp: Excess over the full speed in ramps, or backward speed [m/s]; `None` without ramps.
-        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where
-            full speed is required [m/s]; infinite if nowhere.
+        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where full
+            speed is required [m/s]; infinite if no part requires it.
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
         use: Upper bound on the error of each interval relative to the limits, shape (n,). If a
-            sample violates a limit, that of the samples.
+            sample violates a limit, it has the errors of the samples.
     """
 
     position: PathBound
@@ -191,7 +191,7 @@ def _first_times(
     low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
     inner = curve.x[(curve.x > low) & (curve.x < high)]
     known = [t for t in full if low < t < high]
-    # at a break both sides count: velocities may jump if the scenario allows it
+    # at a break both sides count, because velocities may jump if the scenario allows it
     before = np.nextafter(inner, -np.inf)
     ends = np.concatenate(([low], inner, [high]))
     middle = 0.5 * (ends[1:] + ends[:-1])  # every piece has an inner sample
@@ -202,10 +202,10 @@ def _first_times(
 def _divide(
     t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Divide intervals into parts; if the budget is not sufficient, those that need it most.
+    """Divide intervals into parts, those with the largest need first if the budget is limited.
 
     Returns:
-        Times, and whether each one is given; of two equal ones only one may be.
+        Times, and whether each one is given. Of two equal times only one may be given.
     """
     count = parts.astype(np.intp)
     if count.sum() > budget:

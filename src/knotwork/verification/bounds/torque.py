@@ -70,7 +70,7 @@ class Masses(NamedTuple):
         mass: Mass [kg].
         lever: Distance of the centre of mass from the joint's origin [m].
         inertia: Largest principal moment of inertia about the centre of mass [kg m²].
-        spread: Half the difference of the largest and the smallest moment [kg m²]: only this part
+        spread: Half the difference of the largest and the smallest moment [kg m²]. Only this part
             of the inertia changes when the link rotates.
         gravity: Gravity [m/s²].
         armature: Reflected inertia of each motor [kg m² or kg], by velocity column.

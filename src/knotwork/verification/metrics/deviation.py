@@ -16,7 +16,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 DEVIATION_SAMPLES = 40
 RADIAN_LENGTH = 0.1
-"""Length equivalent to a radian where the tool moves and turns at once [m]."""
+"""Length equivalent to a radian where the tool moves and turns simultaneously [m]."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,8 @@ def straight_legs(
 def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
     """Distance [m] and angle [rad] of a pose from the nearest one on the line between two poses.
 
-    On a line that is short for its turn, distances alone would not locate the tool:
-    a radian counts as 0.1 m.
+    On a short line with a large turn, distances alone would not locate the tool. Therefore a radian
+    counts as 0.1 m.
 
     >>> points = np.array([[0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [2.0, 0.0, 0.0]])
     >>> start, pose, end = (pin.SE3(np.eye(3), point) for point in points)

@@ -1,6 +1,6 @@
 """Metrics of a joint motion: misses, jumps, peaks, fluctuation, effort.
 
-Nothing here is sampled: extrema, variations and integrals come from the polynomials.
+No value is sampled. Extrema, variations and integrals come from the polynomials.
 """
 
 from __future__ import annotations
@@ -135,8 +135,8 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
     On the interval between two waypoints, with given velocities v₀ and v₁ at its ends and the mean
     velocity m = Δq/h of its displacement, every motion has a variation of at least
-    `|m − v₀| + |m − v₁|`: the velocity changes from v₀ to m and on to v₁, because it has its mean
-    value somewhere. The excess is the fluctuation,
+    `|m − v₀| + |m − v₁|`. The velocity has its mean value somewhere, so it changes from v₀ to m and
+    from m to v₁. The excess is the fluctuation,
 
         F = |v(t₀) − v₀| + ∫ |a| dt + |v₁ − v(t₁)| − |m − v₀| − |m − v₁| ≥ 0,
 
@@ -160,7 +160,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     curve = split_at(trajectory.polynomial, inside)
     values, _ = candidates(curve.x, curve.derivative().c)
     variation = np.abs(np.diff(values, axis=0)).sum(axis=0)
-    # A jump of velocity inside an interval is variation, too; at a waypoint it is a miss.
+    # A jump of velocity inside an interval is a variation as well. At a waypoint it is a miss.
     jumps = np.abs(values[0, 1:] - values[-1, :-1])
     variation[:-1] += np.where(np.isin(curve.x[1:-1], inside)[:, np.newaxis], 0.0, jumps)
 
@@ -178,7 +178,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
     """Integral over time of the sum of the joints' torques squared [N² m² s].
 
-    By Gauss and Legendre, with six nodes in each piece.
+    It uses Gauss-Legendre quadrature with six nodes in each piece.
 
     >>> made = kw.plan("ur5_deburring")
     >>> squared_effort(made.space.robot, made.trajectory) > 0

@@ -53,7 +53,7 @@ class Alignment:
     delays: tuple[Delay, ...]
 
     def on_time(self) -> JointTrajectory:
-        """The motion without its delays; it jumps where they change."""
+        """The motion without its delays. It jumps where they change."""
         curve, parts = self.curve.trajectory.polynomial, []
         for delay in self.delays:
             ahead = self.start + delay.late
@@ -122,7 +122,7 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     first_late = spans[0].late
     spans = tuple(span._replace(late=span.late - first_late) for span in spans)
     shift += first_late
-    # a log without more of the plan than its extrapolation still has that part
+    # a log that only overlaps the plan by its extrapolation still has that part
     first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
     last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
     if not last > first:
@@ -198,7 +198,7 @@ class PlanResidual:
 
 
 def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanResidual:
-    """Smooth a plan like a log; zero residuals for a plan that jumps in position or velocity.
+    """Smooth a plan like a log. A plan that jumps in position or velocity has zero residuals.
 
     Args:
         curve: The smoothed log.
@@ -211,14 +211,14 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
     position = _extend(plan, time - start, 0)
     followed = curve.curve_of(position)
     samples = np.abs(position - followed(time))
-    # many times in each piece, for the jerk may jump between two
+    # many times in each piece, because the jerk may jump between two
     breaks, parts = followed.x, np.linspace(0.0, 1.0, PIECE_TIMES)
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
     # the curve extends beyond log and plan
     fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
     gaps = np.abs([_extend(plan, fine - start, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
     worst = gaps.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
-    # knots that suit the log but not the plan show that the log is of another motion there
+    # if knots suit the log and not the plan, the log has another motion there
     of_log = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
     share = np.minimum(1.0, of_log / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
     piece = np.clip(np.searchsorted(followed.x, grid, side="right") - 1, 0, len(share) - 1)

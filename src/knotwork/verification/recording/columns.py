@@ -119,7 +119,7 @@ def _numbered_positions(
 ) -> Iterable[_Position]:
     """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
 
-    Columns of names, if there are any, give the order; otherwise it is the robot's.
+    Columns of names give the order, if there are any. Otherwise it is the order of the robot.
     """
     names_by_topic: dict[str, dict[int, str]] = {}
     groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
@@ -187,7 +187,7 @@ def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: 
 
 
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
-    """Columns of the time: the stamp of the messages, or else of their reception."""
+    """Columns of the time: the stamp of the messages, or otherwise the time of their reception."""
     paths, topic_path = (
         [_TOPIC_SEPARATORS.sub("/", text.strip()).lower() for text in texts]
         for texts in (headings, [topic])

@@ -31,7 +31,7 @@ class LogTolerances(NamedTuple):
     Attributes:
         tool: Tolerances of position and orientation, by unit: `"m"`, `"rad"`.
         joints: Tolerances of joints, by name, or by unit for all other joints.
-        late: Largest delay [s]; positions are then compared without delays.
+        late: Largest allowed delay [s]. Positions are then compared without delays.
     """
 
     tool: Mapping[str, float] = MappingProxyType({})
@@ -47,8 +47,9 @@ def deviation_findings(
 ) -> Iterator[Finding]:
     """Report the deviations of a log from its plan: time, each joint over all time, and the tool.
 
-    Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
-    at the times of the samples. Short reports show the largest of each, the shift and delays.
+    Joint deviations are exact extrema between the smoothed log and the plan. Deviations of the tool
+    are evaluated at the times of the samples. Short reports show the largest of each, the shift and
+    delays.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)

@@ -1,8 +1,8 @@
 """Delay of a log relative to its plan, over the time of the plan.
 
-The delay at a time of the plan is one of many in even steps. A change of the delay costs as much
-as some samples far off the plan, so that it changes only with evidence in the log; the cheapest
-sequence of delays is found by dynamic programming (Viterbi). The delay of each span with a constant
+The delay at a time of the plan is a multiple of a step. A change of the delay costs as much as a
+few samples far off the plan, so that the delay changes only with evidence in the log. Dynamic
+programming (Viterbi) finds the cheapest sequence of delays. The delay of each span with a constant
 one is then improved by least squares.
 """
 
@@ -22,9 +22,9 @@ MOST_PLAN_STEPS = 1000
 CHANGE_COST = 10.0
 """Cost of a change of the delay, in squares of the plan's motion per step."""
 EVIDENCE = 0.25
-"""Delays count if they reduce the squares of a constant delay below this fraction."""
+"""Fraction of the sum of squares of a constant delay below which delays count."""
 LEAST_DELAY_STEPS = 3.0
-"""Delays that differ by fewer steps are equal."""
+"""Number of steps below which delays are equal."""
 
 
 class Delay(NamedTuple):
@@ -49,7 +49,7 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
         shift: Time since the log's first sample at time 0 of the plan [s].
 
     Returns:
-        One span without evidence of several delays.
+        Spans in order of time; a single span without evidence of several delays.
     """
     constant = Delay(plan.start_time, plan.end_time, 0.0)
     step = max(curve.log.period, plan.duration / MOST_PLAN_STEPS)

@@ -63,8 +63,8 @@ def check_log(
     """Check a log against a scenario.
 
     `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
-    The findings report undecided requirements. Given tolerances replace the scenario's
-    requirements on waypoints, paths, waits and places of events.
+    The findings report undecided requirements. Given tolerances replace the requirements of the
+    scenario on waypoints, paths, waits and positions of events.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -302,8 +302,8 @@ def _information(quantity: str, fact: str, brief: str = "") -> Finding:
 def hole_findings(alignment: Alignment) -> Iterator[Finding]:
     """Report each gap in the plan's time, in which the motion of the robot is unknown.
 
-    It fails if the plan moves there; at rest it is a warning. The smoothed curve continues in
-    a gap, but only as a guess, and so do all findings on it.
+    A gap fails if the plan moves during it, and is a warning if the plan is at rest. In a gap the
+    smoothed curve is a guess, and so are all findings on it.
     """
     plan, log = alignment.reference, alignment.curve.log
     time = log.time - alignment.start

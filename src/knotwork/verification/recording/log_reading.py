@@ -18,10 +18,10 @@ FEWEST_SAMPLES = 16
 """Smallest number of samples for an estimate of the noise."""
 
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
-"""Times larger than these are ns, µs and ms since 1970, if their heading has no unit."""
+"""Sizes above which times without a unit are ns, µs and ms since 1970."""
 
 LARGEST_RADIANS = 4.0 * np.pi * 1.001
-"""Joint positions beyond this [rad], two whole turns, are probably in degrees."""
+"""Joint position [rad] above which the unit is probably degrees: two whole turns."""
 
 _DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[eE](?P<power>[+-]?\d+))?")
 
@@ -68,11 +68,10 @@ def read_log(
 
     Accepted are headings of PlotJuggler (`__time`, `/joint_states/elbow_joint/position`), of
     flattened ROS messages (`header.stamp.sec`, `header.stamp.nanosec`, `name[0]`, `position[0]`;
-    `%time`, `field.position0`), of Universal Robots' RTDE (`timestamp`, `actual_q_0`), and those
-    of `knotwork check`. Columns are separated by commas, semicolons, tabs or spaces; with
-    semicolons and tabs, numbers may have decimal commas. Other columns are skipped, and so are
-    rows without a position of each joint. Rows are sorted by time; of rows at
-    one time the mean is used.
+    `%time`, `field.position0`), of Universal Robots' RTDE (`timestamp`, `actual_q_0`), and those of
+    `knotwork check`. Columns are separated by commas, semicolons, tabs or spaces; with semicolons
+    and tabs, numbers may have decimal commas. Other columns are skipped, and so are rows without a
+    position of each joint. Rows are sorted by time. For rows at the same time the mean is used.
 
     >>> lines = [f"{i / 100},{i / 50 - 0.09 * (i % 2) * 1e-3:.4f}" for i in range(20)]
     >>> characters = Path("log.csv").write_text("\n".join(["__time,/arm/lift/position", *lines]))

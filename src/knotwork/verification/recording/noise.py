@@ -49,7 +49,7 @@ class Noise:
 
     def of_samples(self, slopes: FloatArray) -> FloatArray:
         """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
-        # at starts and stops, a slope between samples is known from its neighbours only
+        # at starts and stops, the slope between samples is only known from its neighbours
         fast = largest_near(np.abs(slopes), 2)
         return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
 
@@ -97,7 +97,7 @@ def _residuals(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
     )
     misses = values[2:-2] - np.einsum("kdi,ik->kd", neighbours, weights)
     residuals = misses / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
-    # Next to a gap a neighbour is far away, and a cubic is of little use.
+    # Next to a gap a neighbour is far away, so a cubic is not meaningful.
     far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
     residuals[far] = np.nan
     return np.asarray(residuals), slopes_of(time, values)[2:-2]
@@ -117,7 +117,7 @@ def _by_speed(
     rows: list[FloatArray] = []
     variances: list[float] = []
     for j in range(count):
-        # if nothing changes at all, the values are rounded and have no information on their noise
+        # constant values are rounded and have no information on their noise
         moving = np.flatnonzero(np.isfinite(residuals[:, j]) & (residuals[:, j] != 0.0))
         by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
         for group in _groups(by_speed):

@@ -1,10 +1,10 @@
 """The smooth motion behind the samples of a log: cubic splines by weighted least squares.
 
-Knots are added where samples require them. An interval is halved as long as the residuals of its
-samples exceed their noise, in mean square; after that all intervals are halved once more. So
-the error of the curve is small compared with the uncertainty by noise. The reported uncertainty
-is the standard error of the least squares, plus the change of the curve by the last halving,
-which is an upper bound of the change by finer knots.
+Knots are added where samples require them. An interval is halved as long as the mean square of its
+residuals exceeds the noise. Then all intervals are halved once more. So the error of the curve is
+small compared with the uncertainty by noise. The reported uncertainty is the standard error of the
+least squares, plus the change of the curve by the last halving, which is an upper bound of the
+change by finer knots.
 """
 
 from __future__ import annotations
@@ -29,9 +29,11 @@ EXTENSION_PERIODS = 3.0
 FEWEST_IN_INTERVAL = 4
 """Smallest number of samples in an interval."""
 CERTAIN_MISS = 5.0
-"""Standard deviations of white noise beyond which the curve certainly misses the samples."""
+"""Number of standard deviations of white noise beyond which the curve certainly misses the
+samples.
+"""
 ERROR_ORDERS = range(4)
-"""Standard errors are known of position, velocity, acceleration and jerk."""
+"""Number of quantities with standard errors: position, velocity, acceleration and jerk."""
 
 
 DEGREE = 3
@@ -52,7 +54,7 @@ class Smoothed:
         residuals: Samples minus motion [rad or m], shape (n, d).
         sigma: Standard deviation of each sample [rad or m], shape (n, d).
         missed: Time intervals [s] in which the curve can't follow the samples, even with the
-            shortest pieces: the motion changes faster there than the log can resolve.
+            shortest pieces. There the motion changes faster than the log can resolve.
     """
 
     trajectory: JointTrajectory
@@ -229,7 +231,7 @@ class Fit:
 
 
 def inverse_within_band(factors: FloatArray) -> FloatArray:
-    """Entries of the inverse of A = L Lᵀ where A has some, for several matrices at once.
+    """Entries of the inverse of A = L Lᵀ at the nonzero entries of A, for several matrices at once.
 
     With the last rows known, row i follows from Lᵀ A⁻¹ = L⁻¹, whose entries right of the diagonal
     are zero (Takahashi's equations). Each step needs the inverse next to it only.
