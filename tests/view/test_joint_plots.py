@@ -210,16 +210,13 @@ def test_one_joint_overlays_planners_told_apart_without_colour(
     assert "check of cubic FAILED" in heading(figure)
 
 
-@pytest.mark.exhaustive
-def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
-    plans = [kw.plan("ur10_spray"), kw.plan("ur10_spray", planner="trapezoidal")]
-    figure = plot_joints(plans, quantities=["velocity", "acceleration"])
-    assert len(figure.axes) == 4
-    for left, right in (figure.axes[:2], figure.axes[2:]):
-        assert left.get_ylim() == right.get_ylim()
-        assert len(lines(left, "curve")) == len(lines(right, "curve")) == 6
-    headings = [text.get_text() for axis in figure.axes[:2] for text in axis.texts]
-    assert headings == ["modified-hermite", "trapezoidal"]
+def test_several_motions_have_a_column_for_each_joint(deburring: Plan) -> None:
+    motions = [deburring, deburring.trajectory]
+    figure = plot_joints(motions, quantities=["velocity"], labels=["plan", "motion"])
+    assert len(figure.axes) == 6
+    assert all(len(lines(axis, "curve")) == 2 for axis in figure.axes)
+    headings = [axis.get_title() or axis.texts[-1].get_text() for axis in figure.axes]
+    assert "elbow_joint" in headings
 
 
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:

@@ -92,13 +92,7 @@ def test_shapes_that_can_not_be_drawn_are_warnings(arm) -> None:
         assert len(warning) < 500
 
 
-def test_collision_shapes_and_lines_replace_missing_shapes(arm) -> None:
-    box = '<collision><geometry><box size="1 1 2"/></geometry></collision>'
-    lost = urdf('<mesh filename="lost.stl"/>').replace("</visual>", f"</visual>{box}", 1)
-    robot = arm(lost)
-    assert shape_warnings(robot)[0].endswith("drawn from its collision shape")
-    (base,) = scene(at_rest(robot))["shapes"][0]
-    assert vertices(base)[:, 2].max() == pytest.approx(1.0)
+def test_lines_replace_missing_shapes(arm) -> None:
     bare = arm(re.sub("<visual>.*?</visual>", "", urdf()))
     assert shape_warnings(bare)[-1].endswith("its links are drawn as lines")
     meshes = scene(at_rest(bare))["shapes"][0]  # up to the joint

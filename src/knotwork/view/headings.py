@@ -48,7 +48,6 @@ def write_around(
     curves: Sequence[str],
     *,
     titles: Sequence[str] = ("",),
-    overlaid: bool = False,
     grows: bool = True,
 ) -> None:
     """Mark segments and contacts in drawn panels, and write titles, names and legends around them.
@@ -57,20 +56,18 @@ def write_around(
         figure: The picture.
         motions: The drawn motions; the waypoints of the first one are named.
         title: Title of the picture.
-        curves: Names of the curves, in the order of colours.
+        curves: Names of the curves, in the order of colours: of motions, if there are several.
         titles: Titles of the columns.
-        overlaid: The curves are motions, whose failures are named; otherwise each motion has its
-            own column.
         grows: Let the figure grow if names and legends leave its panels too low.
     """
     columns = len(titles)
     tops = figure.axes[:columns]
-    reasons = [motion.failure_text for motion in motions] if overlaid else ()
+    reasons = [motion.failure_text for motion in motions] if len(motions) > 1 else ()
     _add_curve_legend(figure, curves, title, reasons)
     for axes in tops:
         _mark_segments(axes, motions[0])
-    for i, motion in enumerate(motions):
-        _mark_contacts(figure.axes if overlaid else figure.axes[i :: len(motions)], motion)
+    for motion in motions:
+        _mark_contacts(figure.axes, motion)
     _add_mark_legend(figure, motions[0])
     _set_times(figure.axes, motions)
     for axes in figure.axes[-columns:]:

@@ -206,15 +206,12 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
 
 
 def board_lines(scene: Mapping[str, Any]) -> list[str]:
-    """Lines of the board below its title: the summary, and each failure with its remedy."""
+    """Lines of the board below its title: the summary, and failures with their remedies."""
     lines = [" · ".join(part for part in (scene["summary"], scene["duration"]) if part)]
     for failure in scene["failures"]:
-        lines += textwrap.wrap(
-            failure["line"], LINE_LETTERS, initial_indent="• ", subsequent_indent="   "
-        )
-        remedy = textwrap.wrap(failure["remedy"] or "", LINE_LETTERS - 3)
-        lines += [f"   {line}" for line in remedy]
-    return lines if len(lines) <= 1 + MOST_BOARD_LINES else [*lines[: 1 + MOST_BOARD_LINES], "   …"]
+        text = "; ".join(part for part in (failure["line"], failure["remedy"]) if part)
+        lines += textwrap.wrap(text, LINE_LETTERS, initial_indent="• ", subsequent_indent="   ")
+    return lines[: 1 + MOST_BOARD_LINES]
 
 
 def drawn_board(scene: Mapping[str, Any]) -> bytes:

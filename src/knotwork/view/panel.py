@@ -139,18 +139,14 @@ class Panel:
         axes.set_title(note, loc="right", fontsize=SMALL, **look)
 
 
-def set_ranges(panels: Sequence[Panel]) -> None:
-    """Draw limits and texts of panels that share a range of values."""
-    spans = np.array([panel.axes.dataLim.intervaly for panel in panels])
-    low, high = float(spans[:, 0].min()), float(spans[:, 1].max())
+def finish_panel(panel: Panel) -> None:
+    """Set a panel's range of values, and draw its limits and texts."""
+    low, high = (float(end) for end in panel.axes.dataLim.intervaly)
     middle, scale = 0.5 * (low + high), max(1.0, 0.5 * abs(low + high))
-    limits = [abs(level.value) for panel in panels for level in panel.levels]
-    sizes = (panels[0].factor, scale, *(size for size in limits if np.isfinite(size)))
-    if high - low < CONSTANT_RANGE * max(sizes):
+    limits = [abs(level.value) for level in panel.levels if np.isfinite(level.value)]
+    if high - low < CONSTANT_RANGE * max(panel.factor, scale, *limits):
         low, high = middle - 0.5 * SHOWN_RANGE * scale, middle + 0.5 * SHOWN_RANGE * scale
-    with_limits = np.array([panel.draw_levels(low, high) for panel in panels])
-    for panel in panels:
-        panel.finish(float(with_limits[:, 0].min()), float(with_limits[:, 1].max()))
+    panel.finish(*panel.draw_levels(low, high))
 
 
 def page_size(name: str | None) -> tuple[float, float] | None:
@@ -181,18 +177,9 @@ def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None)
     return figure
 
 
-def new_axes(figure: Figure, rows: int, columns: int, *, shared: bool = False) -> Any:
-    """Make a grid of axes with common times, shape (rows, columns).
-
-    Args:
-        figure: The picture.
-        rows: Number of rows.
-        columns: Number of columns.
-        shared: The axes of a row share their range of values.
-    """
-    grid = figure.subplots(
-        rows, columns, sharex=True, sharey="row" if shared else False, squeeze=False
-    )
+def new_axes(figure: Figure, rows: int, columns: int) -> Any:
+    """Make a grid of axes with common times, shape (rows, columns)."""
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     for axes in grid.flat:
         dress(axes)
     return grid

@@ -24,7 +24,6 @@ from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, derivative_limits
-from knotwork.view.clearance_curve import nearest_around
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_trace
@@ -307,3 +306,9 @@ class ShownMotion:
 def task_without_requirements(name: str) -> Scenario:
     """A task for a motion without one."""
     return Scenario(name, (), PlainTask.model_construct(waypoints=()))
+
+
+def nearest_around(findings: Sequence[Finding]) -> Finding | None:
+    """The finding on the pair with the surroundings that is nearest to its margin."""
+    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.around]
+    return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import freedom_uses
-from knotwork.view.clearance_curve import clearance_curve, nearest_around
+from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, limit_shares
 from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
@@ -135,16 +135,13 @@ def _curve(
 
 def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
     """Clearance from the surroundings over time, the nearest pairs, and the required clearance."""
-    trajectory, scenario, nearest = shown.trajectory, shown.scenario, nearest_around(shown.findings)
-    also = [] if nearest is None or nearest.time is None else [nearest.time]
-    start, end = trajectory.start_time, trajectory.end_time
-    clearance = clearance_curve(trajectory, scenario, shown.space, (start, end), also)
+    clearance = clearance_curve(shown)
     if clearance is None:
         return None
     return {
-        "time": (clearance.time - start).tolist(),
+        "time": (clearance.time - shown.trajectory.start_time).tolist(),
         "distance": [round(d, 6) if np.isfinite(d) else None for d in clearance.distance.tolist()],
         "pair": clearance.pair,
         "names": clearance.names,
-        "margin": scenario.scene.rules.margin,
+        "margin": shown.scenario.scene.rules.margin,
     }
