@@ -148,9 +148,8 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     )
     curves = [one for axis in figure.axes for one in lines(axis, "curve")]
     assert line.get_color() not in {one.get_color() for one in curves}
-    worst_time, worst = data(lines(figure.axes[1], "worst")[0])
-    assert (worst_time[0], worst[0]) == pytest.approx((0.45, np.pi / 0.6))
-    assert {"limit exceeded", "worst", "limit"} <= set(legend_words(figure))
+    assert value.max() == pytest.approx(np.pi / 0.6)
+    assert {"limit exceeded", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")
     said = notes(figure)[1]  # and of the others, which stand still
     assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s exceeds limit ±3.15 rad/s")
@@ -184,8 +183,6 @@ def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) ->
     assert notes(figure)[0] == "180 deg inside limit ±360 deg"
     levels = [float(data(line)[1][0]) for line in lines(velocity, "limit")]
     assert levels == pytest.approx([math.degrees(3.15)])
-    bands = [patch for patch in velocity.patches if patch.get_gid() == "band"]
-    assert len(bands) == 1
 
 
 def test_one_joint_overlays_planners_told_apart_without_colour(

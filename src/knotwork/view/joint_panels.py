@@ -94,14 +94,12 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
         alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
         one_curve = None if alike else colour(nearest.index)
         panel.levels = [LimitLine("limit", factor * end, span, colour=one_curve) for end in bounds]
-        if len({item.joint for item in series}) == 1:
-            panel.allowed = factor * bounds[0], factor * bounds[1]
         panel.note, panel.failed = _limit_note(nearest, limited, panel)
     return panel
 
 
 def _draw_curve(panel: Panel, series: Series, count: int) -> None:
-    """Draw one of `count` curves, its jumps, its parts beyond the limit, and its worst value.
+    """Draw one of `count` curves, its jumps, and its parts beyond the limit.
 
     Parts are only marked if the exact extrema exceed the limit.
     """
@@ -119,8 +117,6 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
             for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
         )
         panel.mark("broken", name, *drawn.beyond(lower, upper))
-        if use.value is not None and use.time is not None and np.isfinite(use.value):
-            panel.mark("worst", name, np.array([use.time]), np.array([factor * use.value]))
 
 
 def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:

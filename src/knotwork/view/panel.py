@@ -68,7 +68,6 @@ class Panel:
         unit: Displayed unit.
         factor: Factor from the SI unit to the displayed one.
         levels: Limits to draw as lines.
-        allowed: Values beyond these are shaded.
         note: Text above the panel.
         failed: Whether the note is a failure.
     """
@@ -78,7 +77,6 @@ class Panel:
     unit: str
     factor: float
     levels: list[LimitLine] = field(default_factory=list)
-    allowed: tuple[float, float] = (-np.inf, np.inf)
     note: str = ""
     failed: bool = False
 
@@ -119,14 +117,9 @@ class Panel:
         return low, high
 
     def finish(self, low: float, high: float) -> None:
-        """Set the range of values, shade those beyond the allowed ones, and write the texts."""
+        """Set the range of values, and write the texts."""
         axes, span = self.axes, high - low
-        bottom, top = low - FOOT_MARGIN * span, high + HEAD_MARGIN * span
-        axes.set_ylim(bottom, top)
-        lower, upper = self.allowed
-        for start, end in ((bottom - span, lower), (upper, top + span)):
-            if bottom < end and start < top:
-                axes.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")
+        axes.set_ylim(low - FOOT_MARGIN * span, high + HEAD_MARGIN * span)
         label = f"{self.title} [{self.unit}]" if self.unit else self.title
         level: dict[str, Any] = {"rotation": 0, "ha": "right", "va": "center", "fontsize": SMALL}
         axes.set_ylabel(textwrap.fill(label, LABEL_LETTERS), **level)

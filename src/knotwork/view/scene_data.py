@@ -110,7 +110,7 @@ def make_scene(
     Raises:
         InputError: The motion is too long.
     """
-    robot, base = shown.robot, base_joints(shown.robot)
+    base = base_joints(shown.robot)
     outlines = _outlines(shown)
     task = _at_start(shown, _task_points(shown))
     points = np.concatenate([outlines, task, _at_start(shown, _fixed_points(shown))])
@@ -128,7 +128,7 @@ def make_scene(
     return {
         **_description(shown),
         **robot_parts,
-        "arm": arm_frames(shown.curve, robot, shown.model, shown.scenario.paths),
+        "arm": arm_frames(shown),
         "first_joint": base.count,
         "things": base.carry(parts.things),
         "labels": base.carry(_merge_labels(parts.labels)),
@@ -143,7 +143,7 @@ def make_scene(
             _at_start(shown, joint_origins(shown)[1]),
             before["view"]["from"] if same_robot and before is not None else None,
         ),
-        **verdict(shown.report, shown.scenario, robot, base.count),
+        **verdict(shown),
         "warnings": parts.warnings,
     }
 

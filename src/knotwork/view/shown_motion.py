@@ -261,8 +261,7 @@ class ShownMotion:
     @cached_property
     def targets(self) -> Sequence[CartesianWaypoint]:
         """The waypoints at the tool."""
-        has_tool = self.robot.tcp_frame_id is not None
-        return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
+        return targets(self) if self.robot.tcp_frame_id is not None else ()
 
     @property
     def given_velocities(self) -> Sequence[CartesianWaypoint]:
@@ -273,11 +272,7 @@ class ShownMotion:
     @cached_property
     def trace(self) -> ToolTrace | None:
         """The path of the tool; `None` without a tool."""
-        if self.robot.tcp_frame_id is None:
-            return None
-        times = [target.time for target in self.targets]
-        paths = self.scenario.paths
-        return tool_trace(self.robot, self.curve, self.space, self.failures, times, paths)
+        return tool_trace(self) if self.robot.tcp_frame_id is not None else None
 
     @cached_property
     def model(self) -> CollisionModel | None:

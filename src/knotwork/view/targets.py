@@ -4,27 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import arrow
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
+if TYPE_CHECKING:
+    from knotwork.view.shown_motion import ShownMotion
 
-def targets(
-    scenario: Scenario, space: JointSpace, robot: Robot, curve: PiecewisePolynomial
-) -> list[CartesianWaypoint]:
+
+def targets(shown: ShownMotion) -> list[CartesianWaypoint]:
     """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
 
     A wait appears once, at its start. Fixed poses are taken at their times if joints move the
     base.
     """
+    scenario, space, robot, curve = shown.scenario, shown.space, shown.robot, shown.curve
     base = robot.base_placement
     at_tool = []
     for i, (waypoint, state) in enumerate(zip(scenario.waypoints, space.targets, strict=True)):

@@ -33,7 +33,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     curve, trajectory, scenario = shown.curve, shown.trajectory, shown.scenario
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = np.linspace(start, end, STRIP_SAMPLES)
-    shares = list(limit_shares(shown.robot, curve, shown.space, shown.findings, time))
+    shares = list(limit_shares(shown, shown.findings, time))
     asked = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
