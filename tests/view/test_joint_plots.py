@@ -267,7 +267,6 @@ def test_motions_that_do_not_belong_together_are_an_error(
         ([], {}, "at least one"),
         ({"a": 1}, {}, "can't draw dict"),
         (paper_case.trajectory, {"scenario": deburring.scenario}, "the joints of the scenario are"),
-        ([deburring] * 5, {}, "at most 4 motions"),
         ([paper_case] * 8, {}, "at most 7"),
         (deburring, {"joints": ["joint_1"]}, "unknown joint"),
     ):
