@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +123,7 @@ def check(
         print_short(report)
         echo(f"the motion: {report.planner}")
         if reference is not None and log is None:
-            words = [str(trajectory), "-s", reference]
+            words = [os.path.join(".", trajectory), "-s", reference]  # no shipped scenario
             print_next(words, with_robot=report.robot is not None)
     if log is None and not report.ok and _is_csv(trajectory):
         echo(f"hint: {LOG_HINT}", err=True)

@@ -114,15 +114,18 @@ def print_comparison(comparison: Comparison) -> None:
     title = f"{comparison.scenario}{duration}"
     table = tables.plain_table(title, ["planner", "verdict", *headings], 2)
     table.padding = (0, 0, 0, 0)  # cells end in a star or a space
-    winners = best(scores)
+    winners, above = best(scores), ""
     for row in comparison.rows:
+        planner, _, rule = row.planner.partition(":")
+        label = f"  :{rule}" if rule and planner == above else row.planner
+        above = planner
         if isinstance(row, Refusal):
-            table.add_row(row.planner, "refused: see below")
+            table.add_row(label, "refused: see below")
             continue
         stars = ["*" if row.planner in winners.get(name, ()) else " " for name in shown]
         cells = [_cell(row, name, factors[name]) for name in shown]
         verdict = "passed" if row.passed else f"{row.failed} fail"
-        table.add_row(row.planner, verdict, *map("".join, zip(cells, stars, strict=True)))
+        table.add_row(label, verdict, *map("".join, zip(cells, stars, strict=True)))
     tables.print_table(table)
     echo(f"\n{joint_unit}, s; % of the limit; * best of all that pass")
     if comparison.times_chosen:

@@ -55,8 +55,8 @@ def print_next(words: Sequence[str], *, with_robot: bool) -> None:
     """
     arguments = shlex.join(words)
     line = f"next: knotwork {'view' if with_robot else 'plot'} {arguments}"
-    more = f" | report {arguments} --html FILE | --full"
-    echo(line + more if len(line + more) <= _width() else line)
+    forms = [f"{line} | report {text} --html FILE | --full" for text in (arguments, "…")]
+    echo(next((form for form in forms if len(form) <= _width()), line))
 
 
 def _width() -> int:
