@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
+from patience import PATIENCE
 
 
 @dataclass(frozen=True)
@@ -17,6 +22,14 @@ class Ran:
 
 
 Command = Callable[..., Ran]
+
+
+def python(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[str]:
+    """A Python in a process of its own."""
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        **{"capture_output": True, "text": True, "timeout": PATIENCE, "check": False, **options},
+    )
 
 
 def without_progress(err: str) -> str:

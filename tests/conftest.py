@@ -12,9 +12,10 @@ from hypothesis import HealthCheck, settings
 
 from browser import barriers, chromium
 from command_line import Command, Ran
-from knotwork import Plan, plan
+from knotwork import Plan
 from knotwork.cli.main import main
-from sweeps import ALL_EXAMPLES, TIMES
+from plans import planned
+from sweeps import ALL_EXAMPLES
 
 # What the terminal is like, and where packages are, each test says itself.
 for name in (
@@ -36,7 +37,7 @@ settings.register_profile(
     derandomize="CI" in os.environ,
 )
 settings.load_profile("ordinary")
-settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples)
+settings.register_profile(ALL_EXAMPLES)
 
 
 @pytest.fixture
@@ -60,19 +61,19 @@ def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 @pytest.fixture(scope="session")
 def deburring() -> Plan:
     """The plan of the main scenario, made once."""
-    return plan("ur5_deburring")
+    return planned("ur5_deburring")
 
 
 @pytest.fixture(scope="session")
 def deburring_by_waypoints() -> Plan:
     """The same task, its edge given by seven waypoints instead of a path."""
-    return plan(Path(__file__).parent / "scenario" / "by_waypoints" / "ur5_deburring.yaml")
+    return planned(Path(__file__).parent / "scenario" / "by_waypoints" / "ur5_deburring.yaml")
 
 
 @pytest.fixture(scope="session")
 def paper_case() -> Plan:
     """The plan of the paper's case, made once."""
-    return plan("paper_case")
+    return planned("paper_case")
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

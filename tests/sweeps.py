@@ -10,8 +10,6 @@ from hypothesis import settings
 
 ALL_EXAMPLES = "exhaustive"
 """The Hypothesis profile of `make test-all`."""
-TIMES = 6
-"""How many times as many random examples it tries."""
 
 
 def first_of(few: int, many: int) -> list[Any]:
@@ -33,7 +31,7 @@ def mostly_exhaustive(values: Iterable[Any], *ordinary: Any) -> list[Any]:
     ]
 
 
-def examples(count: int) -> settings:
-    """Settings of a Hypothesis test: so many random examples in `make test`, ten times in all."""
-    times = TIMES if settings.get_current_profile_name() == ALL_EXAMPLES else 1
-    return settings(max_examples=times * count)
+def examples(count: int = 20, in_all: int = 240) -> settings:
+    """Settings of a Hypothesis test: random examples in `make test`, and in `make test-all`."""
+    every = settings.get_current_profile_name() == ALL_EXAMPLES
+    return settings(max_examples=in_all if every else count)

@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from command_line import Command, without_progress
+from command_line import Command, python, without_progress
 from patience import PATIENCE
+from plans import planned
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
@@ -25,18 +26,6 @@ COMMANDS = ["plan", "check", "robots", "scenarios", "schema"]
 ROOT = Path(__file__).parents[1]
 BROKEN = ROOT / "tests" / "failing" / "jerk_limit_broken.yaml"
 WRONG = ROOT / "tests" / "failing" / "unknown_key.yaml"
-
-
-def run(*arguments: Any, cwd: Path, **options: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "knotwork", *map(str, arguments)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-        **options,
-    )
 
 
 # plan
@@ -143,7 +132,7 @@ def test_values_are_told_in_the_units_of_the_scenario() -> None:
 
 
 def test_plans_and_reports_are_printed_in_short() -> None:
-    plan = kw.plan("paper_case")
+    plan = planned("paper_case")
     assert str(plan) == str(plan.report) == repr(plan)
     assert str(plan).startswith("PASSED paper_case: 12 of 12 requirements met; 25 s")
     assert plan._repr_html_() == f"<pre>{plan}</pre>"
@@ -214,7 +203,7 @@ def test_json_of_several_says_what_became_of_each(knotwork: Command) -> None:
 
 
 def test_check_prints_the_verdict_again(knotwork: Command, tmp_path: Path) -> None:
-    kw.plan("paper_case").save(tmp_path)
+    planned("paper_case").save(tmp_path)
     ran = knotwork("check", tmp_path, "-s", "paper_case")
     assert ran.code == 0
     assert ran.out.splitlines()[0].startswith("PASSED paper_case")
@@ -265,7 +254,7 @@ def test_scenarios_lists_all(knotwork: Command) -> None:
 
 @pytest.fixture(scope="module")
 def validator() -> Any:
-    ran = run("schema", cwd=ROOT)
+    ran = python("-m", "knotwork", "schema")
     assert ran.returncode == 0
     schema = json.loads(ran.stdout)
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -322,7 +311,8 @@ def test_each_command_explains_itself(command: str, option: str, knotwork: Comma
 
 def test_it_works_from_any_folder_and_with_any_output_encoding(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "LC_ALL": "C", "COLUMNS": "40"}
-    ran = run("plan", "ur5_deburring", "--out", "out", cwd=tmp_path, env=environment)
+    command = ("-m", "knotwork", "plan", "ur5_deburring", "--out", "out")
+    ran = python(*command, cwd=tmp_path, env=environment)
     assert ran.returncode == 0, ran.stderr
     assert "PASSED" in ran.stdout
     assert not without_progress(ran.stderr)

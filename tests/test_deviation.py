@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 import knotwork as kw
 from judged import judged
 from knotwork.verification.metrics.deviation import deviation_from_line, straight_path_deviation
+from plans import arm
+from sweeps import examples
 
 RADIAN = 0.1  # what a radian counts where the tool moves and turns at once [m]
 
@@ -25,6 +27,7 @@ def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:
 distances = st.floats(-2, 2)
 
 
+@examples(in_all=600)
 @given(
     along=st.floats(0, 1),
     off=distances,
@@ -95,8 +98,7 @@ def test_same_point_in_two_frames_has_no_deviation() -> None:
     poses = [waypoint.pose for waypoint in plan.scenario.waypoints]  # type: ignore[union-attr]
     apart = np.linalg.norm(poses[0].translation - poses[1].translation)
     assert apart < 1e-15
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     found = straight_path_deviation(robot, plan.trajectory, plan.scenario.waypoints)
     assert found is not None
     # the last wrist joint alone turns a tool that points along its axis, evenly and in place

@@ -333,7 +333,7 @@ def scenario_or_error(reference: Any) -> None:
         assert np.isfinite(scenario.times).all()
 
 
-@examples(75)
+@examples(in_all=460)
 @given(st.dictionaries(ODD_KEYS, VALUES, max_size=6))
 def test_any_mapping_gives_a_scenario_or_an_error(mapping: dict[Any, Any]) -> None:
     scenario_or_error(mapping)
@@ -410,7 +410,7 @@ def test_a_long_chain_of_frames_is_resolved() -> None:
     assert position[0] == pytest.approx(3.0, rel=1e-12)
 
 
-@examples(75)
+@examples(in_all=460)
 @given(st.text(max_size=60))
 @example("&a [*a]")
 @example("? {a: 1}\n: b")
@@ -430,7 +430,7 @@ def test_any_text_gives_a_document_or_an_error(text: str) -> None:
         scenario_or_error(document.data if isinstance(document.data, dict) else {})
 
 
-@examples(40)
+@examples()
 @given(VALUES)
 def test_yaml_is_read_as_another_library_reads_it_or_is_an_error(value: Any) -> None:
     text = yaml.safe_dump({"key": value}, allow_unicode=True)

@@ -6,12 +6,13 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork.errors import InputError
 from knotwork.files.documents import REMOVED, Document, edited, edited_text, parse
 from knotwork.files.documents.items import changed_text
+from sweeps import examples
 
 TEXT = """\
 # Above.
@@ -128,7 +129,7 @@ def places(data: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return found
 
 
-@settings(max_examples=60)
+@examples()
 @given(st.data(), DATA, st.sampled_from([True, False, None]))
 def test_no_comment_is_lost(data: Any, content: Any, flow: bool | None) -> None:
     plain = yaml.safe_dump(content, default_flow_style=flow, width=20, sort_keys=False)
@@ -150,7 +151,7 @@ def test_no_comment_is_lost(data: Any, content: Any, flow: bool | None) -> None:
     assert sorted(kept) == sorted(f"{i}:" for i in range(len(lines)))
 
 
-@settings(max_examples=60)
+@examples()
 @given(st.data(), DATA, st.sampled_from([True, False, None]))
 def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | None) -> None:
     text = yaml.safe_dump(content, default_flow_style=flow, allow_unicode=True, sort_keys=False)
@@ -178,7 +179,7 @@ def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | N
 
 
 @pytest.mark.parametrize("flow", [True, False])
-@settings(max_examples=60)
+@examples()
 @given(st.lists(PLAIN | st.dictionaries(st.sampled_from("xyz"), PLAIN), min_size=1), st.data())
 def test_items_are_put_in_and_taken_out(flow: bool, items: list[Any], data: Any) -> None:
     text = yaml.safe_dump({"a": items}, default_flow_style=flow, allow_unicode=True, width=1000)

@@ -15,6 +15,8 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
+from plain import tool_poses
+from plans import arm
 
 DOWN = {"rpy": [180, 0, 0]}
 TURN = {"turn": "z"}
@@ -53,20 +55,6 @@ def with_stops(task: dict[str, Any]) -> dict[str, Any]:
 def planned(free: str = "turn") -> kw.Plan:
     """The plan with stops, its turn free or nothing."""
     return kw.plan(with_stops(arch(TURN if free == "turn" else free)))
-
-
-def tool_poses(plan: kw.Plan, times: np.ndarray) -> list[pin.SE3]:
-    """By plain Pinocchio, from the URDF."""
-    robot = plan.space.robot
-    assert robot is not None
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    data, frame = model.createData(), model.getFrameId(robot.tool_frame)
-    poses = []
-    for q in plan.trajectory.position(times):
-        still = np.zeros(model.nq - len(q))  # fingers
-        pin.framesForwardKinematics(model, data, np.append(q, still))
-        poses.append(data.oMf[frame].copy())
-    return poses
 
 
 def checked(motion: kw.JointTrajectory, task: dict[str, Any]) -> kw.verification.Report:
@@ -144,8 +132,7 @@ def passing(free: Any) -> dict[str, Any]:
 def test_given_velocity_keeps_fixed_components() -> None:
     plan = kw.plan(passing(TURN))
     assert plan.report.ok
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     twist = robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
     pose = robot.forward(plan.trajectory.position(3.0))
     np.testing.assert_allclose(twist.linear, [0.06, 0, 0], atol=1e-6)
@@ -164,7 +151,7 @@ def test_velocity_along_tool_axis() -> None:
     assert plan.report.ok
     assert plan.space.robot is not None
     twist = plan.space.robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
-    axis = tool_poses(plan, np.array([3.0]))[0].rotation[:, 2]
+    axis = tool_poses(plan, [3.0])[0].rotation[:, 2]
     np.testing.assert_allclose(twist.linear, 0.05 * axis, atol=1e-6)
 
 
@@ -174,7 +161,7 @@ def test_bounded_turn_is_kept_and_checked() -> None:
     task["waypoints"][0] |= {"free": {"turn": [-20, 30]}, "stop": True}
     plan = kw.plan(task)
     assert plan.report.ok
-    R = tool_poses(plan, np.array([3.0]))[0].rotation
+    R = tool_poses(plan, [3.0])[0].rotation
     turn = float(np.degrees(np.arctan2(R[1, 0], R[0, 0])))
     assert -30.001 < turn < 20.001  # the tool points down: its own turn is the other way round
     task["waypoints"][0]["pose"]["rpy"] = [180, 0, turn]
@@ -358,7 +345,7 @@ def test_free_position_stays_in_box(free: Any) -> None:
     assert all(plan.report.ok for plan in plans)
     far = [np.linalg.norm(p.trajectory.position(3.0) - p.trajectory.position(0.0)) for p in plans]
     assert far[0] < far[1]
-    (pose,) = tool_poses(plans[0], np.array([3.0]))
+    (pose,) = tool_poses(plans[0], [3.0])
     x, y, z = 1e3 * (pose.translation - [0.4, -0.15, 0.2])
     assert -60.001 < x < 60.001
     assert abs(y) < 1e-3

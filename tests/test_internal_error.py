@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
 
-from command_line import Command
+from command_line import Command, python
 from knotwork.verification import CHECKS
 
 
@@ -73,12 +72,7 @@ def test_an_interrupt_is_said_and_no_traceback(
 )
 def test_a_full_disk_is_no_fault_of_our_own(arguments: tuple[str, ...]) -> None:
     with Path("/dev/full").open("w") as full:
-        ran = subprocess.run(
-            [sys.executable, "-m", "knotwork", *arguments],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
+        streams = {"capture_output": False, "stdout": full, "stderr": subprocess.PIPE}
+        ran = python("-m", "knotwork", *arguments, **streams)
     assert ran.returncode == 2
     assert ran.stderr == "error: can't write the output: No space left on device\n"

@@ -132,7 +132,7 @@ def sweep(cases: list[tuple[str, str, Place]]) -> int:
 
 
 def test_wrong_values_are_refused_in_our_own_words() -> None:
-    sample = CASES[::9]
+    sample = CASES[::18]
     assert sweep(sample) > 10 * len(sample)
 
 
@@ -212,18 +212,6 @@ def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
     assert "tip" in ran.err
     assert "forearm" in ran.err
     assert "the Jacobian needs" not in ran.err
-
-
-def test_joint_values_need_no_tool_frame(tmp_path) -> None:
-    urdf = ROBOT_FILES / "planar2.urdf"
-    ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
-    assert plan({"robot": str(urdf), "waypoints": ends}).report.ok
-
-
-def test_a_robot_without_tool_frame_has_one_once_the_scenario_names_it(tmp_path) -> None:
-    urdf = ROBOT_FILES / "planar2.urdf"
-    ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
-    assert plan({"robot": str(urdf), "tool": {"frame": "tip"}, "waypoints": ends}).report.ok
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ class TestFluctuation:
         # from 1 to 0 at once, up to 1.5, down to 0, and to 1 at once; nothing of it was forced
         np.testing.assert_allclose(score, 1 + 1.5 + 1.5 + 1, rtol=1e-12)
 
-    @examples(60)
+    @examples(in_all=360)
     @given(st.integers(0, 10**6), st.integers(2, 6), st.sampled_from(sorted(PLANNERS)))
     def test_it_is_the_sampled_variation_beyond_the_least_and_never_negative(
         self, seed: int, n: int, planner: str

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import knotwork as kw
+from command_line import python
 
 TEST = """
 def test_cell(knotwork):
@@ -29,10 +28,8 @@ def test_nothing(knotwork):
 GOOD = "{waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 2}], limits: {acceleration: 4}}"
 
 
-def python(folder: Path, *arguments: str) -> str:
-    ran = subprocess.run(
-        [sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False
-    )
+def said_by(folder: Path, *arguments: str) -> str:
+    ran = python(*arguments, cwd=folder)
     return ran.stdout + ran.stderr
 
 
@@ -47,7 +44,7 @@ def test_each_group_fails_in_the_words_of_the_report(
     deburring.save(tmp_path / "out")
     without = [] if subtests else ["-p", "no:subtests"]
     plugins = ("-p", "knotwork.pytest_plugin", "-p", "no:cacheprovider", *without)
-    out = python(tmp_path, "-m", "pytest", "-q", *plugins)
+    out = said_by(tmp_path, "-m", "pytest", "-q", *plugins)
     assert "joint 'a': velocity reaches 0.75 rad/s at 1 s, limit 0.1 rad/s" in out
     assert "wrong.yaml: line 1: waypoints: 3: must be a list" in out
     assert "Traceback" not in out
@@ -63,4 +60,4 @@ def test_each_group_fails_in_the_words_of_the_report(
 def test_it_costs_pytest_next_to_nothing(tmp_path: Path) -> None:
     heavy = ("numpy", "pydantic", "yaml", "click", "knotwork.planning")
     code = f"import sys, knotwork.pytest_plugin; print({set(heavy)} & set(sys.modules))"
-    assert python(tmp_path, "-c", code).strip() == "set()"
+    assert said_by(tmp_path, "-c", code).strip() == "set()"

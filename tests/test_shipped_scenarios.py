@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,27 +20,20 @@ from knotwork.errors import UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
+from plans import planned
 from shipped import LONG, SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[1]
 PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
-QUICK = [path for path in PATHS if path.stem not in LONG]
-scenarios = pytest.mark.parametrize(
-    "path", mostly_exhaustive(PATHS, *QUICK), ids=lambda path: path.stem
-)
+SLOW = LONG | {"panda_bookshelf", "ur5_dome", "ur5_machine_door"}
+QUICK = [path for path in PATHS if path.stem not in SLOW]
 
 WARNINGS = {
     "ur5_turntable_rim": ["efforts are not judged, as table, which carries the poses, moves"],
 }
 """Of scenarios that are warned of, on purpose."""
-
-
-@cache
-def planned(scenario: str | Path) -> kw.Plan:
-    """The plan of a scenario, made once."""
-    return kw.plan(scenario)
 
 
 def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
@@ -53,7 +45,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
 
-@scenarios
+@pytest.mark.parametrize("path", mostly_exhaustive(PATHS, *QUICK), ids=lambda path: path.stem)
 def test_it_passes_the_judge_too_and_reports_the_branches_it_takes(
     path: Path, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,7 +85,7 @@ def test_a_scenario_is_the_same_by_name_and_by_path(knotwork: Command) -> None:
     assert "solutions" in reports[0]
 
 
-@scenarios
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
     scenario = kw.load_scenario(path)
     assert scenario.name == path.stem

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
@@ -19,6 +19,7 @@ from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
+from sweeps import examples
 
 FORMAT = "knotwork." + "trajectory"  # of files, which packages do not rename
 FILES = ["report.json", "samples.csv", "trajectory.json"]
@@ -60,7 +61,7 @@ def test_reading_gives_back_every_bit(deburring: Plan, stored: Path) -> None:
     assert again.polynomial.c.tobytes() == one.polynomial.c.tobytes()
 
 
-@settings(max_examples=40)
+@examples()
 @given(st.data())
 def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
     numbers = st.floats(-1e150, 1e150, allow_subnormal=True)

@@ -4,13 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
 from knotwork.spline.interpolation import ModifiedHermiteSpline
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
+from sweeps import examples
 
 NAMES = ("shoulder", "elbow")
 # Relative jumps below it are rounding.
@@ -210,7 +211,7 @@ def sample_times(start, end, rate):
     return JointTrajectory(("a",), PiecewisePolynomial([[[0.0]]], [start, end])).sample(rate).time
 
 
-@settings(max_examples=300)
+@examples(in_all=300)
 @given(
     start=st.floats(-1e3, 1e3),
     duration=st.floats(1e-2, 1e2),

@@ -20,6 +20,12 @@ def at(name: str, y: float, **more: Any) -> dict[str, Any]:
     return {"name": name, "pose": {"position": [450, y, 100], "rpy": DOWN}, "stop": True, **more}
 
 
+def into() -> dict[str, Any]:
+    """From one side of the wall straight through it to the other."""
+    stops = [at("here", -250), at("there", 250, after=2)]
+    return past({"wall": WALL["wall"]}, limits={}, waypoints=stops)
+
+
 def past(objects: dict[str, Any] | None = None, *others: Any, **keys: Any) -> dict[str, Any]:
     """From one side of the wall to the other, or through other objects."""
     task = {

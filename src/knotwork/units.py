@@ -49,7 +49,7 @@ class Units:
 
 
 def readable(value: float, form: str = ".4g") -> str:
-    """Text of a number without a power of ten below ten millions.
+    """Text of a number, without a power of ten if it is below ten million.
 
     >>> readable(-429_718.3), readable(1.25e9), readable(2.54e-14, ".3g")
     ('-429700', '1.25e9', '2.54e-14')

@@ -138,7 +138,7 @@ class ReadOnlyArrays:
 
 
 class TorchRanges(NamedTuple):
-    """Ranges of a torch's angles, in the axes of its seam.
+    """Ranges of the angles of a torch, in the axes of its seam.
 
     With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-about) in these axes, the
     rotation to the pose is A Ry(travel - t) Rx(work - w) A', where t and w are the pose's angles
@@ -204,7 +204,7 @@ class PoseFreedom:
 class CartesianWaypoint:
     """A pose that the tool must reach at a time, with its velocity there.
 
-    Everything is in the axes of the robot's base frame, or of the world frame, at the tool centre
+    All values are in the axes of the robot's base frame, or of the world frame, at the tool centre
     point (TCP).
 
     Attributes:
@@ -327,7 +327,7 @@ class JointWaypoints(ReadOnlyArrays):
 
 @dataclass(frozen=True, eq=False)
 class ChosenRun(ReadOnlyArrays):
-    """A segment with a chosen motion: accelerations at its knots, linear between.
+    """A segment with a chosen motion: accelerations at its knots, and linear between them.
 
     Attributes:
         times: Knot times [s], including its waypoints', shape (m,), m >= 4.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,10 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError
+from plans import planned
 from sweeps import mostly_exhaustive
 
 FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5_palletise"]
-
-
-@cache
-def planned(name: str) -> kw.Plan:
-    return kw.plan(name)
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, *FREE[:2]))
@@ -171,7 +166,9 @@ def test_a_path_may_end_in_a_wait() -> None:
     assert made.report.select(subject="wait")
 
 
-@pytest.mark.parametrize("limits", [{"margin": 0.3}, {"velocity": 20}])
+@pytest.mark.parametrize(
+    "limits", [{"margin": 0.3}, pytest.param({"velocity": 20}, marks=pytest.mark.exhaustive)]
+)
 def test_joints_follow_path_at_chosen_speed(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
 

@@ -16,6 +16,7 @@ from knotwork.errors import InputError
 from knotwork.planning.choosing import chosen_times
 from knotwork.planning.timing.budget import Budget
 from knotwork.scenario import load_scenario
+from plans import planned
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}
@@ -232,7 +233,7 @@ def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
 
 def test_refuses_to_freeze_given_times(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nothing is free"):
-        kw.plan("paper_case").freeze(tmp_path / "frozen.yaml")
+        planned("paper_case").freeze(tmp_path / "frozen.yaml")
 
 
 @pytest.mark.parametrize("planner", ["quintic", "modified-hermite:balanced"])

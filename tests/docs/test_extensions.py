@@ -89,6 +89,7 @@ def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
     assert all((DOCS / name).stat().st_size < 50_000 for name in pictures)
 
 
+@pytest.mark.exhaustive
 def test_pictures_lead_to_live_pages_and_that_of_the_first_page_moves(tmp_path: Path) -> None:
     page = "# P\n\n![a](gallery/paper_case.webp)\n\n![an arm](ur5_deburring.webp)\n"
     site = built(tmp_path, page, "-D", "live_pages=1")

@@ -18,6 +18,7 @@ from knotwork.cli.main import cli
 from knotwork.files.documents import StrictModel
 from knotwork.robot.file import RobotFile
 from knotwork.task import Task
+from plans import planned
 
 ROOT = Path(__file__).parents[2]
 SHOWN_ONLY = {"bash", "matlab", "python", "yaml"}
@@ -186,8 +187,6 @@ def test_the_recipe_for_ros2_names_what_is_exported() -> None:
 def test_the_recipe_for_matlab_names_what_is_in_the_file(tmp_path: Path) -> None:
     from scipy.io import loadmat
 
-    import knotwork as kw
-
     (recipe,) = fences("matlab")
-    path = kw.plan("paper_case").trajectory.save_as("mat", tmp_path / "motion.mat")
+    path = planned("paper_case").trajectory.save_as("mat", tmp_path / "motion.mat")
     assert set(re.findall(r"\bs\.(\w+)", recipe)) == {"breaks", "coefs", "d"} <= set(loadmat(path))

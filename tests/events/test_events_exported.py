@@ -17,6 +17,7 @@ from welding import do, weld
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import ExportError
+from plans import planned
 from urscript_controller import Controller
 
 TASK = weld(
@@ -119,8 +120,8 @@ def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Pat
     assert knotwork("check", knots, "--scenario", file).code == 0
     samples = json.loads(plan.trajectory.to_json())
     assert samples["events"] == [one.to_dict() for one in plan.events]
-    assert "event" not in kw.plan("paper_case").trajectory.to_csv()
-    assert "B to C" in kw.plan("paper_case").trajectory.to_csv(labels=True)
+    assert "event" not in planned("paper_case").trajectory.to_csv()
+    assert "B to C" in planned("paper_case").trajectory.to_csv(labels=True)
 
 
 @pytest.mark.parametrize("name", ["json", "npz", "parquet"])

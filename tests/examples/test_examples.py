@@ -17,6 +17,7 @@ from nbclient import NotebookClient
 
 import knotwork as kw
 from patience import PATIENCE
+from plans import arm, planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(path.name for path in EXAMPLES.glob("*.py"))
@@ -78,7 +79,7 @@ class ControllerMode:
 
 @pytest.mark.parametrize("off", [0.0, 5e-4, 5e-3])
 def test_a_motion_on_a_franka(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, off: float) -> None:
-    plan = kw.plan("panda_pick_place")
+    plan = planned("panda_pick_place")
     motion = plan.trajectory
     motion.save_as("franka", tmp_path / "motion.csv", robot=plan.space.robot)
     start = (motion.position(0.0) + off).tolist()
@@ -135,8 +136,7 @@ def sweep() -> ModuleType:
 @pytest.mark.parametrize("angle", [-20.0, 0.0, 45.0, 90.0])
 def test_the_sweep_measures_the_edge(sweep: ModuleType, angle: float) -> None:
     plan = kw.plan(sweep.task(angle))
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     extrema = plan.trajectory.extrema("velocity")
     joint = int(np.argmax(extrema.peak))
     at_peak = robot.forward(plan.trajectory.position(extrema.peak_time[joint]))

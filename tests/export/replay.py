@@ -6,44 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import yaml
 
 NANOSECONDS = 1_000_000_000
 
 
 def nanoseconds(duration: Mapping[str, int]) -> int:
-    assert set(duration) == {"sec", "nanosec"}
-    assert type(duration["sec"]) is int
-    assert type(duration["nanosec"]) is int
     assert 0 <= duration["nanosec"] < NANOSECONDS
     return duration["sec"] * NANOSECONDS + duration["nanosec"]
-
-
-def accepted_by_ros2(text: str, *, goal: bool) -> dict[str, Any]:
-    """Read YAML as the `ros2` command does, which is strict about fields and types.
-
-    It loads YAML 1.1 and puts each value into a message field of a fixed type: `float64[]` takes
-    no text, and there is no field that the message has not got.
-    """
-    data = yaml.safe_load(text)
-    assert isinstance(data, dict)
-    if goal:
-        allowed = {"trajectory", "path_tolerance", "goal_tolerance", "goal_time_tolerance"}
-        assert set(data) <= allowed
-        data = data["trajectory"]
-    assert set(data) <= {"header", "joint_names", "points"}
-    assert set(data["header"]) == {"stamp", "frame_id"}
-    assert nanoseconds(data["header"]["stamp"]) == 0
-    assert data["header"]["frame_id"] == ""
-    assert all(type(name) is str for name in data["joint_names"])
-    values = {"positions", "velocities", "accelerations", "effort"}
-    for point in data["points"]:
-        assert set(point) <= values | {"time_from_start"}
-        nanoseconds(point["time_from_start"])
-        for name in values & set(point):
-            assert len(point[name]) == len(data["joint_names"])
-            assert all(type(value) in (int, float) for value in point[name])
-    return data
 
 
 def controller(message: Mapping[str, Any], ticks: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from knotwork.export import FORMATS, save
+from plans import planned
 from shipped import SCENARIO_FILES
 
 ROOT = Path(__file__).parents[2]
@@ -263,7 +264,7 @@ def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
 ) -> None:
     """Its acceleration is higher than that of the curve, which is at its limits here."""
     task = yaml.safe_load(SCENARIO_FILES["ur5_deburring"].read_text(encoding="utf-8"))
-    curve = kw.plan("ur5_deburring", planner="quintic").trajectory
+    curve = planned("ur5_deburring", planner="quintic").trajectory
     reached = curve.extrema("acceleration")
     most = np.maximum(np.abs(reached.minimum), np.abs(reached.maximum))
     tight = dict(zip(curve.joint_names, np.degrees(1.0001 * most).tolist(), strict=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from motions import hermite_data, motion
 
@@ -13,6 +13,7 @@ from knotwork.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
 from knotwork.spline.interpolation import PLANNERS
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
+from sweeps import examples
 
 CUBIC = [
     "modified-hermite",
@@ -79,7 +80,7 @@ def test_a_fit_takes_few_points() -> None:
 
 
 @given(hermite_data(), st.floats(1e-9, 1e-1))
-@settings(max_examples=30)
+@examples()
 def test_a_fit_of_what_is_exact_inserts_nothing(
     trajectory: JointTrajectory, tolerance: float
 ) -> None:

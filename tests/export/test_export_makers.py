@@ -16,13 +16,14 @@ from command_line import Command
 from knotwork import export
 from knotwork.errors import ExportError, InputError
 from knotwork.spline.trajectory import JointTrajectory
+from plans import planned
 
 NUMBER = r"(-?\d+\.\d+)"
 
 
 @pytest.fixture(scope="module")
 def motion() -> JointTrajectory:
-    return kw.plan("ur5_deburring").trajectory
+    return planned("ur5_deburring").trajectory
 
 
 def numbers(pattern: str, text: str) -> np.ndarray:
@@ -200,7 +201,7 @@ def test_what_slides_is_an_external_axis(motion: JointTrajectory) -> None:
 
 def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
     """In degrees, and axes of the arm are counted without it."""
-    plan = kw.plan("ur5_turntable_rim")
+    plan = planned("ur5_turntable_rim")
     motion, robot = plan.trajectory, plan.space.robot
     assert motion.joint_names[0] == "table"
     points = export.straight_points(motion, **export.STRAIGHT["ls"])
@@ -224,7 +225,7 @@ def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
 
 
 def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None:
-    panda = kw.plan("panda_pick_place").trajectory
+    panda = planned("panda_pick_place").trajectory
     with pytest.raises(ExportError, match=r"7 turning joints of an arm; accepted: 6"):
         export.to_krl(panda)
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
@@ -282,7 +283,7 @@ def swing(names: tuple[str, ...], at: list[float], joint: int, by: float, time: 
 
 
 def test_rows_for_franka_keep_its_limits_or_are_refused(panda_arm: kw.Robot) -> None:
-    plan = kw.plan("panda_pick_place")
+    plan = planned("panda_pick_place")
     text = export.to_franka(plan.trajectory, robot=panda_arm)
     time, q = read_stream(text)
     np.testing.assert_allclose(q, plan.trajectory.position(time), atol=1e-15)
@@ -315,7 +316,7 @@ def test_limits_of_franka_are_the_interface_s_whatever_the_scenario_says(
         export.to_franka(fast.trajectory, robot=fast.space.robot)
     with pytest.raises(ExportError, match=r"needs the arm.*--scenario"):
         export.to_franka(fast.trajectory)
-    weld = kw.plan("ur5_deburring")
+    weld = planned("ur5_deburring")
     with pytest.raises(ExportError, match=r"seven joints, named panda_joint1"):
         export.to_franka(weld.trajectory, robot=weld.space.robot)
 
@@ -369,7 +370,7 @@ def test_the_command_prints_how_far_off_they_are(
 
 
 def test_controls_of_mujoco_lead_by_what_its_actuators_lag() -> None:
-    motion = kw.plan("planar2_closed_form").trajectory
+    motion = planned("planar2_closed_form").trajectory
     keys = ElementTree.fromstring(export.to_mujoco(motion, rate=20, lead=0.03)).iter("key")
     for key in keys:
         q, v, control = (

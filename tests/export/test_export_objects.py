@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from motions import hermite_data, motion
 from replay import ppval
 from scipy.interpolate import PPoly
@@ -16,6 +16,7 @@ from knotwork.errors import InputError
 from knotwork.export import to_scipy_npz
 from knotwork.spline.interpolation import PLANNERS
 from knotwork.spline.trajectory import JointTrajectory
+from sweeps import examples
 
 
 def times(trajectory: JointTrajectory, count: int = 400) -> np.ndarray:
@@ -63,7 +64,7 @@ def test_scipy(planner: str) -> None:
 
 
 @given(hermite_data())
-@settings(max_examples=20)
+@examples()
 def test_matlab(trajectory: JointTrajectory) -> None:
     file = loadmat(io.BytesIO(trajectory.to_mat()), simplify_cells=True)
     at = np.linspace(trajectory.start_time, trajectory.end_time, 60)

@@ -8,12 +8,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from motions import hermite_data, motion
 from replay import hermite
 
 from knotwork.errors import InputError
 from knotwork.spline.trajectory import JointTrajectory
+from sweeps import examples
 
 
 def read(text: str) -> tuple[list[str], list[str], np.ndarray]:
@@ -24,7 +25,7 @@ def read(text: str) -> tuple[list[str], list[str], np.ndarray]:
 
 
 @given(hermite_data())
-@settings(max_examples=30)
+@examples()
 def test_a_drive_makes_the_motion(trajectory: JointTrajectory) -> None:
     _, head, rows = read(trajectory.to_pvt())
     assert head[0] == "time_from_start_s"

@@ -9,7 +9,7 @@ import json
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from motions import motion
 from replay import hermite
@@ -18,6 +18,8 @@ from knotwork import Plan
 from knotwork.errors import ExportError, InputError
 from knotwork.export import content, motion_table
 from knotwork.spline.trajectory import JointTrajectory
+from plans import arm
+from sweeps import examples
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -30,7 +32,7 @@ def from_csv(text: str) -> dict[str, np.ndarray]:
 
 
 @given(st.floats(0.3, 2000.0))
-@settings(max_examples=25)
+@examples()
 def test_the_last_sample_is_the_end_whatever_the_rate(rate: float) -> None:
     columns = from_csv(motion().to_csv(rate=rate))
     time = columns["time_s"]
@@ -68,8 +70,7 @@ def test_all_four_say_the_same(deburring: Plan) -> None:
 
 
 def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
-    robot = deburring.space.robot
-    assert robot is not None
+    robot = arm(deburring)
     arrays = np.load(io.BytesIO(deburring.trajectory.to_npz(rate=20, robot=robot)))
     turns = arrays["tool_quaternion"]
     assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)), abs=1e-14)

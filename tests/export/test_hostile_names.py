@@ -95,7 +95,7 @@ def test_names_that_have_a_meaning_elsewhere(name: str, folder: Path) -> None:
     there_and_back(["other", name, f"{name}2"], folder)
 
 
-@examples(5)
+@examples(5, 30)
 @given(st.lists(TEXT, min_size=1, max_size=3, unique=True))
 @example(["a", "a "])
 @example(["time", "s", "position"])

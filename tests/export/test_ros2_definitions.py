@@ -70,6 +70,8 @@ def test_the_message_is_what_the_definition_says(
     message = fill(store, TRAJECTORY, data)
     back = store.deserialize_cdr(store.serialize_cdr(message, TRAJECTORY), TRAJECTORY)
     knots = deburring.trajectory.knots
+    header = back.header
+    assert (header.frame_id, header.stamp.sec, header.stamp.nanosec) == ("", 0, 0)
     assert back.joint_names == list(deburring.trajectory.joint_names)
     for i, point in enumerate(back.points):
         time = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec

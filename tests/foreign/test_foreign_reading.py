@@ -521,10 +521,10 @@ def test_decimal_commas_where_commas_divide_nothing(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("1" + ",1" * 2_000_000, "at most 10000 columns"),
-        ("\n" * 2_000_000, "has no rows"),
-        ("#\n" * 1_000_000, "has no rows"),
-        ('"' * 2_000_001, "not valid CSV"),
+        ("1" + ",1" * 200_000, "at most 10000 columns"),
+        ("\n" * 200_000, "has no rows"),
+        ("#\n" * 100_000, "has no rows"),
+        ('"' * 200_001, "not valid CSV"),
         ("time" + ",lift" * 9_000 + "\n", "is given twice"),
     ],
 )
@@ -536,7 +536,7 @@ def test_a_table_of_any_shape_is_refused_in_little_memory(
     try:
         with pytest.raises(DocumentError, match=says):
             read_trajectory(tmp_path / "a.csv", ["lift"], ["m"])
-        assert tracemalloc.get_traced_memory()[1] < 200_000_000
+        assert tracemalloc.get_traced_memory()[1] < 20_000_000
     finally:
         tracemalloc.stop()
 

@@ -14,13 +14,14 @@ import knotwork as kw
 from command_line import Command
 from knotwork.errors import InputError
 from knotwork.files.foreign import read_trajectory
+from plans import planned
 
 STEP = 0.02
 
 
 @pytest.fixture(scope="module")
 def motion() -> kw.JointTrajectory:
-    return kw.plan("panda_pick_place").trajectory
+    return planned("panda_pick_place").trajectory
 
 
 def arrays(motion: kw.JointTrajectory, names: tuple[str, ...], *, batch: bool) -> dict[str, Any]:
@@ -121,7 +122,7 @@ def test_a_motion_is_checked_without_a_scenario(
     cell, high = tmp_path / "cell.yaml", tmp_path / "high.yaml"
     cell.write_text(CELL.replace("HEIGHT", "34"))
     high.write_text(CELL.replace("HEIGHT", "200"))
-    accelerations = kw.plan("panda_pick_place").trajectory.extrema("acceleration").peak
+    accelerations = planned("panda_pick_place").trajectory.extrema("acceleration").peak
     for line, code, words in (
         (("--robot", "panda"), 0, "PASSED motion.yaml"),
         (("--scene", cell), 0, "Collisions"),

@@ -21,7 +21,7 @@ import trimesh
 import yaml
 from mutations import as_json, changed_bytes, changed_data, changed_xml, places
 
-import knotwork as kw
+from plans import planned
 from shipped import SCENARIO_FILES
 from sweeps import first_of
 
@@ -190,7 +190,7 @@ def test_changed_scenarios(name: str, count: int, session: Session) -> None:
     rng = random.Random(f"{name} {count}")
     source = SCENARIO_FILES[name].read_text(encoding="utf-8")
     data = yaml.safe_load(source)
-    kw.plan("paper_case").save(session.folder / "kept")
+    planned("paper_case").save(session.folder / "kept")
     codes = []
     for i in range(count):
         path = session.folder / "task.yaml"
@@ -222,7 +222,7 @@ def test_changed_scenarios_of_least_time(name: str, session: Session) -> None:
 @pytest.mark.parametrize("count", first_of(3, 60))
 def test_changed_logs(count: int, session: Session) -> None:
     rng = random.Random(count)
-    plan = kw.plan("planar2_closed_form")
+    plan = planned("planar2_closed_form")
     plan.save(session.folder / "kept")
     table = plan.trajectory.to_csv(rate=50)
     noise = np.random.default_rng(count)
@@ -243,10 +243,10 @@ def test_changed_logs(count: int, session: Session) -> None:
 @pytest.mark.parametrize("count", first_of(20, 150))
 def test_changed_trajectories_and_tables(count: int, session: Session) -> None:
     rng = random.Random(count)
-    kw.plan("paper_case").save(session.folder / "out")
+    planned("paper_case").save(session.folder / "out")
     stored = (session.folder / "out" / "trajectory.json").read_text(encoding="utf-8")
     table = (session.folder / "out" / "samples.csv").read_bytes()[:2000]
-    ros2 = kw.plan("paper_case").trajectory.to_ros2()
+    ros2 = planned("paper_case").trajectory.to_ros2()
     for i in range(count):
         if i % 3 == 0:
             path = session.folder / "changed.json"

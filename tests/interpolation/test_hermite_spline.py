@@ -9,6 +9,7 @@ from spline_reference import exact_pieces, knots_of_paper, paper_system
 
 from knotwork.errors import InputError, OptionError, WaypointDataError
 from knotwork.spline.interpolation import ModifiedHermiteSpline
+from sweeps import mostly_exhaustive
 
 
 def waypoints(n, d=3, seed=0, ratio=10.0):
@@ -46,7 +47,7 @@ def knots_between(x, before, after, doubled_ends):
 
 @pytest.mark.parametrize("ends", [None, (0.3, -2.0)], ids=["free", "given"])
 @pytest.mark.parametrize("n", [3, 4])
-@pytest.mark.parametrize("margin", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("margin", mostly_exhaustive([1e-3, 1e-6, 1e-9], 1e-9))
 def test_equals_rational_arithmetic_for_extreme_knots(margin, n, ends):
     """Knots by hand, as little as a billionth of an interval from the edge of what is allowed."""
     rng = np.random.default_rng(n)

@@ -48,7 +48,7 @@ def test_balanced_knots_must_not_coincide():
 
 @pytest.mark.parametrize("doubled_ends", [False, True])
 @pytest.mark.parametrize("rule", ["paper", BalancedKnots(0.49), BalancedKnots(1e-6)], ids=str)
-@examples(60)
+@examples(in_all=360)
 @given(h=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=12))
 def test_each_waypoint_lies_between_its_knots(rule, doubled_ends, h):
     x = np.concatenate(([0.0], np.cumsum(h)))

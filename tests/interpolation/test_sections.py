@@ -51,7 +51,7 @@ def test_known_accelerations_are_met_and_the_curve_stays_c2(cuts, rule):
     assert set(x[inner]) <= set(spline.x)
 
 
-@examples(30)
+@examples()
 @given(
     n=st.integers(2, 9),
     seed=st.integers(0, 1000),

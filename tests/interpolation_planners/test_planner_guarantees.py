@@ -69,7 +69,7 @@ def test_what_is_promised_is_kept(name, n, seeds):
         check_promises(name, random_waypoints(n, seed))
 
 
-@examples(60)
+@examples(in_all=360)
 @given(
     st.sampled_from(list(PLANNERS)),
     st.integers(2, 12),

@@ -118,22 +118,14 @@ def limit(order: int) -> Any:
             far = 10.0 ** rng.uniform(-2, 2)
             excess = min(excess, 0.5 * (high - low))
             pair = [low - far, high - excess] if rng.random() < 0.5 else [low + excess, high + far]
-            given: Any = {name: [one / scale for one in pair]}
-        else:
-            peak = max(-low, high)
-            allowed = max(peak - excess, 0.5 * peak)
-            given = {name: allowed / scale} if rng.random() < 0.8 else allowed / scale
-            if not isinstance(given, dict) and len(motion.names) > 1:
-                given = {name: allowed / scale}
-        share = rng.uniform(0.3, 1.0) if order and rng.random() < 0.3 else 1.0
-        if share < 1.0:
-            given = (
-                {one: value / share for one, value in given.items()}
-                if isinstance(given, dict)
-                else given / share
-            )
-            return case.with_data({"limits": {KINDS[order]: given, "margin": share}})
-        return case.with_data({"limits": {KINDS[order]: given}})
+            return case.with_data({"limits": {"position": {name: [one / scale for one in pair]}}})
+        peak = max(-low, high)
+        allowed = max(peak - excess, 0.5 * peak) / scale
+        for_all = rng.random() >= 0.8 and len(motion.names) == 1
+        share = rng.uniform(0.3, 1.0) if rng.random() < 0.3 else 1.0
+        given = allowed / share if for_all else {name: allowed / share}
+        margin = {"margin": share} if share < 1.0 else {}
+        return case.with_data({"limits": {KINDS[order]: given, **margin}})
 
     return make
 

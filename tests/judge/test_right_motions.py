@@ -83,7 +83,7 @@ def along_paths(rng: np.random.Generator) -> dict[str, Any]:
     return {"robot": robot, "start": "home", "waypoints": rows}
 
 
-@pytest.mark.parametrize("count", first_of(15, 150))
+@pytest.mark.parametrize("count", first_of(8, 150))
 def test_the_judge_passes_what_is_planned_through_joint_values(count: int) -> None:
     passed = 0
     for seed in range(count):
@@ -94,7 +94,7 @@ def test_the_judge_passes_what_is_planned_through_joint_values(count: int) -> No
     assert passed > 0.8 * count
 
 
-@pytest.mark.parametrize("count", first_of(4, 80))
+@pytest.mark.parametrize("count", first_of(2, 80))
 def test_the_judge_passes_what_is_planned_along_paths(count: int) -> None:
     passed = 0
     for seed in range(count):

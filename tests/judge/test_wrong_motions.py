@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import ast
 import shutil
-import subprocess
-import sys
 import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from command_line import python
 from judge import faults_of_bodies, faults_of_joints, faults_of_paths, faults_of_plans
 from judge.cases import Case, Fault, Shelf, disguised, joint_case
 from judge.task import Task
@@ -30,7 +29,7 @@ FAULTS: dict[str, Fault] = {
     **faults_of_bodies.FAULTS,
     **faults_of_plans.FAULTS,
 }
-ALL, PARTS, ORDINARY = 10_000, 20, 2
+ALL, PARTS, ORDINARY = 10_000, 20, 1
 RIGHT = 20
 """Of so many right cases one is judged and checked as well."""
 QUICKLY_PLANNED = ("paper_case", "ur5_deburring", "xarm7_bead")
@@ -117,7 +116,7 @@ def all_of(seeds: Callable[[Fault], Iterable[int]], shelf: Shelf, record: Record
 
 def ordinary(fault: Fault) -> range:
     """Those of bare joints take milliseconds."""
-    return range(12 if fault.right is joint_case else ORDINARY)
+    return range(8 if fault.right is joint_case else ORDINARY)
 
 
 def test_ten_thousand_are_made() -> None:
@@ -159,9 +158,7 @@ def test_the_judge_shares_nothing_with_knotwork() -> None:
     modules = [path.stem for path in HERE.glob("*.py") if not path.stem.startswith("test_")]
     names = ", ".join(f"judge.{name}" for name in modules)
     said = f"import sys, {names}; print([n for n in sys.modules if n.startswith('knotwork')])"
-    ran = subprocess.run(
-        [sys.executable, "-c", said], cwd=HERE.parent, capture_output=True, text=True, check=True
-    )
+    ran = python("-c", said, cwd=HERE.parent, check=True)
     assert ran.stdout.strip() == "[]"
     for path in HERE.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -11,6 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.kinematics.following.ladder import Ladder
 from knotwork.robot.description import VirtualJoint
+from plain import tool_frames
 
 tp = kw.tool_paths
 
@@ -28,14 +29,6 @@ def line(robot: kw.Robot) -> tuple[Any, np.ndarray]:
     return motion, np.array([one.q for one in found])
 
 
-def tool(robot: kw.Robot, q: np.ndarray) -> pin.SE3:
-    """By plain Pinocchio, from the URDF."""
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, np.append(q, np.zeros(model.nq - len(q))))
-    return data.oMf[model.getFrameId(robot.tool_frame)]
-
-
 def test_guides_are_on_the_path_within_limits_and_clear() -> None:
     robot = kw.load_robot("panda")
     motion, starts = line(robot)
@@ -49,7 +42,7 @@ def test_guides_are_on_the_path_within_limits_and_clear() -> None:
         np.testing.assert_allclose(guide.posture(0.0), starts[start], atol=1e-12)
         rungs = guide.postures.x
         for s, q in zip(rungs, guide.posture(rungs), strict=True):
-            pose, asked = tool(robot, q), motion.path.pose(s)
+            (pose,), asked = tool_frames(robot, [q]), motion.path.pose(s)
             assert np.linalg.norm(pose.translation - asked.translation) < 1e-8
             assert np.linalg.norm(pin.log3(pose.rotation.T @ asked.rotation)) < 1e-8
             assert np.abs(q[2]) < 0.8
@@ -57,7 +50,9 @@ def test_guides_are_on_the_path_within_limits_and_clear() -> None:
         assert (robot.lower_position_limit <= q).all()
         assert (q <= robot.upper_position_limit).all()
         off = [
-            np.linalg.norm(tool(robot, one).translation[[0, 2]] - asked.translation[[0, 2]])
+            np.linalg.norm(
+                tool_frames(robot, [one])[0].translation[[0, 2]] - asked.translation[[0, 2]]
+            )
             for one in q
         ]
         assert max(off) < 2e-3

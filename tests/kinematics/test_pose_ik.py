@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
@@ -14,7 +14,8 @@ from knotwork.errors import (
     WaypointDataError,
 )
 from knotwork.kinematics import solve_pose_ik, solve_pose_ik_all
-from sweeps import first_of, mostly_exhaustive
+from plain import tool_frames
+from sweeps import examples, first_of, mostly_exhaustive
 
 # Those whose URDF has all their joints
 URDF_ROBOTS = [name for name in robot_names() if name not in ("ur5_rail", "ur5_turntable")]
@@ -30,22 +31,6 @@ def sample(robot: Robot, generator: np.random.Generator) -> np.ndarray:
     return generator.uniform(lower, upper)
 
 
-def reference_pose(robot: Robot, q: np.ndarray) -> pin.SE3:
-    """Pose by a model of its own, built from the file."""
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    data = model.createData()
-    full = pin.neutral(model)
-    for name, value in {**robot.locked, **dict(zip(robot.joint_names, q, strict=True))}.items():
-        joint = model.joints[model.getJointId(name)]
-        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
-        full[joint.idx_q : joint.idx_q + joint.nq] = entry
-    pin.framesForwardKinematics(model, data, full)
-    base, tool = (
-        data.oMf[model.getFrameId(f, pin.BODY)] for f in (robot.base_frame, robot.tool_frame)
-    )
-    return base.inverse() * tool * robot.tool_offset
-
-
 def errors(reached: pin.SE3, pose: pin.SE3) -> tuple[float, float]:
     turn = reached.rotation.T @ pose.rotation
     return (
@@ -55,13 +40,15 @@ def errors(reached: pin.SE3, pose: pin.SE3) -> tuple[float, float]:
 
 
 def assert_solves(robot: Robot, pose: pin.SE3, q: np.ndarray, independent: bool = True) -> None:
-    reached = reference_pose(robot, q) if independent else robot.forward(q)
+    reached = robot.forward(q)
+    if independent:
+        reached = tool_frames(robot, [q])[0] * robot.tool_offset
     assert max(errors(reached, pose)) <= 1e-8
     assert (q >= robot.lower_position_limit).all()
     assert (q <= robot.upper_position_limit).all()
 
 
-@pytest.mark.parametrize("count", first_of(20, 100))
+@pytest.mark.parametrize("count", first_of(8, 100))
 @pytest.mark.parametrize("name", URDF_ROBOTS)
 def test_solves_reachable_poses_from_home(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(20)
@@ -77,7 +64,7 @@ def test_solves_reachable_poses_from_home(name: str, count: int) -> None:
         assert solution.distance == pytest.approx(np.linalg.norm(solution.q - home))
 
 
-@pytest.mark.parametrize("count", first_of(25, 100))
+@pytest.mark.parametrize("count", first_of(8, 100))
 @pytest.mark.parametrize("name", URDF_ROBOTS)
 def test_solution_is_no_farther_than_origin_of_pose(name: str, count: int) -> None:
     """The answer is no farther than the configuration that the pose came from."""
@@ -91,18 +78,20 @@ def test_solution_is_no_farther_than_origin_of_pose(name: str, count: int) -> No
         assert solution.distance <= np.linalg.norm(q - start) + 1e-6
 
 
+@pytest.mark.parametrize("count", first_of(4, 20))
 @pytest.mark.parametrize("name", URDF_ROBOTS)
-def test_solves_poses_at_joint_limits(name: str) -> None:
+def test_solves_poses_at_joint_limits(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(22)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
-    for _ in range(10):
+    for _ in range(count):
         side = generator.integers(0, 3, robot.dof)
         q = np.select([side == 0, side == 1], [lower, upper], sample(robot, generator))
         pose = robot.forward(q)
         assert_solves(robot, pose, solve_pose_ik(robot, pose, robot.configuration("home")).q)
 
 
+@pytest.mark.parametrize("count", first_of(3, 20))
 @pytest.mark.parametrize(
     ("name", "fixed"),
     [
@@ -116,9 +105,9 @@ def test_solves_poses_at_joint_limits(name: str) -> None:
         ("panda", {1: 0.0, 2: 0.0, 5: 0.0}),
     ],
 )
-def test_solves_poses_at_singularities(name: str, fixed: dict[int, float]) -> None:
+def test_solves_poses_at_singularities(name: str, fixed: dict[int, float], count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(23)
-    for _ in range(10):
+    for _ in range(count):
         q = sample(robot, generator)
         q[list(fixed)] = list(fixed.values())
         pose = robot.forward(q)
@@ -126,7 +115,7 @@ def test_solves_poses_at_singularities(name: str, fixed: dict[int, float]) -> No
             assert_solves(robot, pose, solve_pose_ik(robot, pose, start).q)
 
 
-@settings(max_examples=60)
+@examples()
 @given(ANGLE, ANGLE)
 def test_planar_arm_equals_closed_form(a: float, b: float) -> None:
     """With its orientation given, a two-link arm has one solution, the law of cosines' branch."""
@@ -235,7 +224,7 @@ def test_refuses_robot_without_tool() -> None:
         solve_pose_ik(robot, pin.SE3.Identity(), [0, 0])
 
 
-@settings(max_examples=60)
+@examples()
 @given(ANGLE, st.floats(-9, 9), st.floats(-10, 0), st.floats(1, 15))
 def test_takes_nearest_turn_within_limits(
     angle: float, start: float, lower: float, width: float
@@ -251,13 +240,13 @@ def test_takes_nearest_turn_within_limits(
     assert abs(found[0] - start) <= np.abs(inside - start).min() + 1e-6
 
 
-@pytest.mark.parametrize("poses", first_of(40, 500))
+@pytest.mark.parametrize("poses", first_of(15, 500))
 @pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm", "panda"])
 def test_solution_is_nearest_of_all(name: str, poses: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(500)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
-    for i in range(poses if name != "panda" else 40):
+    for i in range(poses if name != "panda" else min(poses, 40)):
         q, start = generator.uniform(lower, upper, (2, robot.dof))
         if i % 2:  # from close by a local search is the first step, and mostly the last
             start = np.clip(q + 0.2 * generator.uniform(-1, 1, robot.dof), lower, upper)
@@ -280,9 +269,6 @@ def test_refuses_numbers_that_are_not_finite(bad: float, nearest: bool) -> None:
         solve_pose_ik(robot, pose, start, nearest=nearest)
     with pytest.raises(WaypointDataError, match=r"near\[2\] is"):
         solve_pose_ik(robot, pose, home, near=start, nearest=nearest)
-    nowhere = pin.SE3(pose.rotation, np.array([0.1, bad, 0.2]))
-    with pytest.raises(WaypointDataError, match=r"pose must be a finite pin\.SE3"):
-        solve_pose_ik(robot, nowhere, home, nearest=nearest)
 
 
 BAXTER = {

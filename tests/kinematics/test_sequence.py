@@ -106,7 +106,7 @@ def cost_of(
     return tuple(round(float(level), 9) for level in total)
 
 
-@examples(40)
+@examples()
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 5), min_size=2, max_size=5),
@@ -150,7 +150,7 @@ def test_ties_go_to_first_candidates(size: int) -> None:
         assert chosen.index == (0, 0, 0)
 
 
-@examples(20)
+@examples()
 @given(st.integers(0, 10**6), st.lists(st.integers(1, 4), min_size=2, max_size=5))
 def test_unbounded_joints_take_shortest_rotation(seed: int, sizes: list[int]) -> None:
     layers = layers_of(seed, sizes, spread=30.0)

@@ -343,17 +343,6 @@ def test_marks_samples_of_self_motion() -> None:
     assert all(branch.sampled for branch in kw.solve_pose_ik_all(panda, panda.forward(middle)))
 
 
-def test_robot_method_solves_all() -> None:
-    pose = UR5.forward(np.full(6, 0.7))
-    asked, called = (
-        UR5.solve_pose_ik_all(pose, orientation_tolerance=1e-7),
-        kw.solve_pose_ik_all(UR5, pose),
-    )
-    assert [branch.flags for branch in asked] == [branch.flags for branch in called]
-    with pytest.raises(UnreachablePoseError):
-        UR5.solve_pose_ik_all(pin.SE3(np.eye(3), np.array([5.0, 0.0, 0.0])))
-
-
 LOST = {
     "ur5 1": (-3.0133886649, -5.4532247406, 2.0591139657, 1.6349482979, -3.09315796, -2.634759863),
     "ur5 elbow and wrist": (-0.9537, -0.6456, 0.0024, 0.4131, 1e-5, 1.2927),

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from test_mesh_files import ascii_stl, binary_stl, collada, obj
+from test_mesh_files import ascii_stl, binary_stl, collada, obj, read
 
-from command_line import PEAK_MEMORY
+from command_line import PEAK_MEMORY, python
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_files import read_mesh
 
@@ -97,10 +95,8 @@ HOSTILE = {
 @pytest.mark.parametrize("case", HOSTILE)
 def test_refuses_hostile_mesh_in_one_line(case: str, tmp_path: Path) -> None:
     name, content, says = HOSTILE[case]
-    path = tmp_path / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=says) as error:
-        read_mesh(path)
+        read(tmp_path, name, content)
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 600
 
@@ -114,9 +110,7 @@ MANY = {
 
 @pytest.mark.parametrize("name", MANY)
 def test_a_mesh_divided_into_many_is_read_as_one(name: str, tmp_path: Path) -> None:
-    path = tmp_path / name
-    path.write_text(MANY[name], encoding="utf-8")
-    (part,) = read_mesh(path)
+    (part,) = read(tmp_path, name, MANY[name])
     assert len(part.triangles) in (4, 40_000, 40_004)
 
 
@@ -133,9 +127,8 @@ def test_more_triangles_than_the_bound_are_refused(
 ) -> None:
     monkeypatch.setattr("knotwork.scene.meshes.size_limits.MOST_MESH_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
-        (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
-            read_mesh(tmp_path / name)
+            read(tmp_path, name, content)
 
 
 def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
@@ -151,7 +144,5 @@ def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
         "except InputError: pass\n"
         "print(used() - before)\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
-    )
+    ran = python("-c", code, path, check=True)
     assert int(ran.stdout) < 100_000  # kB

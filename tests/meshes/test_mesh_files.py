@@ -72,6 +72,12 @@ def two_materials() -> str:
     return f"usemtl one\n{obj()}{more}usemtl two\n{faces}"
 
 
+def read(folder: Path, name: str, content: str | bytes) -> list[MeshPart]:
+    """The parts of a mesh file."""
+    (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    return read_mesh(folder / name)
+
+
 def corners(part: MeshPart) -> np.ndarray:
     return part.points[part.triangles]
 
@@ -92,9 +98,7 @@ def volume(part: MeshPart) -> float:
     ],
 )
 def test_each_format_gives_the_solid(tmp_path: Path, name: str, content: str | bytes) -> None:
-    path = tmp_path / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    (part,) = read_mesh(path)
+    (part,) = read(tmp_path, name, content)
     assert part.triangles.shape == (4, 3)
     assert volume(part) == pytest.approx(VOLUME)
     assert np.unique(corners(part).reshape(-1, 3), axis=0) == pytest.approx(
@@ -108,9 +112,7 @@ def test_a_collada_file_says_where_its_solid_is_and_how_large(tmp_path: Path) ->
         "<translate>1 2 3</translate><rotate>0 0 1 90</rotate>"
         "<matrix>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</matrix><scale>-1 2 1</scale>"
     )
-    path = tmp_path / "a.dae"
-    path.write_text(collada(steps, meter=0.01), encoding="utf-8")
-    (part,) = read_mesh(path)
+    (part,) = read(tmp_path, "a.dae", collada(steps, meter=0.01))
     x, y, z = CORNERS.T
     x, y = 5 - x, 2 * y
     expected = 0.01 * np.stack([1 - y, 2 + x, 3 + z], axis=1)
@@ -121,20 +123,17 @@ def test_a_collada_file_says_where_its_solid_is_and_how_large(tmp_path: Path) ->
 
 def test_a_file_of_two_materials_gives_both_solids(tmp_path: Path) -> None:
     """Coal 3.0.3 gives the second the points of the first."""
-    path = tmp_path / "a.obj"
-    path.write_text(two_materials(), encoding="utf-8")
-    places = np.concatenate([corners(part) for part in read_mesh(path)]).reshape(-1, 3)
+    parts = read(tmp_path, "a.obj", two_materials())
+    places = np.concatenate([corners(part) for part in parts]).reshape(-1, 3)
     both = np.concatenate([CORNERS, CORNERS + np.array([9, 0, 0])])
     assert np.unique(places, axis=0) == pytest.approx(np.unique(both, axis=0))
-    assert sum(volume(part) for part in read_mesh(path)) == pytest.approx(2 * VOLUME)
+    assert sum(map(volume, parts)) == pytest.approx(2 * VOLUME)
 
 
 def test_a_collada_file_with_a_lost_material_keeps_its_shape(tmp_path: Path) -> None:
-    path = tmp_path / "a.dae"
     text = collada("<translate>1 2 3</translate>", effect="lost")
     again = text[text.index("<triangles") : text.index("</triangles>") + len("</triangles>")]
-    path.write_text(text.replace("</triangles>", f"</triangles>{again}"), encoding="utf-8")
-    parts = read_mesh(path)
+    parts = read(tmp_path, "a.dae", text.replace("</triangles>", f"</triangles>{again}"))
     assert [volume(part) for part in parts] == pytest.approx([VOLUME, VOLUME])
     for part in parts:
         assert corners(part).min(axis=(0, 1)) == pytest.approx([1, 2, 3])

@@ -10,10 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from test_mesh_files import CORNERS, FACES, VOLUME, ascii_stl, binary_stl, collada, obj, volume
+from test_mesh_files import (
+    CORNERS,
+    FACES,
+    VOLUME,
+    ascii_stl,
+    binary_stl,
+    collada,
+    obj,
+    read,
+    volume,
+)
 
 from knotwork.errors import InputError
-from knotwork.scene.meshes.mesh_files import read_mesh
 
 FACE_LIST = "property list uchar int vertex_indices\n"
 AXES = "property float x\nproperty float y\nproperty float z\n"
@@ -126,8 +135,7 @@ WHOLE = {
 @pytest.mark.parametrize("case", WHOLE)
 def test_reads_whole_file(case: str, tmp_path: Path) -> None:
     name, content, expected = WHOLE[case]
-    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert sum(map(volume, read_mesh(tmp_path / name))) == pytest.approx(expected)
+    assert sum(map(volume, read(tmp_path, name, content))) == pytest.approx(expected)
 
 
 LATE = ascii_stl().index("facet normal", len(ascii_stl()) // 2)
@@ -238,8 +246,7 @@ IN_PART = {
 @pytest.mark.parametrize("case", IN_PART)
 def test_refuses_partly_read_file(case: str, tmp_path: Path) -> None:
     name, content, says = IN_PART[case]
-    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=says) as error:
-        read_mesh(tmp_path / name)
+        read(tmp_path, name, content)
     assert name in str(error.value)
     assert "\n" not in str(error.value)

@@ -12,6 +12,7 @@ import pytest
 
 import knotwork as kw
 from moving.moving_truth import Bodies, frame, links, sampled
+from plans import arm
 from sweeps import mostly_exhaustive
 
 DOWN = {"rpy": [np.pi, 0, 0]}
@@ -44,8 +45,7 @@ def belt(**more: Any) -> dict[str, Any]:
 
 def tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.Motion]:
     """Pose and velocity (of the TCP, in base axes) of a UR5's tool by plain Pinocchio."""
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     model = pin.buildModelFromUrdf(str(robot.urdf))
     data, q, v = model.createData(), plan.trajectory.position(t), plan.trajectory.velocity(t)
     pin.forwardKinematics(model, data, q, v)

@@ -14,6 +14,7 @@ import knotwork as kw
 from drawn import placed
 from moving.moving_truth import links
 from moving.test_moving_things import LEFT, belt, in_tray, tool, tray, two_arms
+from plans import arm
 
 
 def scene_of(plan: kw.Plan) -> dict[str, Any]:
@@ -97,8 +98,7 @@ def test_draws_other_robot_along_its_motion(tmp_path: Path) -> None:
         pin.SE3(pin.rpy.rpyToMatrix(0, 0, np.pi), np.array([0.9, 0, 0])),
     )
     time = times(scene)
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     first = len(scene["joints"]) - robot.dof + 1  # the other arm's joints come last
     for frame in (0, len(time) // 3, len(time) - 1):
         places = placed(scene, frame)
@@ -122,8 +122,7 @@ def test_view_keeps_task_visible_next_to_other_robot(tmp_path: Path) -> None:
     plan = kw.plan({key: one for key, one in beyond.items() if key != "scene"})
     alone = scene_of(plan)["view"]["from"]
     poses = [one.pose.translation for one in plan.scenario.waypoints if hasattr(one, "pose")]
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     x, y, _ = robot.base_placement.rotation @ (np.array([0.92, 0.69, 0]) - np.mean(poses, axis=0))
     beside = [abs(one[0] * y - one[1] * x) / np.hypot(*one[:2]) for one in (view, alone)]
     assert beside[1] < 0.3 * np.hypot(x, y) < 0.9 * np.hypot(x, y) < beside[0]

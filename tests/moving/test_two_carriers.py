@@ -17,6 +17,7 @@ from moving.test_held_on_belts import SIZE
 from moving.test_moving_things import refused
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, task
 from moving.test_shown import middle_of_held, scene_of, times
+from sweeps import mostly_exhaustive
 
 __all__ = ["folder"]
 PICK, PLACE = 4.5, 10.0
@@ -220,7 +221,7 @@ def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("variant", ["wait", "free", "home"])
+@pytest.mark.parametrize("variant", mostly_exhaustive(["wait", "free", "home"], "wait"))
 def test_path_begins_at_solution_nearest_to_near(folder: Path, variant: str) -> None:
     """Whatever the plate's turn, no solution of the arm is nearer."""
     line = {"along": "line", "speed": 0.06, "stop": True}

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 import knotwork as kw
-from command_line import Command
 
 LIMITS = {"acceleration": 4.0, "jerk": 40.0}
 
@@ -104,17 +103,6 @@ def test_replacing_task_keeps_signals_on(
     assert found == said
     assert any(one.text == "feed 3" and one.time == 0 for one in new.events)
     assert new.report.ok
-
-
-def test_replan_time_may_have_unit(tmp_path: Path, knotwork: Command) -> None:
-    kw.Task(**GOAL, joint_units={}).save(tmp_path / "goal.yaml")
-    moving = {
-        "limits": LIMITS,
-        "waypoints": [{"joints": {"a": 1}}, {"joints": {"a": 0}, "after": 4}],
-    }
-    kw.Task(**moving).save(tmp_path / "old.yaml")
-    made = knotwork("replan", tmp_path / "old.yaml", tmp_path / "goal.yaml", "--at", "1500ms")
-    assert made.code == 0, made.err
 
 
 def test_object_grasped_at_end_of_stop_is_not_held() -> None:

@@ -81,6 +81,20 @@ HOSTILE = {
         robot(*ARM).replace('<axis xyz="0 0 1"/>', '<axis xyz="0 nan 1"/>'),
         "the axis of joint 'j' is '0 nan 1'",
     ),
+    "no XML": ("joints: 3", "not XML"),
+    "empty": ("", "not XML"),
+    "unclosed": ("<robot name='a'>", "not XML"),
+    "other XML": ("<html/>", "<html>"),
+    "no robot name": ("<robot><link name='a'/></robot>", "(?i)name"),
+    "no link": ("<robot name='a'/>", "(?i)link"),
+    "unknown parent": (robot(*ARM[:1], joint("j", "revolute", "x", "a")), "x"),
+    "unknown child": (robot(*ARM[:1], joint("j", "revolute", "a", "x")), "x"),
+    "two roots": (robot(*ARM[:2]), "(?i)root"),
+    "no limits": (robot(*ARM[:2], joint("j", "revolute", "a", "b", "<limits/>")), "j.*limit"),
+    "unknown type": (robot(*ARM).replace("continuous", "ball"), "ball"),
+    "not a number": (robot(*ARM).replace("1 0 0", "1 zero 0"), "zero"),
+    "not finite": (robot(*ARM).replace("1 0 0", "1 nan 0"), "(?i)not finite|nan"),
+    "two links of a name": (robot(ARM[0], ARM[0]), "(?i)a"),
 }
 
 

@@ -3,11 +3,13 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import RobotError, UnknownNameError, WaypointDataError
+from plain import full_configuration
+from sweeps import examples
 
 L1, L2 = 0.5, 0.4
 ANGLE = st.floats(-2.6, 2.6)
@@ -19,18 +21,7 @@ def samples(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(lower, upper, (count, robot.dof))
 
 
-def full_configuration(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Pinocchio's own configuration: cosine and sine for the joints that turn without limit."""
-    full = pin.neutral(model)
-    positions = {**robot.locked, **dict(zip(robot.joint_names, q, strict=True))}
-    for name, value in positions.items():
-        joint = model.joints[model.getJointId(name)]
-        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
-        full[joint.idx_q : joint.idx_q + joint.nq] = entry
-    return full
-
-
-@settings(max_examples=30)
+@examples()
 @given(ANGLE, st.tuples(*[st.floats(-3, 3)] * 4))
 def test_planar_dynamics_equal_closed_form(b: float, rates: tuple[float, ...]) -> None:
     """Two bars turning in a horizontal plane (Craig, Introduction to Robotics, section 6.7)."""

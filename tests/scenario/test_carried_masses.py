@@ -16,6 +16,7 @@ from judge.motion import Motion
 from judge.task import Task as JudgesTask
 from judge.verdict import judge
 from knotwork.files import storage
+from plans import arm
 from urscript_controller import Controller
 
 BOX = {"from": "pick", "to": "place", "box": [0.2, 0.1, 0.1], "position": [0, 0, 0.06]}
@@ -174,8 +175,7 @@ def test_programs_of_universal_robots_set_payload_and_tool(
     both = (1.0 * np.array([0, 0, 0.05]) + 3.0 * (at * np.array([0, 0, 0.06]))) / 4.0
     expected = [(0.0, 1.0, [0, 0, 0.05]), (1.5, 4.0, both), (4.9, 1.0, [0, 0, 0.05])]
     controller = Controller(motion.position(0.0), 500.0)
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     controller.run(motion.to_urscript(robot=robot))
     flange = robot.tool_offset
     np.testing.assert_allclose(controller.tcp[:3], flange.translation)

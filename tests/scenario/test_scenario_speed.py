@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from knotwork.scenario import load_scenario
 from knotwork.waypoints import CartesianWaypoint
+from sweeps import examples
 
 Array = NDArray[np.float64]
 SPEED = 0.25
@@ -71,7 +72,7 @@ def central_difference(path: Callable[[float], Array], s: float, step: float) ->
     return (path(s + step) - path(s - step)) / (2 * step)
 
 
-@settings(max_examples=60)
+@examples()
 @given(POINTS, POINTS, POINTS, st.sampled_from([0, 1, 2]))
 def test_the_direction_is_the_tangent_of_the_circle_through_three_points(
     a: list[float], b: list[float], c: list[float], index: int

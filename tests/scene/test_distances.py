@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 
+from command_line import python
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scenario import PlacedShape, load_scenario
 from knotwork.scenario.joint_space import joint_space
@@ -109,10 +108,9 @@ print(meter.distance(capsule, placed(*box, turn, [0.0, 0.0, 0.0])).hex())
 
 
 def test_what_was_measured_before_does_not_change_a_distance() -> None:
-    runs = [[sys.executable, "-c", BOX_AFTER_BOXES, word] for word in ("", "box")]
-    alone, after = (subprocess.run(run, capture_output=True, check=True) for run in runs)
+    alone, after = (python("-c", BOX_AFTER_BOXES, word, check=True) for word in ("", "box"))
     assert alone.stdout == after.stdout
-    assert alone.stdout.startswith(b"0x1.")
+    assert alone.stdout.startswith("0x1.")
 
 
 def support(one: Solid, direction: Any) -> float:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from knotwork.planning.timing import TimingLimits, TimingProblem, lower_bound
+from sweeps import examples
 
 PARTS = st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=6)
 
 
-@settings(max_examples=200)
+@examples()
 @given(parts=PARTS, start=st.floats(-1.0, 1.0), scale=st.floats(0.01, 100.0))
 @example(parts=[(1.0, -1.0), (1.0, -0.9999999999999999)], start=1.0, scale=1.0)  # back by 1e-16
 @example(parts=[(1.0, -0.9999999999999999)] * 2, start=1.0, scale=1.0)

@@ -49,7 +49,7 @@ def test_derivatives_equal_differences(curve, order):
     np.testing.assert_allclose(by_differences, derivative, atol=1e-8)
 
 
-@examples(40)
+@examples()
 @given(seeds, angles, st.floats(0.01, 10))
 def test_arc_through_points_is_their_circle(seed, angle, radius):
     points, centre, normal = circle(seed, angle, radius)
@@ -63,7 +63,7 @@ def test_arc_through_points_is_their_circle(seed, angle, radius):
     np.testing.assert_allclose(arc.position(s), points[1:2], atol=1e-9)
 
 
-@examples(40)
+@examples()
 @given(seeds, angles, st.integers(0, 3))
 def test_arc_about_centre_turns_about_normal(seed, angle, turns):
     points, centre, normal = circle(seed, angle, 0.3)
@@ -75,7 +75,7 @@ def test_arc_about_centre_turns_about_normal(seed, angle, turns):
         np.testing.assert_allclose(way.position([way.length])[0], points[2], atol=1e-12)
 
 
-@examples(40)
+@examples()
 @given(seeds, angles)
 def test_arc_of_radius_is_small_or_large(seed, angle):
     points, centre, normal = circle(seed, angle, 0.3)

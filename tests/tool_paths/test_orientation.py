@@ -35,7 +35,7 @@ def inside(curve, count=60, margin=1e-4):
     return s[(np.abs(s[:, None] - curve.s) > margin).all(axis=1)]
 
 
-@examples(20)
+@examples()
 @given(seeds)
 def test_passes_given_values_on_both_sides(seed):
     curve = random_curve(seed, jumps=True)
@@ -47,7 +47,7 @@ def test_passes_given_values_on_both_sides(seed):
         np.testing.assert_allclose(curve.rate(s, 1, side=side), curve.changes[inner, i], atol=1e-8)
 
 
-@examples(20)
+@examples()
 @given(seeds)
 def test_rates_equal_differences(seed):
     curve = random_curve(seed)
@@ -60,7 +60,7 @@ def test_rates_equal_differences(seed):
     np.testing.assert_allclose(curve.rate(s, 1), change, atol=1e-6 * scale**2)
 
 
-@examples(20)
+@examples()
 @given(seeds)
 def test_bounds_of_rates_hold(seed):
     curve = random_curve(seed)
@@ -77,7 +77,7 @@ def test_bounds_of_rates_hold(seed):
             assert rate[i] < 2.5 * np.abs(curve._v).max() * 25 / curve._steps.min()
 
 
-@examples(20)
+@examples()
 @given(seeds, st.floats(0.01, 3.1))
 def test_even_turning_is_slerp(seed, angle):
     start = Rotation.random(random_state=seed)
@@ -92,7 +92,7 @@ def test_even_turning_is_slerp(seed, angle):
     assert change[0] < 1e-7
 
 
-@examples(20)
+@examples()
 @given(seeds, st.floats(-20, 20).filter(lambda angle: abs(angle) > 1e-3))
 def test_turning_about_axis_by_any_angle(seed, angle):
     start = Rotation.random(random_state=seed)

@@ -76,7 +76,7 @@ def test_position_and_direction_are_continuous():
     np.testing.assert_allclose(beyond, [[0.3, 0, 0]])
 
 
-@examples(40)
+@examples()
 @given(st.floats(0, 1), st.floats(-0.08, 0.08), st.floats(-0.01, 0.01))
 def test_nearest_continues_in_next_curve(share, ahead, aside):
     path = slot()
@@ -86,7 +86,7 @@ def test_nearest_continues_in_next_curve(share, ahead, aside):
     np.testing.assert_allclose(path.nearest(point, guess), s, atol=1e-12)
 
 
-@examples(40)
+@examples()
 @given(st.integers(0, 10_000))
 def test_bend_bounds_deviation_from_chord(seed):
     path = slot()

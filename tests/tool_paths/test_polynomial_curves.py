@@ -34,7 +34,7 @@ def curves(seed):
     yield tp.Blend([0, 0, 0], [0.1, 0, 0], after, min(0.03, room))
 
 
-@examples(20)
+@examples()
 @given(seeds)
 def test_positions_by_arc_length(seed):
     h = 1e-4
@@ -55,7 +55,7 @@ def test_positions_by_arc_length(seed):
             np.testing.assert_allclose(by_differences, exact, atol=1e-5 * size)
 
 
-@examples(20)
+@examples()
 @given(seeds)
 def test_through_points_is_scipy_spline(seed):
     points = random_points(seed)
@@ -84,7 +84,7 @@ def test_keeps_directions_at_ends():
     np.testing.assert_allclose(tangents, [[0, 0, 1], [0, 0.5**0.5, 0.5**0.5]], atol=1e-12)
 
 
-@examples(20)
+@examples()
 @given(seeds)
 def test_nearest_points(seed):
     for curve in curves(seed):
@@ -108,7 +108,7 @@ def test_nearest_points(seed):
             assert off[i] <= best.fun + 1e-9
 
 
-@examples(30)
+@examples()
 @given(seeds)
 def test_curvature_bound_holds(seed):
     for curve in curves(seed):

@@ -58,7 +58,7 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
     return [one for one, limit in pairs if one is None or not one.bound <= limit]
 
 
-@pytest.mark.parametrize("count", first_of(7, 60))
+@pytest.mark.parametrize("count", first_of(4, 60))
 def test_proves_followed_path(count: int) -> None:
     followed = 0
     for seed in range(count):
@@ -91,7 +91,15 @@ CIRCLE = {
 }
 
 
-@pytest.mark.parametrize("knots", ["paper", "balanced", {"balanced": 0.1}, {"balanced": 0.45}])
+@pytest.mark.parametrize(
+    "knots",
+    [
+        pytest.param("paper", marks=pytest.mark.exhaustive),
+        "balanced",
+        pytest.param({"balanced": 0.1}, marks=pytest.mark.exhaustive),
+        {"balanced": 0.45},
+    ],
+)
 def test_follows_path_with_given_knots(knots: Any) -> None:
     given = task(ON, CIRCLE, tolerances={"path": 0.005}, knots=knots)
     plan = kw.plan(given)

@@ -119,7 +119,7 @@ def test_no_spike_at_rest_on_dome(
     speed=st.floats(0.01, 0.15),
     ramps=st.floats(0.001, 1.0),
 )
-@examples(8)
+@examples(8, 48)
 def test_no_spikes_at_stops(
     count: int,
     radius: float,
@@ -161,7 +161,7 @@ JERK_FACTOR = 2.0
 
 @given(part=TINY)
 @example(part=1e-8)
-@examples(10)
+@examples(10, 60)
 def test_no_spike_between_adjacent_ramps(part: float) -> None:
     speed, length = 0.1, 0.1
     line = tp.Line(TOP, TOP + np.array([0.0, length, 0.0]))

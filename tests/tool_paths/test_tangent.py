@@ -18,7 +18,7 @@ def wave(seed):
     return tp.ThroughPoints(0.1 * np.cumsum(rng.normal((1.5, 0, 0), 0.6, (6, 3)), axis=0))
 
 
-@examples(3)
+@examples(3, 18)
 @given(st.integers(0, 10_000))
 def test_tangent_is_constant_in_tool_axes(seed):
     curve = wave(seed)

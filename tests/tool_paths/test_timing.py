@@ -43,7 +43,7 @@ def check_advice(error, lengths, wanted, acceleration, options):
         assert other is None or other.stretch != error.stretch
 
 
-@examples(40)
+@examples()
 @given(
     st.lists(st.tuples(st.floats(0.01, 2.0), speeds), min_size=1, max_size=5),
     st.floats(0.1, 5.0),
@@ -100,7 +100,7 @@ def test_short_stretch_reports_feasible_values():
     assert "0.081649" in str(error)
 
 
-@examples(40)
+@examples()
 @given(
     st.floats(0.01, 1.0),
     speeds,

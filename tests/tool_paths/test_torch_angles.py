@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import knotwork as kw
+from plain import tool_poses
 
 WORK, TRAVEL = np.radians(20), np.radians(-12)
 ANGLES = {"work_angle": WORK, "travel_angle": TRAVEL}
@@ -31,15 +31,6 @@ def welded(*path: dict[str, Any], before: dict[str, Any] | None = None) -> dict[
             *path,
         ],
     }
-
-
-def leant(plan: kw.Plan, t: float) -> pin.SE3:
-    robot = plan.space.robot
-    assert robot is not None
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, plan.trajectory.position(t))
-    return data.oMf[model.getFrameId(robot.tool_frame)].copy()
 
 
 def angles_of(z: np.ndarray, seam: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
@@ -68,7 +59,7 @@ def test_torch_keeps_angles_along_line_and_arc() -> None:
     assert plan.report.ok, plan.report
     first, second = plan.scenario.paths[0].stretches
     for t in (first.start, 0.5 * (first.start + first.end), 0.5 * (second.start + second.end)):
-        pose = leant(plan, t)
+        (pose,) = tool_poses(plan, [t])
         turned = pose.translation - [0.66, -0.17, 0.25]
         seam = np.array([-turned[1], turned[0], 0.0]) if t > first.end else np.array([1.0, 0, 0])
         seam /= np.linalg.norm(seam)
@@ -95,7 +86,7 @@ def test_normals_of_points_lean_torch(tmp_path: Path, orientation: dict[str, Any
     assert path.freedom is None
     wanted = orientation.get("work_angle", 0.0), orientation.get("travel_angle", 0.0)
     for t in np.linspace(path.motion.start_time, path.motion.end_time, 9):
-        pose = leant(plan, float(t))
+        (pose,) = tool_poses(plan, [t])
         normal = (pose.translation - axis) * [0, 1, 1] / radius
         seam = np.array([0.06, 0.0, 0.0]) + radius * whole * np.cross([-1, 0, 0], normal)
         seam /= np.linalg.norm(seam)
@@ -129,7 +120,7 @@ def test_free_torch_angles_stay_in_ranges(turn: dict[str, Any]) -> None:
     corner = plan.scenario.paths[0].stretches[0].end
     worst, works = [], []
     for t in np.linspace(motion.start_time, motion.end_time, 60):
-        pose = leant(plan, float(t))
+        (pose,) = tool_poses(plan, [t])
         turned = pose.translation - [0.66, -0.17, 0.25]
         seam = np.array([-turned[1], turned[0], 0.0]) if t > corner else np.array([1.0, 0, 0])
         seam /= np.linalg.norm(seam)

@@ -10,6 +10,8 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
+from plain import tool_poses
+from sweeps import mostly_exhaustive
 
 WIDTH, RATE, SPEED, TOLERANCE = 3e-3, 2.0, 8e-3, 5e-5
 START, END = np.array([0.6, -0.2, 0.25]), np.array([0.64, -0.2, 0.25])
@@ -40,16 +42,7 @@ def planned(name: str) -> kw.Plan:
 
 
 def tool(plan: kw.Plan, t: np.ndarray) -> np.ndarray:
-    """Positions of the TCP by plain Pinocchio, shape (k, 3)."""
-    robot = plan.space.robot
-    assert robot is not None
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    data, tip = model.createData(), model.getFrameId(robot.tool_frame)
-    found = []
-    for q in plan.trajectory.position(t):
-        pin.framesForwardKinematics(model, data, q)
-        found.append(data.oMf[tip].translation.copy())
-    return np.array(found)
+    return np.array([pose.translation for pose in tool_poses(plan, t)])
 
 
 def ramp(t: np.ndarray, duration: float) -> np.ndarray:
@@ -107,9 +100,12 @@ def test_tool_follows_seam_plus_weave(name: str) -> None:
     assert "leaves the woven line by" in str(plan.report.select(quantity="path_deviation")[0])
 
 
+EDGES = [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.0)]
+
+
 @pytest.mark.parametrize(
     ("shape", "dwell", "rounding"),
-    [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.0)],
+    mostly_exhaustive(EDGES, *EDGES[:2]),
 )
 def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float) -> None:
     weave = {"shape": shape, "dwell": dwell or None, "rounding": rounding or None}

@@ -55,7 +55,7 @@ def proofs(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 @pytest.mark.parametrize(
     ("name", "after"),
-    mostly_exhaustive(itertools.product(AT, MISTYPED), *zip(AT, MISTYPED, strict=True)),
+    mostly_exhaustive(itertools.product(AT, MISTYPED), *[*zip(AT, MISTYPED, strict=True)][1::2]),
 )
 def test_absurd_duration_fails_without_clearance_proof(
     name: str, after: float, motions: list[Any], proofs: list[Any]

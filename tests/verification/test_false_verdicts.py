@@ -14,6 +14,7 @@ import pytest
 import knotwork as kw
 from command_line import Command
 from knotwork.scenario import ToleranceSet
+from plans import planned
 
 
 def one_joint(**rest: Any) -> kw.Scenario:
@@ -50,7 +51,7 @@ RISE = np.array([-0.25, 0.75, 0.0, 0.0])
 @pytest.mark.parametrize("gap", [1e-7, 1e-9, 1e-11])
 def test_adjacent_rows_hide_no_jump(knotwork: Command, tmp_path: Path, gap: float) -> None:
     """A file of the plain cubic, whose acceleration jumps at 5 and 15 s."""
-    plan = kw.plan("paper_case", planner="cubic")
+    plan = planned("paper_case", planner="cubic")
     times = np.array([0.0, 5, 5 + gap, 15, 15 + gap, 25])
     rows = np.column_stack(
         [times, plan.trajectory.position(times), plan.trajectory.velocity(times)]
@@ -130,7 +131,7 @@ def test_refuses_too_high_degree(knotwork: Command, tmp_path: Path) -> None:
     c = np.full((601, 20), 1e-3)
     with pytest.raises(kw.InputError, match="degree is 600; at most"):
         motion(c, np.linspace(0, 2, 21))
-    plan = kw.plan("paper_case")
+    plan = planned("paper_case")
     plan.save(tmp_path)
     path = tmp_path / "trajectory.json"
     data = json.loads(path.read_text(encoding="utf-8"))

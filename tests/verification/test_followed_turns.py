@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from plans import arm
+from sweeps import mostly_exhaustive
 
 TURN = {"turn": "z"}
 HALF = {"turn": [-180, 180]}
@@ -52,8 +54,7 @@ def judged(motion: kw.JointTrajectory, task: dict[str, Any], free: Any) -> kw.ve
 
 def turns(plan: kw.Plan) -> np.ndarray:
     """Of the tool's x axis against the direction about the rim's centre [rad], whole turns too."""
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion
     poses = [
         robot.forward(q)
@@ -66,7 +67,12 @@ def turns(plan: kw.Plan) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("axis", "parts", "at_ends"), [(1, 1, {}), (-1, 2, {}), (1, 2, {"stop": True})]
+    ("axis", "parts", "at_ends"),
+    [
+        pytest.param(1, 1, {}, marks=pytest.mark.exhaustive),
+        (-1, 2, {}),
+        pytest.param(1, 2, {"stop": True}, marks=pytest.mark.exhaustive),
+    ],
 )
 def test_whole_turn_exceeds_half_turn_range(axis: int, parts: int, at_ends: dict[str, Any]) -> None:
     plan = kw.plan(rim(axis, parts, at_ends=at_ends))
@@ -79,7 +85,10 @@ def test_whole_turn_exceeds_half_turn_range(axis: int, parts: int, at_ends: dict
     assert worst.value == pytest.approx(wound - np.pi, abs=1e-3)
 
 
-@pytest.mark.parametrize(("rounds", "most", "off"), [(1, 361, -1), (1, 350, 10), (2, 361, -1)])
+RANGES = [(1, 361, -1), (1, 350, 10), (2, 361, -1)]
+
+
+@pytest.mark.parametrize(("rounds", "most", "off"), mostly_exhaustive(RANGES, *RANGES[1:]))
 def test_range_of_several_turns_is_bounded(rounds: int, most: float, off: float) -> None:
     """Two rounds fit into one turn each way, begun at its end."""
     task = rim(-1)
@@ -92,7 +101,9 @@ def test_range_of_several_turns_is_bounded(rounds: int, most: float, off: float)
     assert np.degrees(row.value or 0.0) == pytest.approx(off, abs=1)
 
 
-@pytest.mark.parametrize("free", [HALF, {"turn": [-400, 300]}])
+@pytest.mark.parametrize(
+    "free", [pytest.param(HALF, marks=pytest.mark.exhaustive), {"turn": [-400, 300]}]
+)
 def test_plans_turn_within_range(free: Any) -> None:
     assert kw.plan(rim(free=free)).report.ok
 

@@ -77,7 +77,7 @@ def bump(plan: kw.Plan, time: float, width: float, height: float) -> JointTrajec
     return disturbed(plan, change)
 
 
-@examples(4)
+@examples(4, 24)
 @given(
     along=st.sampled_from(["line", {"arc": {"through": [490, -30, 70]}}]),
     tolerance=st.floats(0.005, 0.2),
@@ -194,7 +194,7 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     ulps=st.integers(1, 3),
     scale=st.sampled_from([1e-3, 1.0, 1e6]),
 )
-@examples(40)
+@examples()
 def test_divides_tiny_intervals(parts: list[int], ulps: int, scale: float) -> None:
     """Each time that was given is found once among those that divide, however equal these are."""
     t = [scale]

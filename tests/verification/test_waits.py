@@ -9,6 +9,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.verification import Finding
+from plans import planned
 
 POSE = {"position": [450, 0, 300], "rpy": [180, 0, 0]}
 
@@ -53,7 +54,7 @@ def test_full_circle_between_waits_is_not_a_wait(robot: str, turning: str | None
 
 
 def test_shipped_waits_are_exactly_still() -> None:
-    still = standing(kw.plan("xarm7_bead"))
+    still = standing(planned("xarm7_bead"))
     assert len(still) == 2
     assert [found.value for found in still] == [0.0, 0.0]
 

@@ -110,7 +110,7 @@ def ramped(task: kw.Scenario, width: float) -> Any:
     return along
 
 
-@examples(12)
+@examples(12, 72)
 @given(
     kind=st.sampled_from(["line", "eight", 2.0, 20.0, 50.0]),
     turns=st.integers(0, 5),

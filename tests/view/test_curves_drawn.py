@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.curves import jump_breaks, strokes
+from sweeps import examples
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -28,7 +29,7 @@ def left_value(curve: PiecewisePolynomial, piece: int, order: int, joint: int) -
     return float(polynomial(curve.x[piece + 1] - curve.x[piece]))
 
 
-@settings(max_examples=50)
+@examples()
 @given(seeds, st.integers(0, 3), st.integers(1, 9))
 def test_points_lie_on_the_curve_with_both_sides_of_every_break(
     seed: int, order: int, degree: int
@@ -47,7 +48,7 @@ def test_points_lie_on_the_curve_with_both_sides_of_every_break(
         assert drawn.value[piece, -1] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-@settings(max_examples=50)
+@examples()
 @given(seeds, st.integers(0, 3), st.integers(1, 7))
 def test_the_exact_extrema_are_among_the_points(seed: int, order: int, degree: int) -> None:
     curve = random_curve(seed, degree)
@@ -81,7 +82,7 @@ def test_rounding_makes_no_jump() -> None:
     assert [jump_breaks(curve, 0, order).size for order in range(4)] == [0, 0, 0, 0]
 
 
-@settings(max_examples=20)
+@examples()
 @given(seeds, st.integers(0, 2), st.floats(0.05, 0.95))
 def test_what_is_beyond_a_limit_is_where_the_curve_is_beyond_it(
     seed: int, order: int, part: float

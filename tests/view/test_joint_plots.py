@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from pathlib import Path
@@ -26,6 +27,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.view import plot_joints
+from plans import planned
 from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
@@ -33,7 +35,7 @@ FAILING = Path(__file__).parents[1] / "failing"
 
 @pytest.fixture(scope="module")
 def cubic() -> Plan:
-    return kw.plan("paper_case", planner="cubic")
+    return planned("paper_case", planner="cubic")
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +111,7 @@ def test_jumps_of_acceleration_are_drawn_at_both_values(cubic: Plan) -> None:
     figure = plot_joints(cubic)
     assert "jump" in legend_words(figure)
     assert not any(lines(axis, "jump") for axis in figure.axes[:2])
-    smooth = plot_joints(kw.plan("paper_case"))
+    smooth = plot_joints(planned("paper_case"))
     assert not any(lines(axis, "jump") for axis in smooth.axes)
     assert "jump" not in legend_words(smooth)
 
@@ -155,8 +157,13 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s exceeds limit ±3.15 rad/s")
 
 
-@pytest.mark.parametrize("kind", ["acceleration", "jerk", "velocity"])
-@pytest.mark.parametrize("part", [0.999, 1.0, 1.001])
+KINDS, PARTS = ("acceleration", "jerk", "velocity"), (0.999, 1.0, 1.001)
+
+
+@pytest.mark.parametrize(
+    ("kind", "part"),
+    mostly_exhaustive(itertools.product(KINDS, PARTS), *zip(KINDS, PARTS, strict=True)),
+)
 def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
     """Limits just below, at and above the exact peak: drawn as broken if the check says so."""
     task: dict[str, Any] = {
@@ -188,7 +195,7 @@ def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) ->
 def test_one_joint_overlays_planners_told_apart_without_colour(
     paper_case: Plan, cubic: Plan
 ) -> None:
-    quintic = kw.plan("paper_case", planner="quintic")
+    quintic = planned("paper_case", planner="quintic")
     figure = plot_joints([paper_case, cubic, quintic], quantities=["acceleration"])
     (axis,) = figure.axes
     curves = lines(axis, "curve")

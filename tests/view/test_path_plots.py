@@ -11,6 +11,7 @@ from figures import collections, data, label, lines, notes, outside, overlaps, w
 import knotwork as kw
 from knotwork import Plan
 from knotwork.view import plot_joints, plot_tool
+from plans import arm
 from seams import ON, task
 
 DOWN = {"rpy": [180, 0, 0]}
@@ -78,8 +79,7 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
 def test_deviation_of_an_arc_is_its_distance_from_the_circle(seam: Plan) -> None:
     axis = panel(plot_tool(seam), "off tool path")
     time, off = data(lines(axis, "curve")[0])
-    robot = seam.space.robot
-    assert robot is not None
+    robot = arm(seam)
     start, end = (seam.scenario.waypoints[i].time for i in (3, 4))
     inside = np.flatnonzero((time > start + 0.05) & (time < end - 0.05))[::7]
     for i in inside:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from command_line import Command
 from knotwork import Plan
-from patience import PATIENCE
 
-FAILING = Path(__file__).parents[1] / "failing"
 PNG = b"\x89PNG"
 
 
@@ -72,17 +68,6 @@ def test_angles_are_in_the_units_of_the_scenario(
     assert f"[{other}]" not in text
 
 
-def test_a_motion_that_fails_its_check_is_drawn_and_said_to_fail(
-    knotwork: Command, tmp_path: Path
-) -> None:
-    out = tmp_path / "a.svg"
-    ran = knotwork("plot", FAILING / "velocity_limit_broken.yaml", "-o", out)
-    assert ran.code == 0
-    assert out.exists()
-    assert "the check FAILS" in ran.err
-    assert "velocity reaches 5.23599 rad/s at 0.45 s, limit 3.15 rad/s" in ran.err
-
-
 def test_a_stored_trajectory_is_drawn(
     knotwork: Command, tmp_path: Path, deburring: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -107,32 +92,3 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
     ran = knotwork("plot", "./paper_case", "--compare", "cubic")
     assert ran.code == 2
     assert "leave out --compare" in ran.err
-
-
-@pytest.mark.parametrize("arguments", [["--help"], ["plot", "--help"], ["plan", "paper_case"]])
-def test_matplotlib_is_loaded_only_for_a_picture(arguments: list[str]) -> None:
-    code = (
-        f"import sys; sys.argv = ['knotwork', *{arguments!r}]\n"
-        "from knotwork.cli.main import main\n"
-        "try: main()\n"
-        "except SystemExit as stopped: assert not stopped.code\n"
-        "assert not {'matplotlib', 'PIL'} & set(sys.modules)"
-    )
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
-    assert ran.returncode == 0, ran.stderr
-
-
-def test_drawing_never_loads_pyplot(tmp_path: Path) -> None:
-    code = (
-        "import sys, knotwork as kw\n"
-        "from knotwork import view\n"
-        "assert 'matplotlib' not in sys.modules\n"
-        f"view.save_figure(view.plot_joints(kw.plan('paper_case')), {str(tmp_path / 'a.png')!r})\n"
-        "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules"
-    )
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
-    assert ran.returncode == 0, ran.stderr

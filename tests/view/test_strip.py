@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 from figures import collections, legend_words
 from test_limits_shown import deburring
@@ -12,6 +11,8 @@ from test_limits_shown import deburring
 import knotwork as kw
 from drawn import scene
 from knotwork.view import plot_joints, plot_tool
+from plans import planned
+from walls import into
 
 
 def strip(plan: kw.Plan) -> Any:
@@ -19,7 +20,7 @@ def strip(plan: kw.Plan) -> Any:
 
 
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
-    plan = kw.plan("ur5_wall")
+    plan = planned("ur5_wall")
     said = [one for one in plan.report.findings if one.quantity == "binding_limits"]
     limits = {tuple(one.interval or ()): one.label for one in said}
     for start, end, name, limit in strip(plan)["segments"]:
@@ -58,7 +59,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
     assert (elbow["name"], elbow["unit"]) == ("speed of forearm_link", "mm/s")
     assert elbow["limits"] == [pytest.approx(500.0)]
     assert len(elbow["time"]) == len(elbow["value"])
-    plan = kw.plan("ur5_dome")
+    plan = planned("ur5_dome")
     (used,) = (one for one in plan.report.select(quantity="free") if one.subject == "path")
     (turn,) = strip(plan)["curves"]
     assert turn["name"] == f"turn, {used.name}"
@@ -68,14 +69,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
 
 
 def test_collisions_are_marked_over_all_panels_as_long_as_they_last() -> None:
-    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
-    here, there = (
-        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [np.pi, 0, 0]}}
-        for name, y in (("here", -0.25), ("there", 0.25))
-    )
-    tool = {"offset": {"position": [0, 0, 0.12]}}
-    task = {"robot": "ur5", "tool": tool, "scene": {"objects": {"wall": wall}}}
-    plan = kw.plan({**task, "waypoints": [here, there | {"after": 2}]})
+    plan = kw.plan(into())
     spans = [span for one in plan.report.failures for span in one.spans]
     first, last = min(start for start, _ in spans), max(end for _, end in spans)
     (drawn, *others) = strip(plan)["broken"]

@@ -13,6 +13,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.view import plot_joints, plot_tool
+from plans import arm, planned
 
 
 def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
@@ -21,8 +22,7 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
     labels = [label(axis) for axis in figure.axes]
     assert labels == ["tool speed [mm/s]", "turning speed [deg/s]"]
     time, speed = data(lines(figure.axes[0], "curve")[0])
-    robot = deburring.space.robot
-    assert robot is not None
+    robot = arm(deburring)
     for i in range(0, len(time), 97):
         near = [
             robot.forward(deburring.trajectory(time[i] + dt)).translation
@@ -89,7 +89,7 @@ def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:
 
 
 def test_planners_lie_over_each_other(deburring: Plan) -> None:
-    figure = plot_tool([deburring, kw.plan("ur5_deburring", planner="trapezoidal")])
+    figure = plot_tool([deburring, planned("ur5_deburring", planner="trapezoidal")])
     for axis in figure.axes:
         assert [str(line.get_gid()).split(":")[1] for line in lines(axis, "curve")] == [
             "modified-hermite",

@@ -15,6 +15,7 @@ from drawn import scene
 from knotwork.planning.timing import Progress
 from knotwork.verification import Finding
 from knotwork.view import plot_tool
+from plans import planned
 from walls import DOWN, past
 
 
@@ -87,7 +88,7 @@ def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None
         page = plan.view()
         assert [one["name"] for one in scene(page)["things"]].count("way") == 1
         assert "▪▪▪ way" in page.html
-    other = kw.plan("ur5_deburring").view()
+    other = planned("ur5_deburring").view()
     assert "way" not in [one["name"] for one in scene(other)["things"]]
     assert "▪▪▪ way" not in other.html
 

@@ -11,6 +11,7 @@ import pytest
 
 import knotwork as kw
 from drawn import numbers, scene
+from plans import arm
 from shipped import QUICK
 
 # Of all that is drawn, what lies outside of the pane, whose edges are at 1, and how far; the
@@ -51,8 +52,7 @@ def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Pa
     plan = kw.plan(name)
     page = plan.view()
     data = scene(page)
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     known = data["first_joint"] + robot.model.njoints  # joints of what moves by itself
     data["things"] = [
         one

@@ -59,7 +59,7 @@ def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options:
     [
         ("scene", DESK, "dark"),
         ("scene", UPRIGHT, "light"),
-        ("scene", ACROSS, "light"),
+        pytest.param("scene", ACROSS, "light", marks=pytest.mark.exhaustive),
         pytest.param("report", UPRIGHT, "dark", marks=pytest.mark.exhaustive),
         pytest.param("report", DESK, "light", marks=pytest.mark.exhaustive),
     ],

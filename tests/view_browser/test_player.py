@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from plans import planned
 
 FRAMES = 120
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -16,7 +17,7 @@ NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimation
 
 @pytest.fixture(scope="module")
 def plan() -> kw.Plan:
-    return kw.plan("ur5_deburring")
+    return planned("ur5_deburring")
 
 
 @pytest.fixture
@@ -165,7 +166,7 @@ def test_the_strip_says_of_limits_what_the_verdict_says(tabs: Any, tmp_path: Pat
 
 @pytest.mark.exhaustive
 def test_a_curve_is_chosen_below_the_slider(tabs: Any, tmp_path: Path) -> None:
-    tab = tabs.scene("wall", kw.plan("ur5_wall").view, tmp_path)
+    tab = tabs.scene("wall", planned("ur5_wall").view, tmp_path)
     tab.set_viewport_size({"width": 1200, "height": 700})
     assert tab.locator("#curve option").all_inner_texts() == ["tool speed", "clearance"]
     picture = "document.getElementById('strip').toDataURL()"

@@ -10,11 +10,13 @@ import pytest
 
 import knotwork as kw
 from knotwork.view import report_page
+from plans import planned
+from walls import into
 
 
 @pytest.mark.exhaustive
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
-    plan = kw.plan("planar2_closed_form", planner="parabolic-blend")
+    plan = planned("planar2_closed_form", planner="parabolic-blend")
     path = report_page(plan).save(tmp_path / "report.html")
     tab = tabs.new()
     tab.set_viewport_size({"width": 1000, "height": 700})
@@ -47,7 +49,7 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
 
 
 def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
-    path = report_page(kw.plan("planar2_closed_form")).save(tmp_path / "report.html")
+    path = report_page(planned("planar2_closed_form")).save(tmp_path / "report.html")
     tab = tabs.new(java_script_enabled=False)
     tab.goto(path.as_uri())
     assert "switched off" in tab.inner_text("#view")
@@ -57,7 +59,7 @@ def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> Non
 
 
 def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
-    page = report_page(kw.plan("paper_case"))
+    page = report_page(planned("paper_case"))
     tab = tabs.new()
     tab.goto(page.save(tmp_path / "report.html").as_uri())
     said = tab.inner_text("#view")
@@ -72,15 +74,7 @@ def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
 def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time(
     tabs: Any, tmp_path: Path
 ) -> None:
-    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
-    here, there = (
-        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [180, 0, 0]}}
-        for name, y in (("here", -0.25), ("there", 0.25))
-    )
-    tool = {"offset": {"position": [0, 0, 0.12]}}
-    around = {"objects": {"wall": wall}}
-    task = {"robot": "ur5", "tool": tool, "scene": around, "units": {"angle": "deg"}}
-    plan = kw.plan({**task, "waypoints": [here, there | {"after": 2}]})
+    plan = kw.plan(into())
     tab = tabs.new()
     tab.set_viewport_size({"width": 1440, "height": 900})
     tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())

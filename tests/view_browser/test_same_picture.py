@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import knotwork as kw
+from sweeps import first_of
 
 TASK = {
     "robot": "planar2",
@@ -35,6 +37,9 @@ FRAMES = """new Promise((done) => {
   const next = () => (left-- ? requestAnimationFrame(next) : done());
   next();
 })"""
+
+# Before the block is taken, while it is held, and after.
+SEEKS = [("Home", 0.15), ("End", 0.5), ("Home", 0.5), ("End", 0.85)]
 
 # Pixels: an address has the time to a microsecond.
 ROUNDED = 8
@@ -83,8 +88,11 @@ def differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> int:
     return int((np.abs(one - other).max(axis=2) > 12).sum())
 
 
-def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, address: str) -> None:
-    """Before the block is taken, while it is held, and after; against pages opened at that time."""
+@pytest.mark.parametrize("count", first_of(2, 4))
+def test_a_paused_scene_shows_the_time_sought_from_either_side(
+    count: int, tabs: Any, address: str
+) -> None:
+    """Against pages opened at that time."""
     opened: dict[float, NDArray[np.int64]] = {}
 
     def afresh(time: float) -> NDArray[np.int64]:
@@ -96,13 +104,12 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, addres
         return opened[time]
 
     scene = Scene(tabs, address)
-    for first, share in (("Home", 0.15), ("End", 0.5), ("Home", 0.5), ("End", 0.85)):
+    for first, share in SEEKS[:count]:
         scene.key(first)
         scene.pixels()
         scene.click(share)
         assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
-    before, held, after = opened.values()
-    assert min(differ(before, held), differ(held, after)) > 1000
+    assert min(differ(*two) for two in pairwise(opened.values())) > 1000
     scene.key("ArrowLeft")
     assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED
 

@@ -15,6 +15,7 @@ from serving import needs_signals, serve
 import knotwork as kw
 from drawn import scene
 from knotwork.view import view_trajectory
+from plans import planned
 
 READY = "html[data-ready=true]"
 
@@ -43,7 +44,7 @@ def test_two_motions_have_one_clock_and_their_difference(
     assert tab.evaluate("clock.time") == 0.9
     names = ["planar2_closed_form passed 3.6 s", "hurried FAILED 2.4 s"]
     assert tab.locator("h1").all_inner_texts() == names
-    plans = [kw.plan("planar2_closed_form"), kw.plan(other)]
+    plans = [planned("planar2_closed_form"), kw.plan(other)]
     first, second = plans
     robot, at = first.space.robot, 0.5 * first.trajectory.duration
     assert robot is not None
@@ -117,6 +118,7 @@ def test_what_does_not_go_together_is_refused(
 
 
 @needs_signals
+@pytest.mark.exhaustive
 def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "rate": [100, 200]}
@@ -167,7 +169,6 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     tabs.complaints.clear()  # of the frame that was left
 
 
-@pytest.mark.exhaustive
 def test_a_map_that_is_one_file_has_the_motions_that_fit(
     tabs: Any, knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,7 +216,7 @@ LAST_TIME = """data => new Promise(done => {
 
 
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
-    motion = kw.plan("planar2_closed_form").trajectory
+    motion = planned("planar2_closed_form").trajectory
     page = view_trajectory(kw.load_robot("planar2"), motion).save(tmp_path / "arm.html")
     tab = tabs.new(accept_downloads=True)
     tab.goto(page.as_uri() + "#paused")

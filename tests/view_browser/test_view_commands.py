@@ -92,14 +92,3 @@ def test_it_serves_until_interrupted() -> None:
         refused.value.close()
     assert serving.out.strip() == "stopped"
     assert serving.err.strip() == "no browser could be opened here; open the address in one"
-
-
-@pytest.mark.exhaustive
-def test_a_report_is_written_whether_the_check_passes_or_not(run: Any, tmp_path: Path) -> None:
-    ran = run("report", "planar2_closed_form", "-o", "good.html")
-    assert ran.code == 0, ran.err
-    other = ("--planner", "trapezoidal")
-    ran = run("report", "planar2_closed_form", *other, "--html", "bad.html")
-    assert ran.code == 1
-    assert "What fails</h2>" in (tmp_path / "bad.html").read_text(encoding="utf-8")
-    assert "What fails</h2>" not in (tmp_path / "good.html").read_text(encoding="utf-8")

@@ -199,8 +199,8 @@ def export(
     if out is None:
         echo_data(content)
     else:
-        beside = side_file(trajectory) if aside else None
-        exporting.write(out, content, force=force, beside=beside)
+        side_content = side_file(trajectory) if aside else None
+        exporting.write(out, content, force=force, side_content=side_content)
     where = f"wrote {out}" if out is not None else ""
     if out is not None and aside:
         where += f" and {side_path(Path(out))}"

@@ -1,4 +1,6 @@
-"""Every error that Knotwork raises on purpose: one base class, each leaf with its data.
+"""All errors that Knotwork raises on purpose.
+
+They have one base class, and each subclass has its data.
 
 The command line turns `InputError` into exit code 2 and `CheckFailedError` into exit code 1.
 """

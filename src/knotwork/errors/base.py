@@ -15,7 +15,7 @@ AnyInputError = TypeVar("AnyInputError", bound="InputError")
 class KnotworkError(Exception):
     """Base class of all errors that Knotwork raises on purpose.
 
-    A leaf declares its data as attributes of the class, given by keyword.
+    A subclass declares its data as attributes of the class, given by keyword.
     """
 
     def __init__(self, message: str = "", **data: Any) -> None:
@@ -26,7 +26,7 @@ class KnotworkError(Exception):
         super().__init__(message)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # By default a copy would be made with the message as the only argument.
+        # By default a copy would only get the message as an argument.
         return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
@@ -41,7 +41,7 @@ class InputError(KnotworkError, ValueError):
     """
 
     def locate(self, where: str) -> None:
-        """Prefix the message with the place of the fault, for example a field of a file."""
+        """Prefix the message with the location of the fault, for example a field of a file."""
         self.args = (f"{where}: {self}", *self.args[1:])
 
     def add(self, hint: str) -> None:
@@ -50,7 +50,7 @@ class InputError(KnotworkError, ValueError):
 
 
 def together(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """The first of several errors, with the messages of all of them, one a line."""
+    """The first of several errors, with the messages of all of them, one per line."""
     first = errors[0]
     first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
     return first
@@ -85,7 +85,7 @@ def shown(value: Any) -> str:
     """Format a value for an error as one line of YAML."""
     try:
         text = _flow(value, 3)
-    except ValueError:  # Python writes at most some thousands of digits
+    except ValueError:  # Python writes at most several thousand digits
         return "an integer of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -169,7 +169,7 @@ class DocumentError(InputError):
     def __init__(
         self, file: Path | str | None, problems: Sequence[Problem], *, complete: bool = True
     ) -> None:
-        """List the problems; without `complete` there may be more of them."""
+        """List the problems. Without `complete` there may be further ones."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
         lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PRINTED_PROBLEMS]]

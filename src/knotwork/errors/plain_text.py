@@ -1,4 +1,4 @@
-"""Text from files made safe to print: no cursor movement, nothing hidden."""
+"""Escaping of text from files, so that it can't move the cursor or hide text when printed."""
 
 from __future__ import annotations
 

@@ -27,15 +27,14 @@ class TaskError(InputError):
 class OutOfReachError(TaskError):
     """The arm can't reach the pose within its limits.
 
-    The closest pose is the one found with minimum distance² + angle², a metre counting
-    as a radian.
+    The closest pose has the minimum distance² + angle² found, where one metre counts as one radian.
 
     Attributes:
         closest: Joint positions of the closest pose inside the limits [rad or m].
         closest_distance: Remaining distance [m].
         closest_angle: Remaining angle [rad].
-        held: Names of the blocking joints: at a limit, and required to move beyond it. Empty if the
-            limits are not the cause.
+        held: Names of the blocking joints. They are at a limit and would have to move beyond it.
+            Empty if the limits are not the cause.
     """
 
     closest: Sequence[float] = ()
@@ -45,7 +44,7 @@ class OutOfReachError(TaskError):
 
 
 class UnreachablePoseError(OutOfReachError):
-    """No configuration of the arm, inside its limits or out, brings the tool to the pose.
+    """No configuration of the arm, inside its limits or outside, brings the tool to the pose.
 
     Attributes, in addition to those of `OutOfReachError`:
 
@@ -58,10 +57,10 @@ class UnreachablePoseError(OutOfReachError):
     1.052
 
     Attributes:
-        position_shortfall: Remaining distance at the closest pose, limits or not [m].
+        position_shortfall: Remaining distance at the closest pose, without limits [m].
         orientation_shortfall: Remaining angle there [rad].
-        point_shortfall: Remaining distance to the point in any orientation, limits or not [m];
-            within the tolerance where the point is reached.
+        point_shortfall: Remaining distance to the point in any orientation, without limits [m];
+            within the tolerance if the point is reached.
         angle_at_point: Remaining angle where the point is reached, within the limits if reached
             there [rad]; `None` if it is out of reach.
     """
@@ -112,7 +111,7 @@ class FollowingError(TaskError):
     Attributes:
         arc_length: Length that can be followed [m].
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
-        joint: Name of the joint that would be beyond its limit; empty without one.
+        joint: Name of the joint that would exceed its limit; empty without one.
         part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
     """
 
@@ -123,15 +122,15 @@ class FollowingError(TaskError):
 
 
 class NoWayFoundError(InputError):
-    """No collision-free motion to a waypoint was found, which does not prove that there is none.
+    """No collision-free motion to a waypoint was found. This does not prove that none exists.
 
     Attributes:
         end: `"start"`, `"goal"` or the number of a waypoint between them (`"1"`, ...), if the
             fault is known to be there; else empty.
         names: Two bodies that are too close there.
         depth: Depth of the bodies within the margin there [m].
-        waypoints: Indices of the two waypoints without a motion, if only one solution of each
-            was tried; else `None`.
+        waypoints: Indices of the two waypoints without a motion, if only one solution of each was a
+            candidate; else `None`.
     """
 
     end: str = ""

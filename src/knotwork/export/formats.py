@@ -16,14 +16,6 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.export.labels import side_file, side_path
 from knotwork.files.storage import write_file, write_files
-from knotwork.spline.trajectory.exportable import (
-    ArmOptions,
-    DriveOptions,
-    MessageOptions,
-    RateOptions,
-    RobotOptions,
-    TableOptions,
-)
 
 if TYPE_CHECKING:
     from knotwork.export.lossless import Points
@@ -40,7 +32,7 @@ class Format:
         summary: Short description.
         suffix: Suffix of its files; empty without a file.
         module: Its module in `knotwork.export`.
-        takes: Keyword arguments of its function, as a `TypedDict`.
+        options: Names of the keyword arguments of its function.
         binary: Whether its files are binary.
         events: Whether it contains events; otherwise a second file does.
     """
@@ -49,19 +41,14 @@ class Format:
     summary: str
     suffix: str
     module: str
-    takes: type | None = None
+    options: tuple[str, ...] = ()
     binary: bool = False
     events: bool = False
 
     @property
-    def options(self) -> tuple[str, ...]:
-        """Names of the keyword arguments of its function."""
-        return tuple(self.takes.__annotations__) if self.takes is not None else ()
-
-    @property
     def tabular(self) -> bool:
         """Whether the format is a table of samples or points."""
-        return self.takes is TableOptions
+        return self.options is TABLE_OPTIONS
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
         """Whether the format, with these options, consists of points of the motion."""
@@ -79,10 +66,17 @@ class Format:
         return make(motion, **checked_options(self, options))
 
 
+TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "fit", "robot", "labels")
+_MESSAGE_OPTIONS = ("goal", "accelerations", "fit")
+_DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "fit")
+_PROGRAM_OPTIONS = ("fit", "robot")
 _ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"
 _KRL = "program for a controller of KUKA: spline blocks"
+_RAPID = "program for a controller of ABB"
+_LS = "program for a controller of FANUC"
+_J519 = "joint angles each 8 ms for FANUC's stream motion"
 _FRANKA = "positions each 1 ms for Franka's control interface, within its limits"
 _MUJOCO = "keyframes of MuJoCo: positions, velocities and controls of position actuators"
 _PARQUET = "samples or knots as Parquet (needs pyarrow)"
@@ -90,23 +84,21 @@ _SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
 _DRAKE = "for Drake there is trajectory.to_drake() in Python"
 
 _ALL_FORMATS = (
-    Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
-    Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
-    Format("urscript", _URSCRIPT, ".script", "urscript", ArmOptions, events=True),
-    Format("krl", _KRL, ".src", "programs", ArmOptions, events=True),
-    Format("rapid", "program for a controller of ABB", ".mod", "programs", ArmOptions, events=True),
-    Format("ls", "program for a controller of FANUC", ".ls", "programs", ArmOptions, events=True),
+    Format("ros2", _ROS2, ".yaml", "ros2", _MESSAGE_OPTIONS),
+    Format("pvt", _PVT, ".csv", "pvt", _DRIVE_OPTIONS),
+    Format("urscript", _URSCRIPT, ".script", "urscript", _PROGRAM_OPTIONS, events=True),
+    Format("krl", _KRL, ".src", "programs", _PROGRAM_OPTIONS, events=True),
+    Format("rapid", _RAPID, ".mod", "programs", _PROGRAM_OPTIONS, events=True),
+    Format("ls", _LS, ".ls", "programs", _PROGRAM_OPTIONS, events=True),
     Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
     Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
-    Format(
-        "j519", "joint angles each 8 ms for FANUC's stream motion", ".csv", "streams", RobotOptions
-    ),
-    Format("franka", _FRANKA, ".csv", "franka", RobotOptions),
-    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions, events=True),
-    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions, events=True),
-    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, True, True),
-    Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, True, True),
-    Format("mujoco", _MUJOCO, ".xml", "keyframes", RateOptions),
+    Format("j519", _J519, ".csv", "streams", ("robot",)),
+    Format("franka", _FRANKA, ".csv", "franka", ("robot",)),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", TABLE_OPTIONS, events=True),
+    Format("json", "samples or knots as JSON", ".json", "samples", TABLE_OPTIONS, events=True),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", TABLE_OPTIONS, True, True),
+    Format("parquet", _PARQUET, ".parquet", "samples", TABLE_OPTIONS, True, True),
+    Format("mujoco", _MUJOCO, ".xml", "keyframes", ("rate", "lead")),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomial_files", binary=True),
     Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True),
     Format("drake", _DRAKE, "", "polynomial_files", binary=True),
@@ -217,19 +209,19 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
     Raises:
         InputError: The file exists, or the path is not a file.
     """
-    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
-        raise InputError(f"can't write to {path!r}: give the path of a file")
-    if os.path.basename(path) in ("", ".", ".."):
-        named = "names a folder" if os.fspath(path) else "is empty"
-        raise InputError(f"can't write to {str(path)!r}: it {named}; give the path of a file")
     try:
+        names_folder = os.path.basename(path) in ("", ".", "..")
         target = Path(path).resolve()
-        exists, regular = target.exists(), target.is_file()
-    except (OSError, RuntimeError, ValueError) as error:  # a loop of links; a NUL in the name
-        raise InputError(f"can't write to {str(path)!r}: {error}") from error
-    if exists and not regular:
-        kind = "a folder" if target.is_dir() else "no regular file"
-        raise InputError(f"can't write to {path}: it is {kind}; give the path of a file")
+        exists, is_file = target.exists(), target.is_file()
+    except (TypeError, OSError, RuntimeError, ValueError) as error:
+        # no text; a loop of links; a NUL in the name
+        raise InputError(f"can't write to {path!r}: {error}; give the path of a file") from error
+    if names_folder:
+        raise InputError(
+            f"can't write to {str(path)!r}: it names a folder; give the path of a file"
+        )
+    if exists and not is_file:
+        raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
     if exists and not force:
         raise InputError(
             f"{path} exists and is kept; give another path, or replace it with --force (in Python "
@@ -268,11 +260,11 @@ def save(
     checked_target(path, force=force)
     is_held = get_format(name).events or not trajectory.events
     text = content(trajectory, name, **options)
-    return write(path, text, force=force, beside=None if is_held else side_file(trajectory))
+    return write(path, text, force=force, side_content=None if is_held else side_file(trajectory))
 
 
 def write(
-    path: Path | str, text: str | bytes, *, force: bool = False, beside: str | None = None
+    path: Path | str, text: str | bytes, *, force: bool = False, side_content: str | None = None
 ) -> Path:
     """Write content to a file, whole or not at all.
 
@@ -283,16 +275,16 @@ def write(
         path: Path of the file; its folder is created if it does not exist.
         text: Content of the file.
         force: Replace the file if it exists.
-        beside: Content of the second file, if any.
+        side_content: Content of the second file, if any.
 
     Raises:
         InputError: The file exists or can't be written.
     """
     target = checked_target(path, force=force)
-    if beside is None:
+    if side_content is None:
         return write_file(target, text)
     side = side_path(target)
     # the same motion in another format has the same one
-    known = side.is_file() and side.read_bytes() == beside.encode()
+    known = side.is_file() and side.read_bytes() == side_content.encode()
     side = checked_target(side, force=force or known)
-    return write_files(target.parent, {target.name: text, side.name: beside})[0]
+    return write_files(target.parent, {target.name: text, side.name: side_content})[0]

@@ -36,8 +36,9 @@ class Arm:
         velocity: Largest velocity [rad/s].
         acceleration: Largest acceleration [rad/s²].
         jerk: Largest jerk [rad/s³].
-        slowing: Near an end e of its range a joint at q may move towards it by at most
-            sqrt(k |e - q|) - o: rows k [rad/s²], o [rad/s], lower and upper e [rad], shape (4, 7).
+        slowing: Coefficients of the velocity limit sqrt(k |e - q|) - o towards an end e of the
+            range of a joint at q. The rows are k [rad/s²], o [rad/s], lower and upper e [rad],
+            shape (4, 7).
     """
 
     name: str
@@ -98,10 +99,10 @@ ARMS = {"panda": PANDA, "fer": PANDA, "fr3": FR3}
 def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None) -> str:
     """Write joint positions for Franka's control interface, one row per 1 ms, within its limits.
 
-    The interface takes differences of the rows: velocities, accelerations and jerks must keep its
-    limits, and torques without gravity may change by 1000 N m/s. A motion begins and ends at rest,
-    without acceleration. A callback of libfranka, or of pylibfranka, returns `JointPositions` of
-    one row per call.
+    The interface takes differences of the rows. Velocities, accelerations and jerks must keep its
+    limits, and torques without gravity may change by 1000 N m/s. A motion must begin and end at
+    rest, with zero acceleration. A callback of libfranka, or of pylibfranka, returns
+    `JointPositions` of one row per call.
 
     >>> panda = kw.load_robot("panda")
     >>> text = to_franka(kw.plan("panda_pick_place").trajectory, robot=panda)

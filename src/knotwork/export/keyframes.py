@@ -26,8 +26,8 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: floa
     >>> text.count("<key "), 'qpos="0.5" qvel="1.5" ctrl="0.5"' in text
     (3, True)
 
-    An actuator of gains kp and kv pulls by kp (ctrl - q) - kv q̇, so that it lags by kv/kp unless
-    its control leads by as much: ctrl = q + lead q̇.
+    The force of an actuator with the gains kp and kv is kp (ctrl - q) - kv q̇, so it has a delay of
+    kv/kp. The control ctrl = q + lead q̇ compensates for it if lead is that delay.
 
     Args:
         motion: The motion [rad or m].

@@ -11,7 +11,7 @@ from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 SAME_ROW_TIME = 1e-9
-"""Rows this little before an event are at the event [s]."""
+"""Time before an event within which a row is at the event [s]."""
 
 EVENTS_FORMAT = "knotwork.events"
 
@@ -61,3 +61,8 @@ def side_path(path: Path) -> Path:
     'motion.events.json'
     """
     return path.with_name(f"{path.stem}.events.json")
+
+
+def one_ascii_line(name: str) -> str:
+    """A name in one line of ASCII: text after a line break would be a part of a program."""
+    return ascii(name)[1:-1]

@@ -1,8 +1,8 @@
 """Lossless export: points that define a motion exactly, or within a tolerance.
 
-A receiver interpolates positions and velocities by cubics, and with accelerations
-by quintics. If the motion has such pieces, the receiver gets the motion itself. Otherwise it
-gets another curve; the difference follows from the polynomials.
+A receiver interpolates positions and velocities by cubics, and with accelerations by quintics. If
+the motion has such pieces, the receiver reproduces it exactly. Otherwise it makes another curve,
+and the difference follows from the polynomials.
 """
 
 from __future__ import annotations
@@ -23,14 +23,15 @@ from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, IndexArray
 
 LOSSLESS = 1e-12
-"""Points are lossless if the error of their curve is below this, relative to the largest term of
-the motion's polynomials: some hundred times the rounding error."""
+"""Error of the curve below which points are lossless, relative to the largest term of the motion's
+polynomials: about a hundred times the rounding error.
+"""
 
 MOST_EXPORTED_POINTS = 1_000_000
-"""Largest number of points: no controller takes more in one message."""
+"""Maximum number of points. No controller accepts more in one message."""
 
 MOST_CUTS = 64
-"""Largest number of parts that a piece is cut into at once."""
+"""Maximum number of parts into which a piece is divided at once."""
 
 PIECE_NAMES = {2: "cubics", 3: "quintics"}
 POINT_CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
@@ -86,11 +87,11 @@ def motion_points(
     accelerations: bool | None = False,
     fit: float | None = None,
 ) -> Points:
-    """Take the knots of a motion, or enough points to come within a tolerance of it.
+    """Take the knots of a motion, or sufficient points for a curve within a tolerance.
 
     Points are inserted only where the error of the cubics (or quintics) through the knots exceeds
-    the tolerance. The error is the largest value of the difference of the polynomials, found
-    from its critical points and not from samples.
+    the tolerance. The error is the maximum of the difference of the polynomials, from its critical
+    points and not from samples.
 
     >>> import knotwork as kw
     >>> quintic = kw.plan("paper_case", planner="quintic").trajectory
@@ -106,10 +107,10 @@ def motion_points(
         fit: Tolerance of the result [rad or m]; by default it must be exact.
 
     Raises:
-        ExportError: The knots alone do not define the motion and no tolerance is given; or no
-            number of points can, because a quantity in them jumps.
+        ExportError: The knots alone do not define the motion and no tolerance is given. Or no
+            number of points defines it, because a quantity in them jumps.
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
-            more than a million points; or points are given, and others are asked for.
+            more than a million points; or points are given, and other ones are requested.
     """
     if accelerations is not None:
         accelerations = flag(accelerations, "accelerations")
@@ -182,7 +183,7 @@ def _scale(trajectory: JointTrajectory) -> FloatArray:
 
 
 def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) -> None:
-    """Refuse a motion in which a quantity jumps that each point has only once."""
+    """Refuse a motion with a jump of a quantity of which each point has only one value."""
     smooth = trajectory.continuity
     if smooth.order >= order - 1:
         return
@@ -241,10 +242,10 @@ def _refine(
     order: int,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Cut the pieces whose error exceeds the tolerance until none does.
+    """Divide the pieces until no error exceeds the tolerance.
 
-    The error of a piece falls with the power 2·order of its length, which gives their number;
-    the error of the parts is then measured.
+    The error of a piece decreases with the power 2·order of its length, which gives the number of
+    parts. The error of the parts is then measured.
     """
     while True:
         worst = largest_difference(trajectory, times, joined).max(axis=1)

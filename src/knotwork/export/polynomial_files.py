@@ -65,9 +65,9 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
         pp = mkpp(s.breaks, s.coefs, s.d);
         q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));  % d x 1000 [rad or m]
 
-    The file holds `breaks` [s], 1 by m; `coefs`, (m - 1)·d by k + 1, highest power first, the d
-    joints of a piece below one another; `d`; `joint_names` and `joint_units`, cells; and `pp`,
-    the result of `mkpp`.
+    The file has `breaks` [s], 1 by m; `coefs`, (m - 1)·d by k + 1, highest power first, the d
+    joints of a piece below one another; `d`; `joint_names` and `joint_units`, cells; and `pp`, the
+    result of `mkpp`.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> import io, scipy.io
@@ -98,14 +98,14 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
     }
     file = io.BytesIO()
     savemat(file, content)
-    # the date would make two files of one motion differ
+    # with a date, two files of the same motion would differ
     return HEADER.ljust(HEADER_SIZE) + file.getvalue()[HEADER_SIZE:]
 
 
 def to_drake(trajectory: JointTrajectory) -> Any:
     """Give the motion as Drake's `PiecewisePolynomial`, d rows and one column (needs `pydrake`).
 
-    It is made from the coefficients, exactly.
+    The coefficients are those of the motion.
 
     Raises:
         InputError: Drake can't be imported.

@@ -15,17 +15,20 @@ controllers do. FANUC counts J3 from the horizontal.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
+from knotwork.export.labels import one_ascii_line
 from knotwork.export.straight import (
     ARM_AXES,
     AXES_ACCEPTED,
+    CONTROLLER_UNITS,
     RESTING_SPEED,
     STRAIGHT,
     TIME_TICK,
@@ -41,9 +44,9 @@ from knotwork.waypoints import FloatArray
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-REMARK_LENGTH = 32
-"""Number of characters of a remark of FANUC."""
-MOST_TRIGGERS = 8
+MAX_REMARK_LENGTH = 32
+"""Largest number of characters of a remark of FANUC."""
+MAX_TRIGGERS = 8
 """Largest number of triggers of one move of ABB."""
 
 
@@ -54,19 +57,23 @@ class Step:
     Attributes:
         to: Index of the point.
         time: Duration [s].
+        moving_time: Time at its end since the arm was last at rest [s].
         stands: Whether the arm is at rest.
         first, last: Whether the arm starts to move, or comes to rest at the end.
         notes: Names of segments that begin at its start.
-        switched: Events at its end.
+        flying: Events at its end that are switched while the arm moves.
+        resting: Events at its end that are switched at rest.
     """
 
     to: int
     time: float
+    moving_time: float
     stands: bool
     first: bool
     last: bool
     notes: tuple[str, ...]
-    switched: tuple[Event, ...]
+    flying: tuple[Event, ...]
+    resting: tuple[Event, ...]
 
 
 def to_krl(
@@ -104,30 +111,21 @@ def to_krl(
     def switch(event: Event) -> str:
         return f"$OUT[{_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
 
-    lines = ["DEF knotwork_motion()"]
-    lines += [
-        f"  ; {line}" for line in (*_about(points, "KUKA", further), "File: knotwork_motion.src.")
-    ]
-    lines += ["  BAS(#INITMOV, 0)", f"  PTP {axes(0)}"]
-    lines += [f"  {switch(event)}" for event in _at_start(points)]
-    began = 0.0
-    for step in _steps(points):
-        lines += [f"  ; {note}" for note in step.notes]
-        if step.stands:
-            lines += [f"  WAIT SEC {step.time:.3f}", *(f"  {switch(e)}" for e in step.switched)]
-            continue
+    def move(step: Step) -> Iterator[str]:
         if step.first:
-            began = points.time[step.to - 1]
-            lines += ["  PTP_SPLINE", "    TIME_BLOCK START"]
-        if not step.last:
-            done = [f"    TRIGGER WHEN PATH=0 DELAY=0 DO {switch(e)}" for e in step.switched]
-            lines += done
+            yield from ("PTP_SPLINE", "  TIME_BLOCK START")
+        for event in step.flying:
+            yield f"  TRIGGER WHEN PATH=0 DELAY=0 DO {switch(event)}"
+        yield f"  SPTP {axes(step.to)}"
         # parts are proportions of the time at the end of the block
-        lines += [f"    SPTP {axes(step.to)}", f"    TIME_BLOCK PART = {step.time:.3f}"]
+        yield f"  TIME_BLOCK PART = {step.time:.3f}"
         if step.last:
-            lines += [f"    TIME_BLOCK END = {points.time[step.to] - began:.3f}", "  ENDSPLINE"]
-            lines += [f"  {switch(event)}" for event in step.switched]
-    return _text([*lines, "END"])
+            yield from (f"  TIME_BLOCK END = {step.moving_time:.3f}", "ENDSPLINE")
+
+    about = (*_about(points, "KUKA", further), "File: knotwork_motion.src.")
+    begin = [*(f"; {line}" for line in about), "BAS(#INITMOV, 0)", f"PTP {axes(0)}"]
+    body = _body(points, "; {}", "WAIT SEC {:.3f}", switch, move)
+    return _text(["DEF knotwork_motion()", *_indented(begin + body), "END"])
 
 
 def to_rapid(
@@ -144,48 +142,41 @@ def to_rapid(
     """
     points = straight_points(motion, **STRAIGHT["rapid"], fit=fit)
     arm, outer, further = _axes(points, points.position, robot)
-    lines = ["MODULE KnotworkMotion", *(f"  ! {line}" for line in _about(points, "ABB", further))]
-    lines += [f"  CONST jointtarget kw_q{{{points.time.size}}} := ["]
-    for i in range(points.time.size):
-        more = [f"{value:.6f}" for value in outer[i]] + ["9E9"] * (ARM_AXES - outer.shape[1])
-        angles = ",".join(f"{value:.6f}" for value in arm[i])
-        lines += [f"    [[{angles}],[{','.join(more)}]]{',' * (i + 1 < points.time.size)}"]
-    steps = list(_steps(points))
-    lines += ["  ];"]
-    flying = {
-        id(event): f"kw_t{n}"
-        for n, event in enumerate(
-            (e for s in steps if not (s.stands or s.last) for e in s.switched), 1
-        )
-    }
-    lines += [f"  VAR triggdata {name};" for name in flying.values()]
-    lines += ["  PROC knotwork_motion()"]
-    lines += [
-        rf"    TriggIO {flying[id(e)]}, 0\Time\DOp:={_signal(e)}, {int(bool(e.value))};"
-        for step in steps
-        for e in step.switched
-        if id(e) in flying
+    unused = ["9E9"] * (ARM_AXES - outer.shape[1])
+    targets = []
+    for angles, values in zip(arm, outer, strict=True):
+        external = [f"{value:.6f}" for value in values] + unused
+        targets.append(f"  [[{','.join(f'{x:.6f}' for x in angles)}],[{','.join(external)}]]")
+    flying = [event for step in _steps(points) for event in step.flying]
+    triggers = {event: f"kw_t{n}" for n, event in enumerate(flying, 1)}
+
+    def switch(event: Event) -> str:
+        return f"SetDO {_signal(event)}, {int(bool(event.value))};"
+
+    def move(step: Step) -> Iterator[str]:
+        if len(step.flying) > MAX_TRIGGERS:
+            raise ExportError(f"ABB switches {MAX_TRIGGERS} signals at a time at most")
+        first, *others = [triggers[event] for event in step.flying] or [""]
+        name = "TriggAbsJ" if first else "MoveAbsJ"
+        names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))
+        zone = ("fine" if step.last else "z0") if not first else f"{names}, z0"
+        yield rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {zone}, tool0;"
+
+    data = [
+        *(f"! {line}" for line in _about(points, "ABB", further)),
+        f"CONST jointtarget kw_q{{{len(targets)}}} := [",
+        *",\n".join(targets).split("\n"),
+        "];",
+        *(f"VAR triggdata {name};" for name in triggers.values()),
     ]
-    lines += [r"    MoveAbsJ kw_q{1}\NoEOffs, v100, fine, tool0;"]
-    lines += [_set_output(event) for event in _at_start(points)]
-    for step in steps:
-        lines += [f"    ! {note}" for note in step.notes]
-        if step.stands:
-            lines += [rf"    WaitTime\InPos, {step.time:.3f};", *map(_set_output, step.switched)]
-            continue
-        triggers = [flying[id(event)] for event in step.switched if id(event) in flying]
-        if len(triggers) > MOST_TRIGGERS:
-            raise ExportError(f"ABB switches {MOST_TRIGGERS} signals at a time at most")
-        further_triggers = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
-        name, middle = (
-            ("TriggAbsJ", f"{triggers[0]}{further_triggers}, ") if triggers else ("MoveAbsJ", "")
-        )
-        zone = "fine" if step.last else "z0"
-        move = rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {middle}{zone}"
-        lines += [f"    {move}, tool0;"]
-        if step.last:
-            lines += map(_set_output, step.switched)
-    return _text([*lines, "  ENDPROC", "ENDMODULE"])
+    steps = [
+        rf"TriggIO {name}, 0\Time\DOp:={_signal(event)}, {int(bool(event.value))};"
+        for event, name in triggers.items()
+    ]
+    steps.append(r"MoveAbsJ kw_q{1}\NoEOffs, v100, fine, tool0;")
+    steps += _body(points, "! {}", r"WaitTime\InPos, {:.3f};", switch, move)
+    routine = ["PROC knotwork_motion()", *_indented(steps), "ENDPROC"]
+    return _text(["MODULE KnotworkMotion", *_indented(data + routine), "ENDMODULE"])
 
 
 def to_ls(
@@ -204,30 +195,43 @@ def to_ls(
     arm, outer, further = _axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
-        return f"DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
+        return f"  DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
 
-    off = f"lines {bound_text(points.error, 2)} off"
-    moves = [f"  !{points.time[-1]:.3f} s, {off}"[: REMARK_LENGTH + 3], "J P[1] 10% FINE"]
-    moves += [f"  {switch(event)}" for event in _at_start(points)]
-    for step in _steps(points):
-        # remarks have up to 32 characters
-        moves += [f"  !{note[:REMARK_LENGTH]}" for note in step.notes]
-        switched = [switch(event) for event in step.switched]
-        if step.stands:
-            moves += [f"  WAIT {step.time:.2f}(sec)"]
-        else:
-            end = "FINE" if step.last else "CNT100"
-            on_the_way = f" TB .00sec,{switched.pop(0)}" if switched and not step.last else ""
-            moves += [f"J P[{step.to + 1}] {round(step.time / TIME_TICK)}msec {end}{on_the_way}"]
-        moves += [f"  {line}" for line in switched]
+    def move(step: Step) -> Iterator[str]:
+        end = "FINE" if step.last else "CNT100"
+        # one output can be switched with a move, and others after it
+        first = f" TB .00sec,{switch(step.flying[0]).lstrip()}" if step.flying else ""
+        yield f"J P[{step.to + 1}] {round(step.time / TIME_TICK)}msec {end}{first}"
+        yield from map(switch, step.flying[1:])
+
+    about = f"{points.time[-1]:.3f} s, lines {bound_text(points.error, 2)} off"
+    remark = f"  !{{:.{MAX_REMARK_LENGTH}}}"
+    moves = [remark.format(about), "J P[1] 10% FINE"]
+    moves += _body(points, remark, "  WAIT {:.2f}(sec)", switch, move)
     lines = ["/PROG  KNOTWORK", "/ATTR", 'COMMENT = "KNOTWORK";', "DEFAULT_GROUP = 1,*,*,*,*;"]
-    lines += ["/MN", *(f"{i:4}:{move} ;" for i, move in enumerate(moves, 1)), "/POS"]
+    lines += ["/MN", *(f"{i:4}:{line} ;" for i, line in enumerate(moves, 1)), "/POS"]
     for i in range(points.time.size):
         values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
         external = enumerate(zip(outer[i], further.values(), strict=True), 1)
         values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in external]
         lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
     return _text([*lines, "/END"])
+
+
+def _body(
+    points: Positions,
+    remark: str,
+    wait: str,
+    switch: Callable[[Event], str],
+    move: Callable[[Step], Iterable[str]],
+) -> list[str]:
+    """Lines after the move to the first point: names of segments, moves, waits, and outputs."""
+    lines = [switch(event) for event, i in _events_by_point(points) if i == 0]
+    for step in _steps(points):
+        lines += [remark.format(note) for note in step.notes]
+        lines += [wait.format(step.time)] if step.stands else move(step)
+        lines += map(switch, step.resting)
+    return lines
 
 
 def _axes(
@@ -239,10 +243,11 @@ def _axes(
     outer = [i for i in range(len(units)) if i not in arm]
     if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
         raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {AXES_ACCEPTED}")
-    factors = np.array([180.0 / np.pi if units[i] == "rad" else 1e3 for i in outer])
     names = points.trajectory.joint_names
-    shown = {names[i]: "deg" if units[i] == "rad" else "mm" for i in outer}
-    return np.degrees(q[:, arm]), q[:, outer] * factors, shown
+    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in outer}
+    factors = np.array([factor for _, factor in shown.values()])
+    written = {name: unit for name, (unit, _) in shown.items()}
+    return np.degrees(q[:, arm]), q[:, outer] * factors, written
 
 
 def _steps(points: Positions) -> Iterator[Step]:
@@ -255,30 +260,34 @@ def _steps(points: Positions) -> Iterator[Step]:
     for segment in motion.segments:
         start = segment.start - motion.start_time + 0.5 * TIME_TICK
         i = int(np.searchsorted(time, start, "right"))
-        notes[min(i, len(time) - 1)].append(_ascii(segment.name))
-    stands = [False, *_stands(points), False]
-    waited = 0.0
-    for i in range(1, len(time)):
-        step = float(time[i] - time[i - 1]) + waited
-        on = i + 1 < len(time) and not (switched[i] or notes[i + 1])
-        waited = step if stands[i] and stands[i + 1] and on else 0.0
-        if not waited:
-            first, last = i == 1 or stands[i - 1], i + 1 == len(time) or stands[i + 1]
-            texts = tuple(notes[i]), tuple(switched[i])
-            yield Step(i, step, stands[i], first, last, *texts)
-        else:
-            notes[i + 1] = notes[i]
+        notes[min(i, len(time) - 1)].append(one_ascii_line(segment.name))
+    stands = [True, *_stands(points), True]
+    # without the points inside a rest
+    ends = [
+        i
+        for i in range(1, len(time) - 1)
+        if not (stands[i] and stands[i + 1]) or switched[i] or notes[i + 1]
+    ]
+    moving_time = 0.0
+    for before, i in pairwise([0, *ends, len(time) - 1]):
+        duration = float(time[i] - time[before])
+        moving_time = 0.0 if stands[i] else moving_time + duration
+        first, last = stands[before], stands[i + 1]
+        is_flying = not (stands[i] or last)
+        flying, resting = (switched[i], []) if is_flying else ([], switched[i])
+        texts = tuple(notes[before + 1]), tuple(flying), tuple(resting)
+        yield Step(i, duration, moving_time, stands[i], first, last, *texts)
 
 
-def _stands(points: Positions) -> Iterator[bool]:
+def _stands(points: Positions) -> list[bool]:
     """Whether the arm is at rest between two points; times are rounded by half a tick."""
     motion = points.trajectory
-    for start, end in zip(points.time[:-1], points.time[1:], strict=True):
-        inside = np.array([start + 0.5 * TIME_TICK, 0.5 * (start + end), end - 0.5 * TIME_TICK])
-        within = np.minimum(motion.start_time + inside, motion.end_time)
-        yield end - start > 1.5 * TIME_TICK and bool(
-            np.abs(motion.velocity(within)).max() <= RESTING_SPEED
-        )
+    start, end = points.time[:-1], points.time[1:]
+    inside = np.array([start + 0.5 * TIME_TICK, 0.5 * (start + end), end - 0.5 * TIME_TICK])
+    clock = np.minimum(motion.start_time + inside, motion.end_time)
+    speed = np.abs(motion.velocity(clock)).max(axis=(0, 2))
+    at_rest = (end - start > 1.5 * TIME_TICK) & (speed <= RESTING_SPEED)
+    return [bool(rests) for rests in at_rest]
 
 
 def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:
@@ -286,10 +295,6 @@ def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:
     for event in points.trajectory.events:
         time = event.time - points.trajectory.start_time
         yield event, int(np.abs(points.time - time).argmin())
-
-
-def _at_start(points: Positions) -> list[Event]:
-    return [event for event, i in _events_by_point(points) if i == 0]
 
 
 def _signal(event: Event) -> str:
@@ -302,10 +307,6 @@ def _signal(event: Event) -> str:
     if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
         raise _unsupported_event(event, "ABB", "a signal named by letters, digits and _")
     return name
-
-
-def _set_output(event: Event) -> str:
-    return f"    SetDO {_signal(event)}, {int(bool(event.value))};"
 
 
 def _number(event: Event, maker: str) -> int:
@@ -333,16 +334,15 @@ def _about(points: Positions, maker: str, further: Mapping[str, str]) -> Iterato
     yield f"A motion of {motion.duration:.6g} s for a controller of {maker}."
     yield f"{points.describe()}."
     arm = (name for name in motion.joint_names if name not in further)
-    yield f"Joints: {', '.join(map(_ascii, arm))}, in deg."
+    yield f"Joints: {', '.join(map(one_ascii_line, arm))}, in deg."
     if further:
-        named = (f"{_ascii(name)} [{unit}]" for name, unit in further.items())
+        named = (f"{one_ascii_line(name)} [{unit}]" for name, unit in further.items())
         yield f"External axes: {', '.join(named)}."
     yield "Try it in a simulator first."
 
 
-def _ascii(name: str) -> str:
-    """A name in one line of ASCII: text after a line break would be a part of the program."""
-    return ascii(name)[1:-1]
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
 
 
 def _text(lines: list[str]) -> str:

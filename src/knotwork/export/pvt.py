@@ -31,6 +31,8 @@ def to_pvt(
 ) -> str:
     """Write a position-velocity-time table as CSV whose header describes each column.
 
+    A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
+
     >>> import knotwork as kw
     >>> text = to_pvt(kw.plan("paper_case").trajectory, degrees=True)
     >>> text.splitlines()[4]
@@ -38,11 +40,12 @@ def to_pvt(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        degrees: As in `knotwork.spline.trajectory.exportable.DriveOptions`, like all below.
-        scale: Drive units per rad (deg, m) by joint name.
-        offset: Position of the drive at joint position 0, by joint name.
-        incremental: Give times since the previous row.
-        fit: Tolerance of the motion [rad or m].
+        degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
+        scale: Drive units per rad (deg, m) by joint name, not 0; 1 for joints left out.
+        offset: Position of the drive at joint position 0, by joint name; 0 for joints left out.
+        incremental: Give times since the previous row instead of since the start.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must define it exactly.
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`.
@@ -83,7 +86,7 @@ def to_pvt(
 
 
 def increments(time: FloatArray) -> FloatArray:
-    """Steps between rows whose sum stays at each row's own time: no drift by rounding."""
+    """Steps between rows. Their sum is the time of each row, without drift by rounding."""
     steps, total = np.empty_like(time), 0.0
     for i, end in enumerate(time.tolist()):
         steps[i] = end - total

@@ -4,21 +4,19 @@ joint_trajectory_controller interpolates points of positions and velocities by c
 with accelerations as well by quintics (method `spline`, the default). So the knots alone
 define the motion.
 
-A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
-1 ns early. It has the motion at the time in the message. So a piece includes up to 1/2 ns of the
-next piece, which differs by the jump J of the acceleration at the knot, by J·1/2 ns in velocity;
-without such a jump there is no error. The controller holds the last point, up to 1 ns early, where
-the motion still has its end velocity.
-
-The message starts at `time_from_start` 0: the arm must be at the first point when it is sent, and
-stand there or move as the point says.
+A message has times in nanoseconds. A point is within 1/2 ns of its knot, and the last one is up to
+1 ns early. A point has the values of the motion at the time in the message. So a piece includes up
+to 1/2 ns of the next piece. If the acceleration jumps by J at the knot, the velocity differs by
+J·1/2 ns; without a jump there is no error. The controller stays at the last point, up to 1 ns
+early. The message starts at `time_from_start` 0. When it is sent, the arm must have the position
+and the velocity of the first point.
 """
 
 from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
@@ -28,11 +26,6 @@ from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.packages import import_package
 from knotwork.spline.trajectory import JointTrajectory
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from knotwork.spline.trajectory.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
 LONGEST_DURATION = 2**31 - 1
@@ -48,10 +41,10 @@ _VALUES = ("positions", "velocities", "accelerations")
 
 
 def ticks(trajectory: JointTrajectory) -> list[int]:
-    """Times of the points after the start [ns], each rounded once, so that errors don't add up.
+    """Times of the points after the start [ns], each rounded once, so that errors do not add up.
 
-    The exact difference of a knot's time and the start time is rounded to the nearest integer, but
-    the last one never beyond the end.
+    The exact difference of the time of a knot and the start time is rounded to the nearest integer.
+    The last one is rounded down.
 
     Raises:
         ExportError: Two knots round to the same nanosecond.
@@ -78,7 +71,11 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
 
 
 def ros2_dict(
-    motion: JointTrajectory | Points, **options: Unpack[MessageOptions]
+    motion: JointTrajectory | Points,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
 ) -> dict[str, Any]:
     """Give the message as plain data: its fields by name, nested as in the message.
 
@@ -89,27 +86,17 @@ def ros2_dict(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        options: See `knotwork.spline.trajectory.exportable.MessageOptions`.
+        goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
+        accelerations: Send accelerations too, which makes the controller join by quintics.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must define it exactly.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.
         InputError: The tolerance can't be met, or a time does not fit into a message.
     """
-    points, goal = _points(motion, **options)
-    message = _message(points)
-    return {"trajectory": message} if goal else message
-
-
-def _points(
-    motion: JointTrajectory | Points,
-    *,
-    goal: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-) -> tuple[Points, bool]:
-    """Points of a message, and whether it is part of a goal."""
-    goal = flag(goal, "goal")
-    return motion_points(motion, accelerations=accelerations, fit=fit), goal
+    message = _message(motion_points(motion, accelerations=accelerations, fit=fit))
+    return {"trajectory": message} if flag(goal, "goal") else message
 
 
 def _message(points: Points) -> dict[str, Any]:
@@ -134,7 +121,13 @@ def _message(points: Points) -> dict[str, Any]:
     }
 
 
-def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> str:
+def to_ros2(
+    motion: JointTrajectory | Points,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
     Both accept the text unchanged:
@@ -149,17 +142,17 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     >>> text.splitlines()[2]
     'header:'
     """
-    points, goal = _points(motion, **options)
-    lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
+    points = motion_points(motion, accelerations=accelerations, fit=fit)
     message = _message(points)
+    data = {"trajectory": message} if flag(goal, "goal") else message
+    lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append(_first_line(points.trajectory))
-    if max(abs(v) for v in message["points"][-1]["velocities"]) > NEGLIGIBLE_SPEED:
+    if np.abs(points.trajectory.knots.velocity[-1]).max() > NEGLIGIBLE_SPEED:
         lines.append(
             "# The last point has a velocity: joint_trajectory_controller accepts that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
-    data = {"trajectory": message} if goal else message
-    # Rows of numbers on a line each; YAML 1.1, which ROS 2's tools read.
+    # Each row of numbers is on one line. The tools of ROS 2 read YAML 1.1.
     text = yaml.dump(
         data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST_DURATION
     )
@@ -186,8 +179,14 @@ def _first_line(curve: JointTrajectory) -> str:
     )
 
 
-def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> Any:
-    """Make the ROS 2 message object itself, where ROS 2's Python packages can be imported.
+def to_ros2_message(
+    motion: JointTrajectory | Points,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> Any:
+    """Make the ROS 2 message object. The Python packages of ROS 2 must be installed.
 
     It is a `trajectory_msgs.msg.JointTrajectory`, or with `goal` a
     `control_msgs.action.FollowJointTrajectory.Goal`. Arguments are those of `ros2_dict`.
@@ -195,16 +194,15 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
     Raises:
         InputError: ROS 2 can't be imported, or as for `ros2_dict`.
     """
-    points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"
     messages = import_package("trajectory_msgs.msg", "a ROS 2 message object", how)
     duration = import_package("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
-    data = _message(points)
+    data = ros2_dict(motion, accelerations=accelerations, fit=fit)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
         time = duration(**row.pop("time_from_start"))
         message.points.append(messages.JointTrajectoryPoint(**row, time_from_start=time))
-    if not goal:
+    if not flag(goal, "goal"):
         return message
     action = import_package("control_msgs.action", "a FollowJointTrajectory goal", how)
     return action.FollowJointTrajectory.Goal(trajectory=message)

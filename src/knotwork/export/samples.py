@@ -1,14 +1,14 @@
 """The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
 
-With `knots_only` each has the points that define the motion exactly. In place of a motion each
-takes points of it from `motion_points`, or a table from `motion_table`. Options and
-errors are those of `motion_table`.
+With `knots_only` the content is the points that define the motion exactly. In place of a motion
+each takes points of it from `motion_points`, or a table from `motion_table`. Options and errors are
+those of `motion_table`.
 """
 
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,17 +21,10 @@ from knotwork.files.storage import to_json as json_text
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.spline.trajectory import JointTrajectory
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from knotwork.spline.trajectory.exportable import TableOptions
-
 JSON_FORMAT = "knotwork.samples"
 
 
-def _table(
-    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
-) -> MotionTable:
+def _table(motion: JointTrajectory | Points | MotionTable, **options: Any) -> MotionTable:
     if not isinstance(motion, MotionTable):
         return motion_table(motion, **options)
     if options:
@@ -39,7 +32,7 @@ def _table(
     return motion
 
 
-def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
+def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Any) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
     Options and errors are those of `motion_table`.
@@ -55,7 +48,7 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Tab
     return columns_to_csv(table.columns(), table.labels)
 
 
-def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
+def to_json(motion: JointTrajectory | Points | MotionTable, **options: Any) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
     Options and errors are those of `motion_table`.
@@ -84,9 +77,7 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Ta
     return json_text(data)
 
 
-def to_npz(
-    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
-) -> bytes:
+def to_npz(motion: JointTrajectory | Points | MotionTable, **options: Any) -> bytes:
     """Write samples or knots as NumPy's npz, without pickles.
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
@@ -115,9 +106,7 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def to_parquet(
-    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
-) -> bytes:
+def to_parquet(motion: JointTrajectory | Points | MotionTable, **options: Any) -> bytes:
     """Write samples or knots as Parquet, with the columns of the CSV (needs `pyarrow`).
 
     Options and errors are those of `motion_table`.

@@ -35,7 +35,7 @@ _DIGIT = np.radians(0.5e-6)
 STRAIGHT: Mapping[str, Any] = {
     "krl": {"written": _DIGIT},
     "rapid": {"written": _DIGIT},
-    # numbers have two digits less there, and joint 3 is a sum of two
+    # numbers have two digits less there, and joint 3 is a sum of two values
     "ls": {"written": 200.0 * _DIGIT},
     "rsi": {"cycle": 0.004},
     "egm": {"cycle": 0.004},
@@ -43,6 +43,8 @@ STRAIGHT: Mapping[str, Any] = {
     "franka": {"cycle": 0.001},
 }
 """Options of `straight_points` for formats of positions."""
+CONTROLLER_UNITS = {"rad": ("deg", np.degrees(1.0)), "m": ("mm", 1e3)}
+"""Units of positions in files for controllers by the unit of a joint, and their factors."""
 RESTING_SPEED = 1e-9
 """Speed below which a joint is at rest [rad/s or m/s]."""
 
@@ -129,8 +131,9 @@ def straight_points(
 
     Args:
         motion: The motion; points of it are returned unchanged.
-        cycle: Time between two positions [s], the last one at the end or just beyond it; by default
-            as many as the tolerance needs, at whole milliseconds, and one at each event.
+        cycle: Time between two positions [s]; the last one is at the end or just after it. By
+            default there are as many as the tolerance needs, at whole milliseconds, and one at each
+            event.
         fit: Tolerance of the lines in each joint [rad or m]; by default 1e-3.
         written: Rounding error of a position as written [rad or m].
 

@@ -1,16 +1,20 @@
 """Positions for controllers with cyclic input: RSI, EGM, FANUC's stream motion.
 
-The file is a CSV with comments; a program of yours sends one row per cycle. Between
-rows the controller is assumed to move straight, and the file states the error of that.
+The file is a CSV with comments; your own program sends one row per cycle. The file states the error
+of straight lines between the rows.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from knotwork.export.straight import STRAIGHT, Positions, from_horizontal, straight_points
+from knotwork.export.straight import (
+    CONTROLLER_UNITS,
+    STRAIGHT,
+    Positions,
+    from_horizontal,
+    straight_points,
+)
 from knotwork.files.storage import to_csv
 from knotwork.spline.trajectory import JointTrajectory
 
@@ -22,7 +26,6 @@ _ABOUT = {
     "egm": "ABB Externally Guided Motion, 4 ms: joint angles",
     "j519": "FANUC stream motion (J519), 8 ms: joint angles, J3 from the horizontal",
 }
-_STREAM_UNITS = {"rad": ("deg", 180.0 / np.pi), "m": ("mm", 1e3)}
 
 
 def to_rsi(motion: JointTrajectory | Positions) -> str:
@@ -68,6 +71,6 @@ def _stream(motion: JointTrajectory | Positions, name: str, robot: Robot | None 
     q = from_horizontal(points, robot) if name == "j519" else points.position
     columns = {"time_s": points.time}
     for joint, unit, values in zip(curve.joint_names, curve.joint_units, q.T, strict=True):
-        shown, factor = _STREAM_UNITS[unit]
+        shown, factor = CONTROLLER_UNITS[unit]
         columns[f"{joint}_{shown}"] = values * factor
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)

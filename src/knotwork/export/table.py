@@ -24,7 +24,10 @@ DEFAULT_RATE = 100.0
 """Default sampling rate [Hz]."""
 
 MOST_TABLE_VALUES = 20_000_000
-"""Largest number of values in a table, some 400 MB of text; more are a mistake in the rate."""
+"""Maximum number of values in a table, about 400 MB of text.
+
+More indicate a mistake in the rate.
+"""
 
 TOOL_COLUMNS = {
     "tool_position": ("tool.position", "xyz", "m"),
@@ -99,11 +102,10 @@ def motion_table(
 
     Args:
         motion: The motion; for knots, also points of it from `motion_points`.
-        rate: This and the others are described at
-            `knotwork.spline.trajectory.exportable.TableOptions` [Hz].
-        knots_only: Take the knots instead of samples.
-        accelerations: Include accelerations at the knots.
-        fit: Tolerance of the motion for knots [rad or m].
+        rate: Samples per second [Hz], by default 100; the last one is at the end of the motion.
+        knots_only: Take points that define the whole motion instead of samples.
+        accelerations: These points have accelerations too, for quintics instead of cubics.
+        fit: Insert points until the motion is met within this tolerance [rad or m].
         robot: Robot, for pose and twist of the tool.
         labels: Include the names of segments and events; by default if there are events.
 
@@ -175,7 +177,7 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
         quaternion = pin.SE3ToXYZQUAT(pose)[3:]
-        # q and -q are the same rotation: take the one nearer to the previous sample
+        # q and -q are the same rotation; take the one nearer to the previous sample
         last = quaternion if quaternion @ last >= 0.0 else -quaternion
         rows["tool_position"][i] = pose.translation
         rows["tool_quaternion"][i] = last

@@ -1,11 +1,11 @@
 """URScript: a program that runs a motion on a controller of Universal Robots.
 
-The program makes the cubic of each piece from the positions and velocities at its ends, as the
-cubic splines of Universal Robots' own driver do, and sends the controller one `speedj` a step: the
-velocity at the end of the step, with the acceleration that gets there in just that time. So the
-commanded velocity is the motion's at every step and straight between, and what is integrated from
-it is off by the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
-that is continuous.
+The program computes the cubic of each piece from the positions and velocities at its ends, like
+Universal Robots' own driver. In each step it sends the controller one `speedj` with the velocity at
+the end of the step, and with the acceleration that reaches this velocity in the step. So the
+commanded velocity equals that of the motion at every step and is linear between steps. Its integral
+has the error of the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and a continuous
+acceleration a(t).
 
 Outputs are switched and payloads set between two pieces, up to a step before their time.
 
@@ -21,6 +21,7 @@ import numpy as np
 
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
+from knotwork.export.labels import one_ascii_line
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
 from knotwork.export.straight import bound_text, refuse_moving
@@ -54,12 +55,17 @@ FLANGE = "tool0"
 """The link with the axes of the controller's flange; a prefix is allowed."""
 
 SHORTEST_PIECE = 1e-4
-"""Events this near to a knot are at it [s]: the program extrapolates a piece by up to a step,
-which magnifies its rounding by the cube of the step over the duration."""
+"""Time from a knot within which events are at the knot [s].
+
+The program extrapolates a piece by up to a step, and rounding grows by the cube of the ratio of
+step and duration.
+"""
 
 LARGEST_ERROR = 0.05
-"""Error of a joint's target beyond which the program stops the arm [rad]. At 125 Hz a joint
-at 3 rad/s moves half as far in a step."""
+"""Error of the target of a joint beyond which the program stops the arm [rad].
+
+At 125 Hz a joint at 3 rad/s moves by half of it in a step.
+"""
 
 RATES = (125, 500)
 """Control rates of the CB series and the e-Series [Hz]."""
@@ -142,7 +148,7 @@ def to_urscript(
     """Write a program in URScript that runs a motion of an arm of Universal Robots.
 
     It runs on controllers with arithmetic of lists: PolyScope 3.14.3, 5.9.4 and later, PolyScope X.
-    The arm must be at the first point, and is at rest at the last one in the end.
+    The arm must start at the first point. At the end it is at rest at the last point.
 
     >>> import knotwork as kw
     >>> text = to_urscript(kw.plan("ur5_deburring").trajectory)
@@ -180,7 +186,7 @@ def to_urscript(
         "Each line kw_cubic is a piece: positions [rad] and velocities [rad/s] at its end, and its",
         "duration [s]. The arm must stand at the first point. Try it in the simulator first.",
         f"{describe_steps(trajectory)}.",
-        f"Joints: {', '.join(_comment(trajectory.joint_names[i]) for i in order)}.",
+        f"Joints: {', '.join(one_ascii_line(trajectory.joint_names[i]) for i in order)}.",
     ]
     program = _PROGRAM.format(
         first=_numbers(position[0]),
@@ -224,14 +230,14 @@ def _lines_before_pieces(trajectory: JointTrajectory, time: FloatArray) -> list[
         lines[int(np.abs(time - load.time).argmin())].append(_load(load))
     for segment in trajectory.segments:
         i = int(np.searchsorted(time, segment.start, "right")) - 1
-        lines[max(i, 0)].append(f"# {_comment(segment.text)}")
+        lines[max(i, 0)].append(f"# {one_ascii_line(segment.text)}")
     return lines
 
 
 def _load(load: Load) -> str:
     """The command that sets the payload, which is only possible in the axes of the flange."""
     if not load.frame.endswith(FLANGE):
-        return f"# payload of {load.mass:.6g} kg at {_comment(load.frame)}, not set"
+        return f"# payload of {load.mass:.6g} kg at {one_ascii_line(load.frame)}, not set"
     mass, centre = _number(load.mass), _numbers(np.array(load.centre_of_mass))
     if any(load.inertia):
         inertia = _numbers(np.array(load.inertia))
@@ -248,7 +254,7 @@ def _tool(robot: Robot | None) -> list[str]:
     if robot is None:
         return ["# The tool centre point is not set: no robot is given."]
     if not (robot.tool_frame or "").endswith(FLANGE):
-        return [f"# tool centre point at {_comment(robot.tool_frame or '')}, not set"]
+        return [f"# tool centre point at {one_ascii_line(robot.tool_frame or '')}, not set"]
     offset = robot.tool_offset
     pose = np.append(offset.translation, pin.log3(offset.rotation))
     return [f"set_tcp(p{_numbers(pose)})  # m, rotation vector in rad"]
@@ -267,13 +273,9 @@ def _switch(event: Event) -> str:
             time=event.time,
         )
     kind, number = UR_OUTPUTS[n]
-    words = f"{_comment(event.text)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
+    text, waypoint = one_ascii_line(event.text), one_ascii_line(event.waypoint)
+    words = f"{text}, {event.time:.3f} s, waypoint {waypoint}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
-
-
-def _comment(name: str) -> str:
-    """A name in one line of ASCII: text after a line break would be a part of the program."""
-    return ascii(name)[1:-1]
 
 
 def _number(value: float) -> str:

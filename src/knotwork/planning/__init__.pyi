@@ -3,7 +3,7 @@ from . import timing as timing
 from .check_trajectory import check_alone as check_alone
 from .following import follow_path as follow_path
 from .motion_clearance import clearance_between as clearance_between
-from .planning import Plan as Plan
+from .planned_motion import Plan as Plan
 from .planning import plan as plan
 from .replanning import scenario_from as scenario_from
 

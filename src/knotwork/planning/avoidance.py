@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.planned_motion import PlannedMotion
+from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import Step, TaskSolution
 from knotwork.scenario import FreeTimes
@@ -19,7 +19,7 @@ from knotwork.verification.finding import TRIED
 from knotwork.waypoints import FloatArray
 
 
-def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
+def best_of_sequences(planner: ScenarioPlanner) -> Plan:
     """Plan the best sequence of solutions whose motion is collision-free.
 
     If the motion between two waypoints collides, or no motion is found, the solutions at both ends
@@ -32,7 +32,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
         InputError: The task is wrong.
     """
-    best: PlannedMotion | None = None
+    best: Plan | None = None
     first_error: NoWayFoundError | None = None
     solution: TaskSolution | None = None
     blocked: Sequence[int] | None = None
@@ -80,7 +80,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
     )
 
 
-def _colliding_intervals(plan: PlannedMotion) -> list[int]:
+def _colliding_intervals(plan: Plan) -> list[int]:
     """Intervals between waypoints in which a plan collides."""
     times = plan.scenario.times
     pairs = failed_pairs(plan.report.findings)
@@ -88,7 +88,7 @@ def _colliding_intervals(plan: PlannedMotion) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> PlannedMotion:
+def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
@@ -120,12 +120,12 @@ def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> P
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
-def _rank(plan: PlannedMotion) -> tuple[int, int]:
+def _rank(plan: Plan) -> tuple[int, int]:
     """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _detour_ends(plan: PlannedMotion) -> list[int]:
+def _detour_ends(plan: Plan) -> list[int]:
     """Indices of waypoints at which `way: clear` could avoid a collision of the motion to them.
 
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
@@ -153,22 +153,22 @@ def _detour_ends(plan: PlannedMotion) -> list[int]:
     return sorted(ends - unusable)
 
 
-def _free_times(plan: PlannedMotion) -> FreeTimes | None:
+def _free_times(plan: Plan) -> FreeTimes | None:
     """Unknowns that were chosen for a plan."""
     return None if plan.chosen is None else plan.chosen.asked.free
 
 
-def _with_chosen_time(plan: PlannedMotion, ends: Sequence[int]) -> list[int]:
+def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:
     """The waypoints among some whose times are chosen."""
     free = _free_times(plan)
     return [i for i in ends if free and free.duration[i - 1]]
 
 
-def _quoted_names(plan: PlannedMotion, ends: Sequence[int]) -> str:
+def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
     return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
 
 
-def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
+def _proposal(plan: Plan, ends: Sequence[int]) -> str:
     """Proposal of `way: clear` for some waypoints, or an empty text."""
     if not ends or plan.scenario.scene.moves:
         return ""
@@ -180,9 +180,7 @@ def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
     return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
 
 
-def _with_finding(
-    plan: PlannedMotion, message: str, quantity: str = "sequences_tried"
-) -> PlannedMotion:
+def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
     """The plan with a finding on the planned sequences of solutions."""
     finding = collision_note(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))

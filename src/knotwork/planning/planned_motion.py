@@ -1,8 +1,9 @@
-"""A planned motion with its verdict, as an object, as files and as plain data."""
+"""`Plan`: a planned motion with its verdict, which can be shown, saved and changed."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,20 +11,28 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
+from knotwork.planning.execution import PlannedTask, scaled_motion, stopped_motion
+from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.trajectory import Event, JointTrajectory, Segment
+from knotwork.task import Task
 from knotwork.verification import Report
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
+    from knotwork.view.page import Page
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedMotion:
-    """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
+class Plan:
+    """A planned motion with its verdict, which can be shown, saved and changed.
+
+    >>> swing = kw.plan("paper_case")
+    >>> swing.joint_waypoints.time, swing.trajectory.end_time, swing.report.ok
+    (array([ 0.,  5., 15., 25.]), 25.0, True)
 
     Attributes:
         scenario: The task.
@@ -63,6 +72,10 @@ class PlannedMotion:
         [('A to B', 'free motion'), ('B to C', 'free motion')]
         """
         return self.trajectory.segments
+
+    @property
+    def _task(self) -> PlannedTask:
+        return PlannedTask(self.scenario, self.space, self.trajectory)
 
     def __repr__(self) -> str:
         """The report in short."""
@@ -161,3 +174,104 @@ class PlannedMotion:
             "files": storage.digests(files),
         }
         return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
+
+    def scaled(self, profile: Mapping[float, float]) -> Plan:
+        """Execute the same path at another speed.
+
+        Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
+        limits, collisions, the poses of the waypoints at their new times, and tool paths without
+        their speeds; woven paths and those in moving frames are not checked. Moving frames and
+        other robots keep their own speed.
+
+        Args:
+            profile: Speed override by time since the start [s]: 1 is the planned speed. The
+                override changes smoothly from each value to the next, and keeps the last one. If it
+                is at most 1 and changes too fast for the limits of acceleration and jerk, the
+                nearest feasible override found replaces it. A warning of the report states it.
+
+        Raises:
+            InputError: A time or an override is negative, the arm would not move, or the tool would
+                miss a waypoint in a moving frame.
+
+        >>> plan = kw.plan("paper_case")
+        >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
+        >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
+        (True, True)
+        """
+        return Plan(*scaled_motion(self._task, profile))
+
+    def stop(self, at: float, *, on_path: bool = True) -> Plan:
+        """Stop as soon as the limits of acceleration and jerk allow.
+
+        Args:
+            at: Start of the stop [s].
+            on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop at its next rest
+                if no stop is sooner. Otherwise each joint stops independently, in minimum time.
+
+        Returns:
+            A plan that begins at the time `at`, which is its time 0, with the position, velocity
+            and acceleration at that time.
+
+        Raises:
+            InputError: The time is outside the motion; a joint has no acceleration limit (or, off
+                the path, no jerk limit); the motion ends before it can stop on its path; or it is
+                at rest at that time.
+
+        >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+        >>> swing = kw.plan({"limits": {"acceleration": 4, "jerk": 40}, "waypoints": joints})
+        >>> stop = swing.stop(1.0)
+        >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
+        (True, True)
+        """
+        return Plan(*stopped_motion(self._task, at, on_path=on_path))
+
+    def view(self) -> Page:
+        """Show the motion of the arm in 3D.
+
+        A notebook shows the page inline; `save` writes it to a file that any browser opens.
+
+        Raises:
+            InputError: The scenario has no robot, or the motion can't be shown.
+        """
+        from knotwork.view.page import scene_page
+        from knotwork.view.scene_data import scene_of
+
+        return scene_page(scene_of(self))
+
+    def play(self, viewer: Any) -> None:
+        """Show the motion of the arm in a running Meshcat viewer.
+
+        Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
+        URDF's root, and the motion starts. Other objects in the viewer stay. A robot that
+        Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
+
+        Args:
+            viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
+
+        Raises:
+            InputError: The viewer is neither, or the scenario has no robot.
+        """
+        from knotwork.view.meshcat_player import play_scene
+        from knotwork.view.scene_data import scene_of
+
+        play_scene(scene_of(self), viewer)
+
+    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
+        """Plan another task from the state of this motion at a given time.
+
+        That time is time 0 of the new plan. Position, velocity and acceleration continue without a
+        jump. The state replaces the `start` of the task, or its first waypoint if the task has
+        several waypoints and no `start`. Times in the task, and those of moving frames and other
+        robots, count from that time.
+
+        Args:
+            at: Time of the state in this motion [s].
+            scenario: The new task.
+
+        Raises:
+            InputError: The time is outside the motion, the tool holds an object that the task does
+                not hold, or the task is wrong as in `plan`.
+        """
+        from knotwork.planning import plan
+
+        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))

@@ -1,4 +1,4 @@
-"""Planning from a scenario to a checked trajectory."""
+"""`plan`: from a scenario to a checked trajectory."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.planning.avoidance import best_of_sequences
-from knotwork.planning.execution import ExecutedMotion
+from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Knots
-from knotwork.planning.replanning import scenario_from
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.spline.interpolation import PLANNER_SPECS, planner_and_rule
@@ -19,65 +18,6 @@ from knotwork.task import Task
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress
-    from knotwork.view.page import Page
-
-
-class Plan(ExecutedMotion):
-    """A planned motion with its verdict, which can be shown, saved and changed.
-
-    >>> swing = kw.plan("paper_case")
-    >>> swing.joint_waypoints.time, swing.trajectory.end_time, swing.report.ok
-    (array([ 0.,  5., 15., 25.]), 25.0, True)
-    """
-
-    def view(self) -> Page:
-        """Show the motion of the arm in 3D.
-
-        A notebook shows the page inline; `save` writes it to a file that any browser opens.
-
-        Raises:
-            InputError: The scenario has no robot, or the motion can't be shown.
-        """
-        from knotwork.view.page import scene_page
-        from knotwork.view.scene_data import scene_of
-
-        return scene_page(scene_of(self))
-
-    def play(self, viewer: Any) -> None:
-        """Show the motion of the arm in a running Meshcat viewer.
-
-        Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
-        URDF's root, and the motion starts. Other objects in the viewer stay. A robot that
-        Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
-
-        Args:
-            viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
-
-        Raises:
-            InputError: The viewer is neither, or the scenario has no robot.
-        """
-        from knotwork.view.meshcat_player import play_scene
-        from knotwork.view.scene_data import scene_of
-
-        play_scene(scene_of(self), viewer)
-
-    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
-        """Plan another task from the state of this motion at a given time.
-
-        That time is time 0 of the new plan. Position, velocity and acceleration continue without a
-        jump. The state replaces the `start` of the task, or its first waypoint if the task has
-        several waypoints and no `start`. Times in the task, and those of moving frames and other
-        robots, count from that time.
-
-        Args:
-            at: Time of the state in this motion [s].
-            scenario: The new task.
-
-        Raises:
-            InputError: The time is outside the motion, the tool holds an object that the task does
-                not hold, or the task is wrong as in `plan`.
-        """
-        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
 
 def plan(
@@ -122,7 +62,7 @@ def plan(
     if isinstance(knots, str) and knots == "optimal":
         scenario, knots = _with_optimal_knots(scenario, planner or scenario.planner), None
     if scenario.free is None:
-        return _best_plan(ScenarioPlanner(scenario, planner, knots))
+        return best_of_sequences(ScenarioPlanner(scenario, planner, knots))
     from knotwork.planning.choosing import with_times_met
     from knotwork.planning.timing.budget import Budget
 
@@ -133,7 +73,7 @@ def plan(
         scenario = with_times_met(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )
-    return _best_plan(replace(timed, scenario=scenario))
+    return best_of_sequences(replace(timed, scenario=scenario))
 
 
 def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
@@ -151,7 +91,3 @@ def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
             f"{planner!r} does not take; give one of the two"
         )
     return with_optimal_knots(scenario)
-
-
-def _best_plan(planner: ScenarioPlanner) -> Plan:
-    return Plan(**vars(best_of_sequences(planner)))

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from knotwork.planning.infeasibility import infeasible
-from knotwork.planning.planned_motion import PlannedMotion
+from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation, Knots
 from knotwork.planning.task_to_joint import Step, TaskSolution, solve_task
 from knotwork.scenario import Scenario
@@ -78,7 +78,7 @@ class ScenarioPlanner:
             scenario, scenario.free, budget=budget, progress=self.progress, solution=solution
         )
 
-    def plan(self, solution: TaskSolution | None = None) -> PlannedMotion:
+    def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
         if self.scenario.free is None or self.time is None:
             return self._interpolate(solution or self.solve())
@@ -92,9 +92,7 @@ class ScenarioPlanner:
         fixed = replace(self, scenario=chosen.scenario)
         return fixed._interpolate(fixed.solve(), chosen)
 
-    def _interpolate(
-        self, solution: TaskSolution, chosen: ChosenTimes | None = None
-    ) -> PlannedMotion:
+    def _interpolate(self, solution: TaskSolution, chosen: ChosenTimes | None = None) -> Plan:
         """Interpolate a sequence of solutions, and check the motion."""
         interpolation, waypoints = self._interpolation, solution.waypoints
         scenario, space = interpolation.scenario, interpolation.space
@@ -122,6 +120,4 @@ class ScenarioPlanner:
             known += clear_motion_findings(detours, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
         left_out = interpolation.left_out
-        return PlannedMotion(
-            scenario, space, waypoints, trajectory, report, left_out, solution, chosen
-        )
+        return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)

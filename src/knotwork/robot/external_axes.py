@@ -1,6 +1,6 @@
 """External axes of a robot's URDF, and a URDF with another root link.
 
-Both change the URDF before it is read, so that other code sees one tree of joints.
+Both change the URDF before it is read, so that other code handles one tree of joints.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROBOT = "robot"
 
 
 class ExternalAxis(StrictModel):
-    """A joint in addition to the URDF's: a rail below the arm, a table next to it, or a URDF."""
+    """An additional joint or URDF: a rail below the arm, a table next to it, or a positioner."""
 
     ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("slides", "turns", "urdf"),
@@ -223,13 +223,13 @@ def invert_to_root(robot: Element, link: str) -> None:
     """Make a link the root of a URDF, by inverting the joints between it and the root.
 
     A joint places its child at T · J(q) in its parent, so it places the parent at J(-q) · T⁻¹ in
-    the child: an opposite axis, followed by a fixed joint.
+    the child. This is a joint with the opposite axis, followed by a fixed joint.
 
     Args:
         robot: The URDF, which is changed.
         link: One of its links.
     """
-    import pinocchio as pin  # the keys of robot files need none
+    import pinocchio as pin  # the keys of robot files do not need it
 
     above = {link_of(element, "child"): element for element in child_elements(robot, "joint")}
     while link in above:

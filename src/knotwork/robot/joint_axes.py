@@ -20,7 +20,7 @@ PINOCCHIO_COUNT = 16
 
 
 class JointAxes:
-    """The joint axes of a serial arm: all its kinematics, in the base frame.
+    """The joint axes of a serial arm in the base frame, which define its kinematics.
 
     The index of the configuration is the last one, for contiguous memory access.
 
@@ -62,7 +62,7 @@ class JointAxes:
         """
         if not self.revolute.all():
             return np.zeros(position.shape[1:])
-        with np.errstate(over="ignore"):  # an overflow is a miss, too
+        with np.errstate(over="ignore"):  # an overflow is a miss as well
             away = np.linalg.norm(position, axis=0)
         return np.asarray(away - (1.0 + 1e-9) * self.reach)
 
@@ -108,7 +108,7 @@ class JointAxes:
     def place(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`.
 
-        For few configurations single calls of Pinocchio are faster than arrays.
+        For a few configurations single calls of Pinocchio are faster than arrays.
         """
         robot = self._robot()
         if len(q) > PINOCCHIO_COUNT or robot is None:

@@ -1,4 +1,4 @@
-"""Extraction of a serial chain, from a base link to a tool link, from a larger model."""
+"""Extraction of a serial chain, from a base link to a tool link, out of a larger model."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.urdf import Urdf
 
 MAX_JOINTS = 200
-"""Maximum number of planned joints; proofs for chains of hundreds take gigabytes."""
-# A character that XML can't hold, so that no joint's name begins with it.
+"""Maximum number of planned joints. Proofs for chains of hundreds of joints take gigabytes."""
+# A character that XML can't contain, so that no name of a joint begins with it.
 _NO_JOINT = "\x01"
 
 
@@ -54,7 +54,7 @@ def select_chain(
         rest: Positions of other locked joints, by default 0 [rad or m].
 
     Raises:
-        UnknownNameError: There is no such link or joint.
+        UnknownNameError: The robot has no such link or joint.
         RobotError: The base does not carry the tool, no joint moves the tool, a joint between them
             is not supported, or a joint can't be locked at its position.
     """
@@ -102,7 +102,7 @@ def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
 
 
 def _reduce_model(full: Any, still: list[int], reference: Any) -> Any:
-    """Lock joints. Pinocchio looks frames up by name, and a link may be named like a joint."""
+    """Lock joints. Pinocchio finds frames by name, and a link may have the name of a joint."""
     model = full.copy()
     links = [frame for frame in model.frames if frame.type == pin.FrameType.BODY]
     for frame in links:
@@ -166,7 +166,7 @@ def _reference(
     full = urdf.model
     reference = pin.neutral(full)
     values: dict[str, float] = {}
-    # Masters first, because the joints that mimic them need their positions.
+    # Independent joints come first, because joints that mimic them need their positions.
     for i in sorted(still, key=lambda i: len(_masters(urdf, full.names[i], locked))):
         name, joint = full.names[i], full.joints[i]
         wanted = locked.get(name)

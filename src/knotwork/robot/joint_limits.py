@@ -28,7 +28,7 @@ def limit_tables(
         robot: Name of the robot, for errors.
 
     Raises:
-        UnknownNameError: There is no such joint, or no such quantity.
+        UnknownNameError: The robot has no such joint, or no such quantity exists.
         RobotError: A magnitude isn't positive or an interval is empty.
     """
     tables: dict[str, Mapping[str, Any]] = {}

@@ -1,6 +1,6 @@
 """`JointTree`: the kinematic tree of the joints of a Pinocchio model.
 
-All code that places links, bounds their motion, writes their dynamics or draws them uses it.
+It is used by all code that places links, bounds their motion, writes their dynamics or draws them.
 """
 
 from __future__ import annotations

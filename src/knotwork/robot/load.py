@@ -62,7 +62,7 @@ def load_robot(
 
     Raises:
         UnknownNameError: A name of a robot, joint or frame is unknown.
-        InputError: There is no file at the path.
+        InputError: No file exists at the path.
         DocumentError: A file can't be read, or a value in it is wrong.
         RobotError: The URDF is invalid, the base frame does not carry the tool frame, no joint
             moves it, a joint that moves it is not supported, or a configuration is incomplete or
@@ -232,9 +232,9 @@ def example_robot_data(robot: str) -> Path:
     Raises:
         RobotError: The package is not installed.
     """
-    # Searching the installed packages would take longer than everything else.
+    # A search of the installed packages would take longer than the rest.
     candidates = [Path(folder) / "cmeel.prefix" / _DATA_FOLDER for folder in sys.path]
-    candidates.append(Path(sys.prefix) / _DATA_FOLDER)  # where conda puts it
+    candidates.append(Path(sys.prefix) / _DATA_FOLDER)  # the folder of conda
     for folder in candidates:
         if folder.is_dir():
             return folder

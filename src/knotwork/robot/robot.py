@@ -26,7 +26,7 @@ _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
 class Robot(Variants):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
-    A joint position is one number, also for an unbounded joint. All poses are of the TCP in the
+    A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
     base frame. All arrays over joints have shape (d,) and are read-only. A robot may be shared by
     threads: each has its own working memory.
 
@@ -47,15 +47,15 @@ class Robot(Variants):
         effort_limit: Effort limits [N m or N], infinite where not given.
         limits: The limits from `velocity_limit` on, by name of the quantity.
         base_frame: Link of the frame of poses.
-        standing_frame: Link of the world frame: the base frame, unless joints move that.
-        base_moves: Whether joints move the base frame; then efforts are unknown.
+        standing_frame: Link of the world frame: the base frame, unless joints move it.
+        base_moves: Whether joints move the base frame. Then efforts are unknown.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
         payload: `Payload` of the tool frame, or `None`.
         held: Objects held by the tool, in the axes of the TCP.
         gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
         virtual: Whether each joint is a virtual one, shape (d,).
-        virtual_joints: The virtual joints, which are the last.
+        virtual_joints: The virtual joints, which are the last joints.
         weights: Weight of each joint's motion, shape (d,).
         tool_candidates: Links without children, possible tool frames.
         configurations: Named configurations with all joints [rad or m].
@@ -219,8 +219,8 @@ class Robot(Variants):
     def with_base(self, link: str) -> Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
-        The chain then consists of the inverse joints from that link to the world frame and the
-        joints of the arm; all of these joints are planned.
+        The chain then consists of the inverse joints from that link to the world frame, and of the
+        joints of the arm. All of these joints are planned.
 
         Args:
             link: Link of the URDF or of an external axis.
@@ -265,7 +265,7 @@ class Robot(Variants):
         """A named configuration [rad or m], shape (d,).
 
         Raises:
-            UnknownNameError: There is no configuration of this name.
+            UnknownNameError: No configuration has this name.
             RobotError: The configuration has no position for a joint of the chain.
         """
         if name not in self._given.configurations:

@@ -1,6 +1,6 @@
 """The shapes of a URDF's links: boxes, spheres, cylinders, capsules and names of meshes.
 
-An invalid shape is left out, and its fault is reported.
+An invalid shape is left out, and the fault is reported.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Reader of URDFs, into a Pinocchio model with one number per joint position.
 
-Only the tree of links and joints and their masses are read, no shapes and meshes.
+Only the tree of links and joints, and the masses, are read. Shapes and meshes are not.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from knotwork.robot.urdf_rules import (
 _WIDE_LIMIT = "1e9"
 MAX_URDF_BYTES = 32_000_000
 MAX_URDF_ELEMENTS = 100_000
-# Longer files are not cached.
+# Size of a file above which it is not cached.
 MAX_CACHED_LENGTH = 1_000_000
 # Other XML formats of robots, by their root element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
@@ -58,7 +58,7 @@ class Urdf(NamedTuple):
         parents: Parent link of each link except the root of the file.
         leaves: Names of the links without children.
         types: URDF type of each joint.
-        unbounded: Joints that turn without limit.
+        unbounded: Joints that turn without limits.
         mimics: Joints that follow another.
         axes: External axes joined to it.
         added: Names of the moving joints that were joined.
@@ -115,7 +115,7 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
             for (name, file), text in zip(placed, texts[1:], strict=True)
         }
         for (_, file), (tree, _) in zip(placed, trees.values(), strict=True):
-            _build(plain_text(tree), file, robot)  # so that errors name the right file
+            _build(plain_text(tree), file, robot)  # so that errors name the correct file
         try:
             files += add_axes(root, axes, base, trees)
             base = check_tree(root)
@@ -199,7 +199,7 @@ def _bound(joint: Element) -> None:
     """Turn an unbounded joint into a revolute one with wide limits.
 
     Pinocchio represents a continuous joint by cosine and sine. A curve through waypoints needs the
-    angle itself, including whole turns.
+    angle, including whole turns.
     """
     joint.setAttribute("type", "revolute")
     limits = child_elements(joint, "limit")

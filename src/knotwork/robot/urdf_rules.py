@@ -14,7 +14,7 @@ from knotwork.errors import InputError, shown
 MAX_LINKS = 2_000
 MAX_LINK_DEPTH = 500
 MIN_MOMENT = -1e-12
-"""Minimum moment of inertia [kg m²]: CAD programs may write negative rounding errors for zero."""
+"""Minimum moment of inertia [kg m²]. CAD programs may write negative rounding errors for zero."""
 
 # Elements of the tree of links; Pinocchio sees no others.
 _TREE_ELEMENTS = {

@@ -44,10 +44,10 @@ class Variants(ChainKinematics):
         return self._replace(virtual=joints)
 
     def with_weights(self, weights: Mapping[str, float]) -> Self:
-        """Weight the motion of joints where there is a choice.
+        """Set weights of the motion of joints.
 
-        A redundant arm's joint velocities have minimum norm, and solutions are chosen by minimum
-        travel: a joint of weight 0.2 moves more.
+        They affect the minimum norm of joint velocities of a redundant arm, and the travel by which
+        solutions are chosen. A joint with a weight of 0.2 moves more.
 
         Args:
             weights: Weight of each joint; 1 for others.
@@ -132,7 +132,7 @@ class Variants(ChainKinematics):
                 [rad/s³ or m/s³], `effort` [N m or N].
 
         Raises:
-            UnknownNameError: There is no such joint or limit.
+            UnknownNameError: The robot has no such joint or limit.
             RobotError: A magnitude isn't positive, or lower isn't below upper.
 
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit

@@ -20,10 +20,10 @@ SPEED_ROUNDS = 100
 """Largest number of rounds until speeds from times and speeds at junctions agree."""
 
 ACCELERATION_FACTOR = 4.0
-"""Ratio of the accelerations tried for provisional speeds."""
+"""Ratio of successive candidate accelerations for provisional speeds."""
 
 MOST_ACCELERATION_FACTOR = 1e6
-"""Largest acceleration to try, as a multiple of the given one."""
+"""Largest candidate acceleration, as a multiple of the given one."""
 
 PEAK_TO_MEAN_SPEED = 2.0
 """Largest ratio of speed and mean speed of a stretch from stop to stop."""
@@ -31,7 +31,7 @@ PEAK_TO_MEAN_SPEED = 2.0
 
 @dataclass(frozen=True)
 class AskedTiming:
-    """Stretches of a path, each with a speed, a duration or a speed to be chosen.
+    """Stretches of a path, each with a speed, a duration, or a speed to be chosen.
 
     Attributes:
         lengths: Lengths of the stretches [m].
@@ -54,8 +54,8 @@ class AskedTiming:
     ) -> tuple[Timing, tuple[float, ...]]:
         """The timing, and the speed of each stretch [m/s].
 
-        The speed at a junction is the lower one of its two stretches. So speeds from
-        durations depend on one another, and are found iteratively.
+        The speed at a junction is the lower one of its two stretches. So speeds from durations
+        depend on each other, and an iteration finds them.
 
         Args:
             chosen: Chosen speeds of stretches [m/s], by index.
@@ -103,20 +103,21 @@ class AskedTiming:
         return timing, tuple(speeds)
 
     def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
-        """The largest speeds, none above the chosen ones, that leave room for changes of speed.
+        """The largest speeds, at most the chosen ones, that allow the changes of speed.
 
         Args:
             chosen: Chosen speeds of stretches [m/s], by index.
 
         Raises:
-            PathError: At no speed is there room along the stretches with a given speed.
+            PathError: No speed allows the changes of speed along the stretches with a given speed.
         """
         speeds = dict(chosen)
         for _ in range(SPEED_ROUNDS * len(self.lengths)):
             try:
                 self.timed(speeds)
             except RampError as error:
-                # A stretch has more room the faster its neighbours are: none is slowed too much.
+                # With faster neighbours a stretch needs shorter changes of speed, so no speed is
+                # lowered too much.
                 if error.stretch not in speeds or error.highest_speed is None:
                     raise
                 speeds[error.stretch] = error.highest_speed
@@ -129,7 +130,7 @@ class AskedTiming:
         """Provisional timing and speeds: low speeds, with quick changes to them.
 
         Raises:
-            PathError: At no speed is there room for changes of speed.
+            PathError: No speed allows the changes of speed.
         """
         if not self.at_most:
             return self.timed()

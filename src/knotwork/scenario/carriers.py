@@ -94,7 +94,7 @@ class Carriers:
         return carrier
 
     def check_smooth(self, i: int, carrier: MovingFrame | None, span: tuple[float, float]) -> None:
-        """Refuse a path while the speed of its frame jumps, as in a file of positions only.
+        """Refuse a path while the speed of its frame jumps, as with a file of positions only.
 
         Args:
             i: The waypoint at the end of the path.
@@ -216,7 +216,7 @@ class Carriers:
             )
 
     def mark_arrivals(self, unknowns: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
-        """The unknowns, with the waypoints whose pose depends on their time.
+        """The unknowns, including the waypoints whose pose depends on their time.
 
         Args:
             unknowns: The unknowns so far.

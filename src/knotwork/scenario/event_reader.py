@@ -22,7 +22,7 @@ EVENT_TOLERANCE = 1e-9
 
 
 def with_waits(file: PlainTask) -> PlainTask:
-    """A task in which waits among the actions are given as waits of their waypoints."""
+    """A task in which waits among the actions are waits of their waypoints."""
     waits = [sum(action.wait or 0.0 for action in step.actions) for step in file.waypoints]
     pairs = zip(file.waypoints, waits, strict=True)
     waiting = (step.model_copy(update={"wait": wait}) if wait else step for step, wait in pairs)
@@ -54,8 +54,8 @@ class EventReader:
             timed: Whether times are known; if not, only positions are checked.
 
         Raises:
-            DocumentError: An event is outside the motion or its path, or not after another
-                of its signal that the file gives before.
+            DocumentError: An event is outside the motion or its path, or before another event of
+                its signal that precedes it in the file.
         """
         events = list(self._asked_events())
         last: dict[str | int, Event] = {}

@@ -15,7 +15,7 @@ from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, S
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
 SHARING_WAYPOINTS = 20
-"""Largest number of waypoints that share the time before a given one."""
+"""Maximum number of waypoints that share the time before a given one."""
 
 PROVISIONAL_SPAN = 1e-3 * SHARING_WAYPOINTS
 """Smallest time that they share [s]."""
@@ -46,7 +46,7 @@ def clear_way(file: PlainTask, i: int) -> FreeWay | None:
 
 
 def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
-    """Time to a waypoint until it is chosen [s]; `None` if it is given.
+    """Provisional time to a waypoint until it is chosen [s]; `None` if it is given.
 
     Before a waypoint with a given time it is a share of the remaining time.
 
@@ -89,7 +89,8 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
         index: Index in the file of each waypoint of the scenario; -1 for the start.
 
     Raises:
-        DocumentError: A key is about choices and nothing is chosen, or it can't be chosen.
+        DocumentError: A key is about choices although no value is chosen, or the value can't be
+            chosen.
     """
     lower_bounds = [
         least_time(file, end) if end >= 0 and start != end else None
@@ -101,7 +102,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
     ways: dict[int, FreeWay] = {}
     timed: list[int] = []
     for i, k in enumerate(index):
-        if k < 0 or (i and k == index[i - 1]):  # the start, or the end of a wait
+        if k < 0 or (i and k == index[i - 1]):  # this is the start, or the end of a wait
             continue
         waypoint = file.waypoints[k]
         maximum = greatest_speed(getattr(waypoint, "speed", None))
@@ -141,7 +142,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
 
 
 def _optimal_knots(file: PlainTask) -> bool:
-    """Whether knots are chosen for given times; by default if other times are free."""
+    """Whether knots are chosen for given times; by default they are if other times are free."""
     return file.knots == "optimal" or (
         "knots" not in file.model_fields_set and _free_anywhere(file)
     )
@@ -177,7 +178,7 @@ def check_places(file: PlainTask, places: Places) -> None:
 
 
 def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str, str]]:
-    """Misplaced keys of a waypoint: the key, its fault and what is accepted.
+    """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
         file: Content of the file.
@@ -214,7 +215,7 @@ def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str
 
 
 def _misused(file: PlainTask, free: FreeTimes) -> Iterator[tuple[Location, str, str]]:
-    """Keys about choices where nothing is chosen, and choices that exclude each other."""
+    """Keys about choices although no value is chosen, and choices that exclude each other."""
     timed, objective = bool(free.duration.any()), file.objective is not None
     weighs_time = free.objective.get("time", 0.0) > 0.0
     if file.times is not None and not timed and not free.path_speed:

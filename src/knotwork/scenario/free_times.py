@@ -26,7 +26,7 @@ class FreeWay(NamedTuple):
     """Options of a collision-free motion.
 
     Attributes:
-        tries: Number of motions to search for.
+        tries: Number of searches for a motion.
         room: Extra clearance beyond the margins where possible [m].
     """
 
@@ -50,8 +50,8 @@ class FreeTimes:
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total: Given duration of the whole motion [s], or `None`.
         optimal_knots: Whether knots are chosen where times are given.
-        meets: Waypoints, by index, whose pose or duration depends on earlier times: in moving
-            frames, or with a time since 0.
+        meets: Waypoints, by index, whose pose or duration depends on earlier times. They are in
+            moving frames, or have a time since 0.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).free.duration
@@ -88,7 +88,7 @@ class FreeTimes:
 
     @property
     def untimed(self) -> BoolArray:
-        """Intervals that are chosen as a whole or at one end, shape (n - 1,).
+        """Intervals with chosen values inside or at one end, shape (n - 1,).
 
         The scenario alone does not define the joint speeds there.
         """

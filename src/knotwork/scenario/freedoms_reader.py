@@ -13,7 +13,7 @@ from knotwork.task.si_units import si_factors
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
-# Ranges of a turn reach no farther, either way.
+# Maximum turn of a range in each direction.
 MOST_FREE_TURNS = 2
 
 

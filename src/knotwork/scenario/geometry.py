@@ -21,8 +21,8 @@ from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray, rotation_fault
 
-# Values in a file are often rounded to four digits. A quaternion or matrix with a larger deviation
-# from a rotation is a mistake.
+# Tolerance for values in a file, which are often rounded to four digits. A larger deviation from a
+# rotation is a mistake.
 FILE_ROTATION_TOLERANCE = 1e-3
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}

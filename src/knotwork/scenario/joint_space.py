@@ -1,7 +1,8 @@
 """The joints that a scenario moves, and its requirements on them, in SI.
 
 The joints are those of its robot, with its tool and limits, or bare joints without a robot.
-Planning and checking both start here; only here joint values are converted from the file's units.
+Planning and checking start with it. Only this module converts joint values from the units of the
+file.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 SAME_PLACE_TOLERANCE = 1e-12
-"""Poses and joint positions nearer than this [m, rad] are the same."""
+"""Distance within which poses and joint positions are equal [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +174,7 @@ def moved_robot(scenario: Scenario) -> Robot:
     tool = scenario.tool
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
-    for name, frame in scenario.task.frames.items():  # all links that carry frames are there
+    for name, frame in scenario.task.frames.items():  # all links that carry frames exist
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):
                 robot.frame_index(frame.on)
@@ -238,7 +239,7 @@ def _bare_joints(scenario: Scenario) -> JointSpace:
 
 @dataclass(frozen=True)
 class _JointReader:
-    """Reads the joint values of a task, in SI."""
+    """Reader of the joint values of a task, in SI."""
 
     scenario: Scenario
     names: tuple[str, ...]

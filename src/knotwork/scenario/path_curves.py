@@ -27,10 +27,14 @@ if TYPE_CHECKING:
     from knotwork.task import PlainTask
 
 SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
-"""Points [m] and orientations [rad] of a file within this of those of a waypoint belong to it."""
+"""Distance of points [m] and orientations [rad] of a file from those of a waypoint within which
+they are equal.
+"""
 
 MOST_SPACINGS = 3.0
-"""Largest distance of a curve's end points from waypoints, in units of its largest spacing."""
+"""Maximum distance of the end points of a curve from the waypoints, relative to its largest
+spacing.
+"""
 
 MESSAGE_DECIMALS = 9
 """Number of decimals for points and lengths in messages, in the file's unit."""
@@ -201,7 +205,10 @@ class PathCurves:
         return points @ placed.rotation.T + placed.translation, rotations
 
     def _turned_before(self, i: int, axis: FloatArray) -> FloatArray:
-        """Rotation at the start of a path; any one about its first z axis if that is sufficient."""
+        """Rotation at the start of a path.
+
+        It is any rotation about its first z axis if that is sufficient.
+        """
         import pinocchio as pin
 
         if self.waypoint(i).orientation is None:

@@ -26,7 +26,7 @@ TIMING_TOLERANCE = 1e-6
 """Relative tolerance of speeds and times, and tolerance of orientations [rad]."""
 
 HAIRPIN_ANGLE = 1e-3
-"""Corners within this of half a turn [rad] can't be rounded."""
+"""Minimum difference from half a turn of a corner that can be rounded [rad]."""
 
 WAITING_SPEED, WAITING_LINE = 0.05, 1e-3
 """Speed and length that scale the tolerances of a wait in a moving frame [m/s, m]."""
@@ -56,7 +56,7 @@ class PathReader:
     def read(self, first: int, start: float) -> ScenarioPath:
         """The path that begins at a waypoint and ends at the next stop or free motion.
 
-        Its first waypoint is the file's. Afterwards the poses of `curves` are right.
+        Its first waypoint is that of the file. The poses of `curves` are corrected.
 
         Args:
             first: Index of the waypoint in the file.

@@ -43,7 +43,7 @@ def read_payload(carried: Tool | HeldObject, places: Places, place: Location) ->
 
 @dataclass(frozen=True, eq=False)
 class Carrying:
-    """The arm with its loads, phase by phase.
+    """The arm with its load in each phase.
 
     Attributes:
         start: Start of each phase [s], shape (m,); the first one holds before it, too.

@@ -1,4 +1,4 @@
-"""A task without repeats: each repetition has waypoints, frames and objects of its own."""
+"""A task without repeats, in which each repetition has its own waypoints, frames and objects."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task
 from knotwork.tool_paths.points_file import read_points
 
 PLACE_FRAME = "place"
-"""Name of the frame of the current place, in a repeated block."""
+"""Name of the frame of the current location, in a repeated block."""
 
 MOST_WAYPOINTS = 10_000
 """Largest number of waypoints in all repetitions."""
@@ -25,8 +25,8 @@ MOST_WAYPOINTS = 10_000
 def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask, Places]:
     """Write out every repetition of every block.
 
-    Names of waypoints and objects of a block get the repetition's number. The name of an object
-    of a block that may be touched stands for the objects of all repetitions.
+    Names of waypoints and objects of a block get the number of the repetition. In `allow`, the name
+    of an object of a block means the objects of all repetitions.
 
     Args:
         task: The task, in its own units.
@@ -36,7 +36,7 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
         The task without repeats, and the places of its parts: for a repetition, that of the block.
 
     Raises:
-        DocumentError: The places of a block are wrong, or a name is not unique.
+        DocumentError: The locations of a block are wrong, or a name is not unique.
     """
     places = places or Places()
     if isinstance(task, PlainTask):

@@ -137,7 +137,7 @@ class _Resolver:
                 )
 
     def _check_joints_alone(self) -> None:
-        """Refuse what needs a robot in a file without one."""
+        """Refuse keys that need a robot in a file without one."""
         robot, file = "needs a robot, and the file names none", self.file
         for place, joints in [
             (("start",), file.start),
@@ -199,7 +199,7 @@ class _Resolver:
         if isinstance(knots, Balanced):
             return knots.balanced
         if knots == "optimal":
-            return "paper"  # where nothing is chosen, that is along paths
+            return "paper"  # where no value is chosen, as along paths
         return knots if isinstance(knots, str) else np.array(knots)
 
     def _tolerances(self) -> ToleranceSet:

@@ -112,7 +112,7 @@ class ScenarioPath:
 
 @dataclass(frozen=True, eq=False)
 class AskedEvent:
-    """An event and its place on the motion.
+    """An event and its position in the motion.
 
     Attributes:
         event: The signal and its time.
@@ -199,7 +199,7 @@ class Scenario:
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         on: Link that carries the frame of poses, if it is not the robot's base frame.
         tool: Placement and mass of the tool.
-        branch: `"free"`; `"keep"`, changed only where speeds require it; `"fixed"`; or
+        branch: `"free"`; `"keep"`, which only changes where speeds require it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
         planner: Name of the planner, optionally with a rule after a colon.
         knots: As for `knotwork.spline.interpolation`: `"paper"`, `"balanced"`, the constant of
@@ -254,7 +254,7 @@ class Scenario:
         try:
             yield
         except DocumentError:
-            raise  # already located
+            raise  # the error already has its location
         except InputError as error:
             error.locate(self.where(*location))
             raise

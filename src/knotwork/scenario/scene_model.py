@@ -30,7 +30,7 @@ class PlacedShape:
         placement: Placement in the frame that carries it.
         path: File of a mesh or of points, or `None`.
         scale: Scale factors of the file to m, along x, y and z.
-        exact: Check the exact mesh, not its convex hull.
+        exact: Whether the exact mesh is checked, not its convex hull.
         resolution: Edge length of the cells of a point cloud [m].
         place: Location in the scenario.
     """
@@ -53,7 +53,7 @@ class PlacedObject:
         name: Its name.
         shape: Its shape, placed in the base frame, with its carrier at rest.
         allow: Names of bodies that may touch it.
-        visual: Only shown, never checked.
+        visual: Whether it is only shown, and not checked.
         carrier: Moving frame that carries it, or `None`.
         appears: Name of the waypoint at which it appears, or `None`.
     """
@@ -119,7 +119,7 @@ class CollisionRules:
         itself: Check the robot against itself and its tool.
         ignore: Pairs of names excluded from the check.
         margin: Required clearance from the surroundings [m].
-        resolution: A clearance less than this above the required one counts as failed [m].
+        resolution: A clearance that exceeds the required one by less counts as failed [m].
     """
 
     itself: bool = True
@@ -150,7 +150,7 @@ class Scene:
 
     @property
     def moves(self) -> bool:
-        """Whether anything that may collide moves independently of the robot."""
+        """Whether any body that may collide moves independently of the robot."""
         carriers = [item.carrier for item in self.objects if not item.visual]
         carriers += [carrier for held in self.held for carrier in held.carriers]
         return bool(self.robots) or any(
@@ -158,6 +158,6 @@ class Scene:
         )
 
     def asks(self) -> bool:
-        """Whether the scenario has anything to check besides the robot's own links."""
+        """Whether the scenario has bodies to check in addition to the links of the robot."""
         objects = any(not item.visual for item in self.objects)
         return bool(self.tool or self.held or self.robots or objects)

@@ -18,10 +18,10 @@ from knotwork.files.documents import Places
 from knotwork.task import Task
 from knotwork.waypoints import FloatArray
 
-# Waypoints nearer to each other than this define no direction [m].
+# Minimum distance of waypoints that define a direction [m].
 SMALLEST_CHORD = 1e-9
-# A path whose directions before and after sum to less than this reverses, which defines
-# no direction either.
+# Minimum sum of the directions before and after a waypoint. Below it the path reverses and defines
+# no direction.
 SMALLEST_TANGENT = 1e-6
 
 
@@ -117,7 +117,7 @@ def neighbours_twist(
     last = i
     while last + 1 in poses and last < i + 2:
         last += 1
-    # The neighbours decide; a further one is needed only at the two ends of the motion.
+    # The neighbours determine it. A further waypoint is only needed at the two ends of the motion.
     at_start = i == 0 and file.start is None
     at_end = i == len(file.waypoints) - 1
     if (first == i and not at_start) or (last == i and not at_end) or first == last:

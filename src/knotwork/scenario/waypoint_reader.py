@@ -121,7 +121,7 @@ class WaypointReader:
         return tuple(waypoints), tuple(sorted(waits, key=lambda path: path.first))
 
     def _waypoint(self, i: int, name: str, motion: TimedPath | None) -> ScenarioWaypoint:
-        """A waypoint as it is when the tool arrives, perhaps along a path."""
+        """A waypoint at the arrival of the tool, possibly along a path."""
         step, where = self.file.waypoints[i], self.places.where(("waypoints", i))
         time, freedom = self.times[i], self.freedoms[i]
         if isinstance(step, JointWaypoint):
@@ -145,7 +145,7 @@ class WaypointReader:
     def _state(
         self, i: int, step: PoseWaypoint | PathWaypoint, motion: TimedPath | None
     ) -> tuple[pin.SE3, pin.Motion]:
-        """Pose and velocity of a waypoint in the base; a frame that moves carries both."""
+        """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
         frame, pose, time = self.carriers.frame_of(i), self.poses[i], self.times[i]
@@ -251,7 +251,7 @@ class WaypointReader:
                 self.poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
 
     def _check_turned(self, i: int, waypoint: PoseWaypoint) -> None:
-        """Refuse a pose without orientation unless a path begins there that has one."""
+        """Refuse a pose without orientation unless a path with an orientation begins there."""
         onward = self.file.waypoints[i + 1 : i + 2]
         if not waypoint.pose.turned and not any(
             isinstance(following, PathWaypoint) and isinstance(following.orientation, Torch)

@@ -19,7 +19,10 @@ from knotwork.tool_paths.weave import SAME_BREAK_TIME, WEAVE_AXES, WeavePattern,
 from knotwork.waypoints import FloatArray
 
 LEAST_PERIODS, MOST_PERIODS = 2, 10_000
-"""Smallest and largest number of periods: a weave widens in the first and narrows in the last."""
+"""Minimum and maximum number of periods.
+
+A weave widens in the first period and narrows in the last one.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,7 @@ class WeaveReader:
     def read(
         self, path: ToolPath, timing: Timing, start: float
     ) -> tuple[list[WeavePattern | None], EndlessCurve, FloatArray]:
-        """The weave of each stretch; the sum of all, and the times at which a new one begins [s].
+        """The weave of each stretch, their sum, and the times at which a new weave begins [s].
 
         Consecutive stretches with the same weave have one continuous weave.
 

@@ -29,7 +29,7 @@ class Body:
 
     Attributes:
         name: Name in reports.
-        kind: `"link"`, `"tool"`, `"held"`, or `"object"` for bodies that the robot does not move.
+        kind: `"link"`, `"tool"`, `"held"`, or `"object"` if the robot does not move it.
         joint: Index of the joint that carries it; 0 for a fixed body.
         solids: Its solids.
         start, end: Time interval of its presence [s].
@@ -109,7 +109,7 @@ def link_sources(robot: Robot) -> LinkSources:
     files, packages, ros = robot.urdf_files, tuple(robot.package_paths), ros_folders()
     changed = tuple(file.path.stat().st_mtime_ns for file in files)
     known = _collision_meshes(files, changed, packages, ros)
-    # Searching for a mesh takes much longer than checking that it is still in its place.
+    # The search for a mesh takes much longer than the check that its file still exists.
     paths = ((name, path or _find_mesh_file(name, packages, ros)) for name, path in known)
     meshes = tuple((name, _file_state(path)) for name, path in paths)
     return LinkSources(files, changed, placed_links(robot), packages, ros, meshes)
@@ -170,7 +170,7 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
     """Read the collision shapes of a robot's links; cached.
 
     Raises:
-        InputError: A mesh file exists and can't be read whole.
+        InputError: A mesh file exists, but can't be read whole.
     """
     urdf_shapes = _shapes(sources.files, sources.changed)
     bodies, missing, bare = [], [], []

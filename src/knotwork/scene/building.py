@@ -30,17 +30,21 @@ from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 
 WRONG_UNIT_RATIO = 20.0
-"""Ratio of mesh size and reach of the arm above which, or a thousand times below which, the
-unit is plausibly wrong."""
+"""Ratio of mesh size and reach of the arm above which the unit is plausibly wrong.
+
+It is also wrong below a thousandth of it.
+"""
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
 SAME_TCP_PLACE = 1e-6
-"""Waypoints with TCPs this near one another [m] are at one place."""
+"""Distance of TCPs [m] within which waypoints have the same position."""
 
 DOUBTFUL_UNIT_RATIO = 4.0
-"""Ratio of mesh size and reach of the arm above which, or fifty times below which, the
-unit may be wrong."""
+"""Ratio of mesh size and reach of the arm above which the unit may be wrong.
+
+It may also be wrong below a fiftieth of it.
+"""
 
 
 def robot_collision_model(robot: Robot) -> CollisionModel:
@@ -57,7 +61,7 @@ def robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """Place and time of a grasp.
+    """Poses and times of a grasp.
 
     Attributes:
         taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
@@ -81,10 +85,10 @@ def hold_between(
     poses: Sequence[Any],
     standing: Sequence[bool] = (),
 ) -> Hold:
-    """Times of holding an object between two waypoints, and of the tool near it.
+    """Times in which an object is held between two waypoints, and in which the tool is near it.
 
-    The tool comes from the last waypoint before, and is gone at the first one after, at which
-    the TCP is somewhere else.
+    The tool comes from the last waypoint before at which the TCP has another position. It has left
+    at the first such waypoint after.
 
     Args:
         take: Index of the waypoint where the object is taken.
@@ -161,7 +165,7 @@ class _Builder:
         if scene.tool:
             bodies.append(self._tool_body(scene.tool))
         for frame in scene.moving.values():
-            self._add_carrier(frame)  # for drawing
+            self._add_carrier(frame)  # for pictures
         for item in scene.objects:
             if not item.visual:
                 bodies.append(self._object_body(item.name, item.shape, item.carrier))
@@ -169,7 +173,7 @@ class _Builder:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
             bodies += self._robot_bodies(robot)
-        # of arms with one URDF, each would also be in the other's model, at rest
+        # if two arms share a URDF, each would also be in the model of the other, at rest
         bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
@@ -190,7 +194,7 @@ class _Builder:
         )
 
     def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
-        """A fixed object, or one that moves with a frame; placed with its carrier at rest."""
+        """A fixed object, or one that moves with a frame, placed with its carrier at rest."""
         joint, carrier = self._joint_of_frame(frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
@@ -287,7 +291,7 @@ class _Builder:
         return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
     def _held_bodies(self, held: GraspedObject) -> list[Body]:
-        """A held object: at the place where it is taken, in the tool, and where it is released."""
+        """A held object: where it is taken, in the tool, and where it is released."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
@@ -308,7 +312,7 @@ class _Builder:
         return [body for body in bodies if body.start < body.end]
 
     def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
-        """A shape of the scenario as a solid; errors name its place in the file."""
+        """A shape of the scenario as a solid; errors name its location in the file."""
         try:
             placed = solid(shape, carrier)
             if shape.path is not None:
@@ -318,7 +322,7 @@ class _Builder:
         return placed
 
     def _check_size(self, solid: Solid, shape: PlacedShape) -> None:
-        """Refuse a file that is plausibly in another unit; warn if it may be."""
+        """Refuse a file whose unit is plausibly wrong, and warn if it may be wrong."""
         size, reach = 2.0 * solid.radius, self._reach
         excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, SMALLEST_FLOAT), 1e3))
         if (

@@ -15,10 +15,10 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 MOST_CLOUD_CELLS = 100_000
-"""A distance to this many cells takes some 10 ms."""
+"""Maximum number of cells; a distance to them takes about 10 ms."""
 
 FARTHEST_CELL = 2**15
-"""Coal silently drops cells this many or more edges from the origin."""
+"""Distance from the origin in edges from which Coal silently drops cells."""
 
 CUBE_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
@@ -52,7 +52,7 @@ class Cells:
     def outermost(self) -> FloatArray:
         """Corners whose convex hull is that of all cubes [m], shape (m, 3)."""
         extreme = self.index
-        for axis in range(3):  # a cube between two others in a row is not a corner of the hull
+        for axis in range(3):  # a cube between two others of a row is not a corner of the hull
             order = np.lexsort((extreme[:, axis], extreme[:, axis - 1], extreme[:, axis - 2]))
             extreme = extreme[order]
             row = np.delete(extreme, axis, axis=1)

@@ -46,7 +46,7 @@ class Pair(NamedTuple):
     Attributes:
         first, second: Their indices among the bodies; the second one moves with the robot.
         margin: Required clearance [m].
-        around: Whether one of them belongs to the surroundings, so that a detour is possible.
+        around: Whether one of them belongs to the surroundings, so that `way: clear` may help.
     """
 
     first: int
@@ -142,7 +142,7 @@ class CollisionModel:
 
     @property
     def ignored_pairs_notes(self) -> list[str]:
-        """A sentence for each reason of excluding pairs that move relative to each other."""
+        """A sentence for each reason why pairs that move relative to each other are excluded."""
         pairs: dict[str, list[str]] = {}
         for pair in self.ignored:
             if pair.reason not in (MOVE_TOGETHER, NEITHER_MOVES):

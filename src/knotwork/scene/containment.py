@@ -14,7 +14,7 @@ from knotwork.waypoints import FloatArray
 def one_inside_the_other(first: Placed, second: Placed) -> bool:
     """Whether one of two solids whose surfaces do not meet is inside the other.
 
-    Coal treats a mesh as a surface: the distance from inside is positive. Every connected part
+    Coal treats a mesh as a surface, so the distance from inside is positive. Every connected part
     of the inner solid is checked.
     """
     for outer, inner in ((first, second), (second, first)):
@@ -30,8 +30,8 @@ def one_inside_the_other(first: Placed, second: Placed) -> bool:
 def _is_inside(solid: Solid, point: FloatArray) -> bool:
     """Whether a point is inside an exact mesh, for either winding of its triangles.
 
-    A part within another one of opposite winding is the wall of a cavity, which is outside.
-    Where parts overlap otherwise, the region enclosed by both is inside.
+    A part within another one of opposite winding is the wall of a cavity, which is outside. If
+    parts overlap otherwise, the region enclosed by both is inside.
     """
     if solid.triangles is None or solid.parts is None:
         return False

@@ -29,8 +29,8 @@ SURFACE_TOLERANCE = 1e-7
 def _settle_boxes() -> None:
     """Have Coal take all boxes exactly.
 
-    The first support direction that a process evaluates for a box decides for good: one with
-    a zero in it makes every box wider by 1e-10 of its size on one side (`static` in Coal 3.0).
+    The first support direction that a process evaluates for a box affects all later ones (`static`
+    in Coal 3.0). If it contains a zero, every box is wider by 1e-10 of its size on one side.
     Distances would then depend on earlier ones.
     """
     turned = coal.Transform3s()
@@ -69,13 +69,13 @@ class DistanceMeter:
         self._here, self._point = coal.Transform3s(), coal.Sphere(0.0)
 
     def distance(self, first: Placed, second: Placed, most: float = math.inf) -> float:
-        """Distance between two solids [m]; not above 0 where they overlap.
+        """Distance between two solids [m], at most 0 if they overlap.
 
         Args:
             first: A solid.
             second: Another one.
-            most: Upper bound of relevant distances [m]: for exact meshes and cells farther apart,
-                the result is between this and the distance.
+            most: Upper bound of relevant distances [m]. For exact meshes and cells that are farther
+                apart, the result is between this and the distance.
         """
         if _cells_second(first, second):
             first, second = second, first
@@ -85,8 +85,8 @@ class DistanceMeter:
         self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
         if a.around is not None or b.around is not None:
-            # Triangles and cells are many. The hull is never farther away, and where it is nearest,
-            # they are not far either.
+            # There are many triangles and cells, so the hull is measured first. It is never farther
+            # away than they are.
             near = self._coal_distance(a.around or a.geometry, b.around or b.geometry)
             most = max(most, DISTANCE_ERROR)  # Coal skips the measurement if 0 is known already
             if near >= most:
@@ -146,7 +146,7 @@ def _cells_second(first: Placed, second: Placed) -> bool:
 
 
 def _in_axes_of(frame: Placed, solid: Placed) -> Placed:
-    """A solid in the axes of another: Coal's bounds of rotated ellipsoids are too small."""
+    """A solid in the axes of another, because Coal's bounds of rotated ellipsoids are too small."""
     turn = frame.rotation.T
     return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))
 

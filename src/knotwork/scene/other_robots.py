@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
 
 SAME_JOINT_POSITION = 1e-9
-"""Joints [rad or m] and robots that are so near are at one place."""
+"""Difference within which positions of joints [rad or m] and of robots are equal."""
 
 _ROOT_PACKAGE = __package__.partition(".")[0]
 
 _under_way: list[str] = []
-"""Scenarios being planned, each needed by the one before."""
+"""Scenarios that are being planned; each is needed by the previous one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +94,8 @@ def in_one_cell(robot: Robot, second: Robot) -> bool:
     """Whether two robots are arms of one URDF, which defines their relative placement.
 
     Raises:
-        InputError: A joint carries an arm but only moves in the other one's motion, or is at two
-            places.
+        InputError: A joint carries an arm but only moves in the motion of the other one, or has two
+            positions.
     """
     if robot.urdf != second.urdf or {*robot.joint_names} & {*second.joint_names}:
         return False

@@ -92,7 +92,7 @@ class Pairing:
         return next(robots, body.name) if body.kind == OBJECT_KIND else body.name
 
     def _reason(self, first: Body, second: Body, by_files: Reasons) -> str | None:
-        """Reason why two bodies are excluded, whatever they touch."""
+        """Reason why two bodies are always excluded."""
         if first.joint == second.joint:
             return MOVE_TOGETHER if first.joint else NEITHER_MOVES
         kinds = {first.kind, second.kind}
@@ -101,7 +101,7 @@ class Pairing:
         reason = self.given.get(frozenset((first.identity, second.identity)))
         apart = first.apart or second.apart
         if reason is not None and not (reason == ALLOWED and apart):
-            return reason  # an object may be touched only by its gripper and only then
+            return reason  # only the gripper may touch an object, and only during this time
         if kinds == {OBJECT_KIND} and (self.own[first.joint] == self.own[second.joint]).all():
             return NOT_OURS
         if kinds == {"link"}:

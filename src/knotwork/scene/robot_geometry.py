@@ -17,7 +17,7 @@ from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.waypoints import FloatArray
 
 TOUCHING_DISTANCE = CollisionRules.resolution
-"""Bodies nearer to one another than this [m] touch: no check finds them clear."""
+"""Distance of bodies [m] below which they touch, because no check finds them clear."""
 
 Touching = dict[tuple[int, int], float]
 """Pairs of bodies that touch at home, by index, with their penetration depth [m]."""

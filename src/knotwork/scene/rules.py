@@ -79,7 +79,7 @@ class _Names:
         Args:
             named: The names.
             place: Location of the names.
-            also: One more accepted name, with or without shapes.
+            also: One further accepted name, with or without shapes.
         """
         identities = []
         where = self.places.where(place)

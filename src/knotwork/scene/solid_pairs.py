@@ -105,19 +105,19 @@ class SolidPairs:
 
     @property
     def normal(self) -> FloatArray:
-        """Unit vector from the second solid to the first, of the pair measured last, shape (3,)."""
+        """Unit vector from the second solid to the first of the last measured pair, shape (3,)."""
         return self._meter.normal
 
     def measure(
         self, combo: int, turn: FloatArray, shift: FloatArray, most: float = math.inf
     ) -> float:
-        """Distance of a pair of solids [m]; not above 0 where they overlap.
+        """Distance of a pair of solids [m], at most 0 if they overlap.
 
         Args:
             combo: Index of the pair.
             turn: Rotations of the solids' own axes, shape (s, 3, 3).
             shift: Their origins [m], shape (s, 3).
-            most: Upper bound of distances of interest [m], as in `DistanceMeter.distance`.
+            most: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
         """
         return self._meter.distance(*self.placed_pair(combo, turn, shift), most)
 
@@ -156,7 +156,7 @@ class SolidPairs:
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
     def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
-        """Whether a solid of a pair is inside the other, whose surface it does not meet."""
+        """Whether a solid of a pair is inside the other, without contact of their surfaces."""
         return bool(self.exact[combo]) and one_inside_the_other(
             *self.placed_pair(combo, turn, shift)
         )
@@ -164,7 +164,7 @@ class SolidPairs:
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
 
-        Arguments are those of `clearances`, with one time for all.
+        The arguments are those of `clearances`, with one time for all configurations.
         """
         return np.array(list(self.clearances(q, np.full(len(q), time), most)))
 

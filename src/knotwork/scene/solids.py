@@ -25,11 +25,11 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 MOST_GROWTH = 1.1e-5
 """Largest growth of a hull, as a fraction of the largest distance from its centre."""
 UNMOVED_POINTS = 1000
-"""Number of points up to which none is moved, unless a corner has too many neighbours."""
+"""Number of points up to which no point is moved, unless a corner has too many neighbours."""
 MOST_LIFT = 1e-7
 """Largest outward shift, as a fraction of the distance from the centre."""
 LIFT_NOISE = 1e-2
-"""Fraction of it by which points at the same distance differ."""
+"""Fraction of that shift by which points at the same distance differ."""
 AXIS_LIFTS = np.array([1.0, 0.7, 0.4])
 """Extra shift along the first axis, so that a circle is bent as well."""
 CROWN_RADIUS = 1e-5
@@ -41,7 +41,7 @@ MOST_NEIGHBOURS = 250
 NEIGHBOURS_PER_CROWN_POINT = 100
 """Number of neighbours for each point of a crown."""
 MOST_CROWN_POINTS = 60
-"""Largest number of points of a crown, which are neighbours of one another."""
+"""Maximum number of points of a crown, which are neighbours of each other."""
 CROWN_ROUNDS = 4
 """Largest number of rounds in which crowns are added."""
 SHEET_RATIO = 1e-6
@@ -233,7 +233,7 @@ def _exact(
 def convex_hull(points: FloatArray) -> Any:
     """Convex hull of points [m], shape (n, 3), for Coal; larger by `MOST_GROWTH` at most.
 
-    Flat bodies are thickened by `SHEET_THICKNESS` to both sides: a hull needs an inside.
+    Flat bodies are thickened by `SHEET_THICKNESS` on both sides, because a hull needs an inside.
 
     Raises:
         InputError: The hull can't be made.
@@ -294,7 +294,7 @@ def _bend_hull(points: FloatArray) -> Any:
 def _round_axes(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Centre of some outermost points, axes in which they are as wide as long, and the inverse.
 
-    Only outermost points count: nearly all points of a cone are at its base.
+    Only outermost points count, because nearly all points of a cone are at its base.
     """
     for _ in range(2):
         middle = points.mean(axis=0)

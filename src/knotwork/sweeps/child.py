@@ -1,7 +1,7 @@
-"""Calls in child processes, with time limits; a parent survives their crashes.
+"""Calls in child processes, with time limits. The parent survives their crashes.
 
 loky's processes do not import the user's script, as those of `multiprocessing` do. Each child has
-an executor of its own, since an executor gives up all its processes when one ends.
+its own executor, because an executor ends all its processes when one ends.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MAX_TIME_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
 PARENT_PERIOD = 1.0
 """Interval at which a child looks for its parent [s]."""
-# One process is one thread of work; NumPy's threads would slow down the others.
+# Each process uses one thread, because NumPy's threads would slow down the other processes.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 Item = TypeVar("Item")
@@ -57,9 +57,9 @@ class Child:
         self._executor: Any = None
 
     def call(self, function: Callable[..., Any], *arguments: Any, limit: float) -> Any:
-        """Call a function in the child, a second time if it ends, as others may have ended it.
+        """Call a function in the child, and a second time if the child ends.
 
-        A system short of memory ends processes whose rows are valid.
+        A system short of memory may end processes whose rows are valid.
 
         Args:
             function: Function of a module.
@@ -148,6 +148,6 @@ def by_children(
                 ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)
                 for future in ready:
                     yield future.result()
-        finally:  # inside, as the pool waits for running tasks after an interrupt
+        finally:  # inside, because the pool waits for running tasks after an interrupt
             for child in children:
                 child.close()

@@ -18,7 +18,7 @@ from knotwork.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcom
 from knotwork.sweeps.spec import StudySpec
 
 MAX_BATCH, MIN_BATCHES = 8, 32
-"""Rows in a batch, and number of batches, of which small studies have smaller ones."""
+"""Maximum number of rows in a batch, and number of batches of a small study."""
 CONNECT_TIMEOUT = 20.0
 """Timeout of the connection to a scheduler [s]."""
 
@@ -90,7 +90,8 @@ _thread = threading.local()
 
 def _by_worker(batch: Sequence[int], spec: StudySpec) -> list[tuple[int, Outcome]]:
     """Plan rows in the child process of this thread of a Dask worker."""
-    # Dask's workers are daemons, which Python allows no children; these end with their parent.
+    # Dask's workers are daemons, for which Python allows no children. These children end with their
+    # parent.
     multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
     if not hasattr(_thread, "child"):
         _thread.child = Child()

@@ -44,13 +44,13 @@ _TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
 
 def _use(quantity: str) -> RowFigure:
     """Figure for the largest used fraction of a kind of limit."""
-    # tools also have a position at waypoints
+    # the tool also has a position at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
     def max_use(plan: Plan) -> float | None:
         findings = plan.report.select(quantity=quantity, **kind)
         if any(finding.only_sampled for finding in findings):
-            return None  # its use is unknown
+            return None  # its use of the limit is unknown
         uses = (finding.use for finding in findings)
         return max((use for use in uses if use is not None), default=None)
 

@@ -1,4 +1,4 @@
-"""Files that a scenario depends on: the ones it names, and the ones named in these."""
+"""Files that a scenario depends on: those that it names, and those that they name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from knotwork.files.documents import read, read_text
 from knotwork.scene.meshes.locating import find_mesh
 
 LARGEST_FILE = 500_000_000
-"""Largest size of a named file: no reader takes more, and a text may name any file."""
+"""Maximum size of a named file. No reader accepts more, and a text may name any file."""
 _DOCUMENTS = (".yaml", ".yml", ".json")
 _MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 

@@ -1,4 +1,4 @@
-"""A task for a robot arm in typed parts; a scenario file holds the same.
+"""A task for a robot arm in typed parts, which correspond to a scenario file.
 
 Each part is loaded on first use.
 """

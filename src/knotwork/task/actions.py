@@ -23,7 +23,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.task_part import TaskPart
 
-# Shorter waits are indistinguishable from rounding of times.
+# Minimum duration of a wait. Shorter ones are indistinguishable from rounding of times.
 Wait = Annotated[Positive, Field(ge=1e-3)]
 
 

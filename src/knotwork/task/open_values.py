@@ -23,7 +23,7 @@ from knotwork.task.task_part import TaskPart
 
 
 class Fastest(TaskPart):
-    """A duration to be chosen: the minimum that the limits allow."""
+    """A duration to be chosen: the minimum within the limits."""
 
     fastest: Literal[True] = required("The minimum time that the limits allow")
     at_least: Positive | None = optional("Lower bound", unit="s")

@@ -24,7 +24,7 @@ ORIENTATIONS = (
 
 
 MOST_PLACES = 1000
-"""Largest number of places in a grid."""
+"""Maximum number of locations in a grid."""
 
 
 def _euler_order(order: str) -> str:

@@ -51,8 +51,8 @@ class TaskUnits(TaskPart):
 class Task(TaskPart):
     """A task for a robot arm: waypoints with times and speeds, and options of plan and check.
 
-    Its fields are the keys of a scenario file; values are in SI unless `units` states
-    otherwise. `kw.plan` and everything else that takes a scenario accepts one.
+    Its fields are the keys of a scenario file; values are in SI unless `units` states otherwise.
+    `kw.plan` and all other functions with a scenario as argument accept a task.
 
     >>> ends = [kw.task.JointWaypoint(joints={"lift": z}, after=z or None) for z in (0.0, 2.0)]
     >>> kw.plan(kw.Task(waypoints=ends)).trajectory.duration
@@ -191,15 +191,15 @@ class Task(TaskPart):
 
     @classmethod
     def load(cls, reference: str | Path | Mapping[str, Any]) -> Task:
-        """Read a task: a shipped scenario by name, a file by path, or a mapping of the same shape.
+        """Read a task: a shipped scenario by name, a file by path, or a mapping with the same keys.
 
-        Paths become absolute; a task without a name gets the name of the file.
+        Paths become absolute. A task without a name gets the name of the file.
 
         >>> [one.name for one in kw.Task.load("ur5_deburring").waypoints][:2]
         ['approach', 'edge start']
 
         Raises:
-            InputError: The file can't be read, or something in it is wrong, as for `load_scenario`.
+            InputError: The file can't be read, or a value in it is wrong, as for `load_scenario`.
         """
         document = read_document(reference)
         if document.file is None:

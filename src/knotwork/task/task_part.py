@@ -1,4 +1,4 @@
-"""`TaskPart`: the base class of all parts of a task, which validates them when they are made."""
+"""`TaskPart`: the base class of all parts of a task, which validates them when they are created."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from knotwork.files.documents import Document, StrictModel, validate
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# No task nests deeper. Anything deeper is left unchanged here, and refused later.
+# Maximum depth of a task. Deeper values are left unchanged here, and refused later.
 _DEEPEST = 8
 
 

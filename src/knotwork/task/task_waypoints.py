@@ -259,7 +259,7 @@ def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
         for key, kind in kinds.items():
             if key in value:
                 return kind
-        # a near match is a typing error: let that key be reported
+        # a similar key is probably a typing error, which is then reported
         from difflib import get_close_matches
 
         slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)

@@ -265,30 +265,21 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
     """
     plane = np.cross(from_a, from_c)
     flat = np.linalg.norm(plane) <= PARALLEL_SINE * np.linalg.norm(from_a) * np.linalg.norm(from_c)
-    if normal is not None:
-        axis = unit(normal, "normal")
-        return axis if flat else _plane_normal(axis, plane)
-    if flat:
+    if flat and normal is None:
         case = "a full circle" if from_a @ from_c > 0.0 else "half a circle"
         raise PathError(
             f"start, centre and end are on a line ({case}), so that they name no plane; "
             "give the arc's normal"
         )
-    return np.asarray(plane)
-
-
-def _plane_normal(axis: FloatArray, plane: FloatArray) -> FloatArray:
-    """Return the normal of the plane of start, centre and end, on the side of the given axis.
-
-    Raises:
-        PathError: The given axis is not perpendicular to that plane.
-    """
-    plane = unit(plane, "normal")
-    along = float(axis @ plane)
-    if np.linalg.norm(axis - along * plane) > RIGHT_ANGLE_TOLERANCE:
+    if flat or normal is None:
+        return np.asarray(plane if normal is None else normal, dtype=float)
+    across = unit(plane, "normal")
+    along = float(unit(normal, "normal") @ across)
+    angle = math.acos(min(abs(along), 1.0))
+    if angle > RIGHT_ANGLE_TOLERANCE:
         raise PathError(
-            f"the arc's normal is {math.degrees(math.acos(min(abs(along), 1.0))):.6g} deg off that "
-            "of the plane of start, centre and end; it may differ by "
+            f"the arc's normal is {math.degrees(angle):.6g} deg off that of the plane of start, "
+            "centre and end; it may differ by "
             f"{math.degrees(RIGHT_ANGLE_TOLERANCE):.2g} deg at most"
         )
-    return np.asarray(plane * math.copysign(1.0, along))
+    return np.asarray(across * math.copysign(1.0, along))

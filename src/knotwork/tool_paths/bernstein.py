@@ -1,13 +1,15 @@
-"""Bernstein polynomials: their values, and their coefficients on subintervals of [0, 1].
+"""Bernstein polynomials, and bounds of rotation rates from their coefficients on subintervals.
 
 A polynomial is a mean of its Bernstein coefficients, so their maximum is an upper bound.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.waypoints import FloatArray
 
@@ -50,3 +52,39 @@ def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> Flo
         if len(values) > 1:
             values = step(values, u0)
     return np.array(result[::-1])
+
+
+class TurnBounds:
+    """Bounds of |ω| and |dω/du| on parts of pieces, ω the rotation per unit of u.
+
+    With ai the axes vi in base axes, fi' = 5 B(i-1) of degree 4 and fi'' the difference of two
+    cubic ones:
+
+        ω = Σ fi' ai              dω/du = 20 Σ Bk (a(k+2) - a(k+1)) + Σ(j<i) fj' fi' aj × ai
+
+    with k = 0…3. Joint i does not turn its own axis: |a(i+1) - ai| = |v(i+1) - vi| and, for
+    neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
+    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. If all axes are the same,
+    the bounds are exact.
+    """
+
+    def __init__(self, v: FloatArray) -> None:
+        size = np.linalg.norm(v, axis=2).T
+        cross = np.linalg.norm(np.cross(v[:, :, None], v[:, None]), axis=3)
+        self.rate = 5.0 * size
+        self.steps = 20.0 * np.linalg.norm(np.diff(v, axis=1), axis=2).T
+        self.products = np.zeros((9, len(v)))
+        for j, i in itertools.combinations(range(5), 2):
+            aside = cross[:, j, i] + size[j] * cross[:, j + 1 : i, i].sum(axis=1)
+            weight = 25.0 * math.comb(4, i) * math.comb(4, j) / math.comb(8, i + j)
+            self.products[i + j] += weight * np.minimum(aside, size[i] * size[j])
+
+    def __call__(
+        self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
+        rate, steps, products = (
+            on_interval(coefficients[:, piece], u0, u1).max(axis=0)
+            for coefficients in (self.rate, self.steps, self.products)
+        )
+        return rate, steps + products

@@ -14,18 +14,18 @@ the remaining rotation. As f1 + … + f5 = 5 u, the rotation is uniform if all a
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Collection, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.bernstein import basis, on_interval, sums_of_basis
+from knotwork.tool_paths.bernstein import TurnBounds, basis, sums_of_basis
 from knotwork.tool_paths.curve import checked_order, geometry_error, sorted_ends, unit
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm, multiply
+from knotwork.tool_paths.stretch_joining import RATE_TOLERANCE, joined_arrays
 from knotwork.waypoints import FloatArray, read_only
 
 HALF_TURN = math.pi - 1e-6
@@ -36,16 +36,6 @@ MAX_PART_ANGLE = 0.5 * math.pi
 
 UNIFORM_TOLERANCE = 1e-14
 """Difference [rad] below which the rotation vectors of a piece give a uniform rotation."""
-
-
-TRANSITION_SHARE = 0.25
-"""Length of a transition, relative to the shorter of the two stretches."""
-RATE_TOLERANCE = 1e-12
-"""Relative difference below which rotation vectors and rates are equal."""
-EQUAL_RATES = 1e-9
-"""Relative difference of the rates of two stretches below which no transition is needed."""
-JUNCTION_ANGLE = 1e-6
-"""Tolerance of the difference of rotations at a junction [rad]."""
 
 
 class OrientationCurve:
@@ -220,24 +210,7 @@ class OrientationCurve:
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
-        parts = [OrientationStretch(stretch) for stretch in stretches]
-        for i, (before, after) in enumerate(itertools.pairwise(parts)):
-            check_junction(i, before, after)
-            if i not in stops:
-                match_rates(before, after)
-        start = 0.0
-        arrays: list[list[FloatArray]] = [[], [], [], [], []]
-        for i, part in enumerate(parts):
-            last = i + 1 == len(parts)
-            ends = (part.rates[-1, 0], part.changes[-1, 0])
-            if not last:  # a junction belongs to the stretch that begins there
-                parts[i + 1].rates[0, 0], parts[i + 1].changes[0, 0] = ends
-            breaks = start + np.sort(part.breaks)
-            values = (start + part.s, part.rotations, part.rates, part.changes, breaks)
-            for array, value in zip(arrays, values, strict=True):
-                array.append(value if last else value[:-1])
-            start += float(part.s[-1])
-        return cls(*(np.concatenate(array) for array in arrays))
+        return cls(*joined_arrays(stretches, stops))
 
     @property
     def jumps(self) -> FloatArray:
@@ -275,16 +248,7 @@ class OrientationCurve:
                 a stretch is extended smoothly beyond its ends.
             side: Side of a break that is evaluated: `"right"` or `"left"`.
         """
-        piece, u = self._pieces(s, at, side)
-        R = self.rotations[piece]
-        if self._still:
-            return np.asarray(R)
-        if self._even:
-            return np.asarray(R @ exponentials(5.0 * u[:, None] * self._v[piece, 0]))
-        f = sums_of_basis(basis(5, u))
-        for i in range(5):
-            R = R @ exponentials(f[i][:, None] * self._v[piece, i])
-        return np.asarray(R)
+        return self.states(s, at, side)[0]
 
     def rate(
         self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
@@ -304,14 +268,14 @@ class OrientationCurve:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """`rotation`, `rate` and the derivative of the rate in one evaluation."""
         piece, u = self._pieces(s, at, side)
+        R = self.rotations[piece]
         if self._even:
-            none = np.zeros((len(u), 3))
-            rate = none if self._still else self.rates[piece, 1]
-            return self.rotation(s, at, side), rate, none
+            vector = 5.0 * u[:, None] * self._v[piece, 0]
+            R = R if self._still else R @ exponentials(vector)
+            return np.asarray(R), self.rates[piece, 1], np.zeros_like(vector)
         f = sums_of_basis(basis(5, u))
         slope = 5.0 * basis(4, u)
         bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)
-        R = self.rotations[piece]
         rate, change = np.zeros((len(u), 3)), np.zeros((len(u), 3))
         for i in range(5):
             vector = self._v[piece, i]
@@ -348,110 +312,6 @@ class OrientationCurve:
         np.maximum.at(bounds[0], row, rate / step)
         np.maximum.at(bounds[1], row, change / step**2)
         return bounds
-
-
-class TurnBounds:
-    """Bounds of |ω| and |dω/du| on parts of pieces, ω the rotation per unit of u.
-
-    With ai the axes vi in base axes, fi' = 5 B(i-1) of degree 4 and fi'' the difference of two
-    cubic ones:
-
-        ω = Σ fi' ai              dω/du = 20 Σ Bk (a(k+2) - a(k+1)) + Σ(j<i) fj' fi' aj × ai
-
-    with k = 0…3. Joint i does not turn its own axis: |a(i+1) - ai| = |v(i+1) - vi| and, for
-    neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
-    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. If all axes are the same,
-    the bounds are exact.
-    """
-
-    def __init__(self, v: FloatArray) -> None:
-        size = np.linalg.norm(v, axis=2).T
-        cross = np.linalg.norm(np.cross(v[:, :, None], v[:, None]), axis=3)
-        self.rate = 5.0 * size
-        self.steps = 20.0 * np.linalg.norm(np.diff(v, axis=1), axis=2).T
-        self.products = np.zeros((9, len(v)))
-        for j, i in itertools.combinations(range(5), 2):
-            aside = cross[:, j, i] + size[j] * cross[:, j + 1 : i, i].sum(axis=1)
-            weight = 25.0 * math.comb(4, i) * math.comb(4, j) / math.comb(8, i + j)
-            self.products[i + j] += weight * np.minimum(aside, size[i] * size[j])
-
-    def __call__(
-        self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
-        rate, steps, products = (
-            on_interval(coefficients[:, piece], u0, u1).max(axis=0)
-            for coefficients in (self.rate, self.steps, self.products)
-        )
-        return rate, steps + products
-
-
-class OrientationStretch:
-    """Arrays of an `OrientationCurve`, modified at its two ends."""
-
-    def __init__(self, curve: Any) -> None:
-        self.curve = curve
-        self.s = np.array(curve.s)
-        self.rotations = np.array(curve.rotations)
-        self.rates, self.changes = np.array(curve.rates), np.array(curve.changes)
-        self.breaks = np.array(curve.breaks)
-
-    def divide(self, at_end: bool, length: float) -> float:
-        """Insert a break at the end of the transition to a junction, if its piece turns uniformly.
-
-        Args:
-            at_end: Whether the junction is at the end.
-            length: Length of the transition [m].
-
-        Returns:
-            Actual length of the transition: that of the whole piece if it was not divided [m].
-        """
-        curve, piece = self.curve, -1 if at_end else 0
-        v, step = curve._v[piece], float(curve._steps[piece])
-        if (
-            np.abs(np.diff(v, axis=0)).max() > RATE_TOLERANCE * max(1.0, np.abs(v).max())
-            or step <= length
-        ):
-            return step
-        s = curve.length - length if at_end else length
-        index = len(self.s) - 1 if at_end else 1
-        at = np.array([s])
-        self.s = np.insert(self.s, index, s)
-        self.breaks = np.append(self.breaks, s)
-        self.rotations = np.insert(self.rotations, index, curve.rotation(at), axis=0)
-        for name, order in (("rates", 0), ("changes", 1)):
-            value = np.repeat(curve.rate(at, order)[:, None], 2, axis=1)
-            setattr(self, name, np.insert(getattr(self, name), index, value, axis=0))
-        return length
-
-
-def match_rates(before: OrientationStretch, after: OrientationStretch) -> None:
-    """Give two stretches the same rate and derivative at their junction."""
-    scale = max(np.abs(part.curve.rates).max() for part in (before, after))
-    a, b = before.rates[-1, 0], after.rates[0, 1]
-    weight = 0.5
-    if np.abs(a - b).max() > EQUAL_RATES * scale:
-        shorter = TRANSITION_SHARE * min(before.curve.length, after.curve.length)
-        length_before, length_after = before.divide(True, shorter), after.divide(False, shorter)
-        # weights are the transition lengths, so that both sides deviate by the same angle
-        weight = length_after / (length_before + length_after)
-    before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
-    if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
-        before.changes[-1, :] = after.changes[0, :] = 0.0
-
-
-def check_junction(i: int, before: OrientationStretch, after: OrientationStretch) -> None:
-    """Check that stretch i ends with the first rotation of the next one.
-
-    Raises:
-        PathError: The rotations differ.
-    """
-    angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
-    if angle > JUNCTION_ANGLE:
-        raise PathError(
-            f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
-            f"stretch {i} and the start of stretch {i + 1}; they must meet"
-        )
 
 
 def two_sided(values: ArrayLike, count: int, name: str) -> FloatArray:

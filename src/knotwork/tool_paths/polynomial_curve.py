@@ -37,9 +37,6 @@ MIN_DIVISOR = 1e-150
 MAX_NEWTON_STEPS = 30
 """Maximum number of Newton steps; each doubles the digits."""
 
-END_TOLERANCE = 1e-14
-"""Relative distance from an end of the curve within which an arc length is that end."""
-
 
 class PolynomialCurve(Curve):
     """Piecewise polynomial as a function of its arc length.
@@ -101,13 +98,8 @@ class PolynomialCurve(Curve):
 
     def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points and their derivatives up to an order, each of shape (k, 3)."""
-        return self._derivatives_at(*self._parameters(np.asarray(s, dtype=float)), order)
-
-    def _derivatives_at(
-        self, span: NDArray[np.intp], w: FloatArray, order: int
-    ) -> list[FloatArray]:
-        """Points and derivatives at parameters of spans."""
         checked_order(order)
+        span, w = self._parameters(np.asarray(s, dtype=float))
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
         result = C[:1]
         if order >= 1:
@@ -129,8 +121,8 @@ class PolynomialCurve(Curve):
         A step that does not reduce the distance is halved.
         """
         points = np.asarray(points, dtype=float)
-        span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
-        going, state = np.arange(w.size), self._derivatives_at(span, w, 2)
+        s: FloatArray = np.clip(np.asarray(guess, dtype=float), 0.0, self.length)
+        going, state = np.arange(s.size), self.derivatives(s, 2)
         for _ in range(MAX_NEWTON_STEPS):
             place, tangent, bend = state
             off = place - points[going]
@@ -138,40 +130,18 @@ class PolynomialCurve(Curve):
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
             for _ in range(MAX_NEWTON_STEPS):
-                spans, at, moved = self._move(span[going], w[going], step)
-                trial = self._derivatives_at(spans, at, 2)
-                farther = _norm(trial[0] - points[going]) > before * (1 + 1e-12)
-                if not farther.any():
+                trial = np.clip(s[going] + step, 0.0, self.length)
+                state = self.derivatives(trial, 2)
+                is_farther = _norm(state[0] - points[going]) > before * (1.0 + 1e-12)
+                if not is_farther.any():
                     break
-                step = np.where(farther, 0.5 * step, step)
-            span[going], w[going] = spans, at
-            on = np.abs(moved) > 1e-10 * self.length
-            going, state = going[on], [values[on] for values in trial]
+                step = np.where(is_farther, 0.5 * step, step)
+            on = np.abs(trial - s[going]) > 1e-10 * self.length
+            s[going] = trial
+            going, state = going[on], [values[on] for values in state]
             if not going.size:
                 break
-        s = self._s[span] + _lengths(self._c[1][:, span], 0.0, w)
-        ends = np.array([[0.0], [self.length]])
-        at_end = np.abs(s - ends) <= END_TOLERANCE * self.length
-        return np.where(at_end[0], 0.0, np.where(at_end[1], self.length, s))
-
-    def _move(
-        self, span: NDArray[np.intp], w: FloatArray, step: FloatArray
-    ) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
-        """Move along the curve from parameters of spans by about a distance [m], up to its ends.
-
-        Returns:
-            The new spans and parameters, and the distance moved [m].
-        """
-        slope = self._c[1][:, span]
-        moved_to = w + step / _norm(horner(slope, w[:, None]))
-        out = np.flatnonzero((moved_to < 0.0) | (moved_to > 1.0))
-        if out.size:
-            s = self._s[span[out]] + _lengths(slope[:, out], 0.0, w[out])
-            onward = np.clip(s + step[out], 0.0, self.length)
-            span, step = span.copy(), step.copy()
-            span[out], moved_to[out] = self._parameters(onward)
-            step[out] = onward - s
-        return span, moved_to, step
+        return s
 
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,).

@@ -60,7 +60,8 @@ class ThroughPoints(PolynomialCurve):
         if count < 2:
             raise PathError(f"{count} points are given; a curve needs at least two")
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        for i in np.flatnonzero(chords <= SAME_POINT)[:1]:
+        if (chords <= SAME_POINT).any():
+            i = int((chords <= SAME_POINT).argmax())
             raise geometry_error(
                 f"points {i} and {i + 1} are the same, {{point}}; leave one out",
                 point=self.points[i],
@@ -125,8 +126,8 @@ def _align_signs(quaternions: ArrayLike, count: int) -> FloatArray:
     """
     values = read_only(quaternions, (count, 4), "quaternions")
     size = np.linalg.norm(values, axis=1)
-    for i in np.flatnonzero(size == 0.0)[:1]:
-        raise PathError(f"quaternion {i} is zero; it must have a length of 1")
+    if not size.all():
+        raise PathError(f"quaternion {int(size.argmin())} is zero; it must have a length of 1")
     unit_quaternions = values / size[:, None]
     turned = np.einsum("ki,ki->k", unit_quaternions[1:], unit_quaternions[:-1]) < 0.0
     unit_quaternions[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]

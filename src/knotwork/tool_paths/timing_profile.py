@@ -191,7 +191,8 @@ def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArra
     count = len(np.atleast_1d(np.asarray(lengths)))
     length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
     for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
-        for i in np.flatnonzero(values <= 0.0)[:1]:
+        if (values <= 0.0).any():
+            i = int((values <= 0.0).argmax())
             raise PathError(
                 f"{quantity} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
             )

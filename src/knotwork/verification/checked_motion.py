@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, Stretch
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
@@ -42,6 +47,48 @@ class Motion:
     def end_time(self) -> float:
         """End time [s]."""
         return float(self.curve.x[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Execution:
+    """Run of a task, or of a part of it, with another clock.
+
+    Attributes:
+        clock: Time of the task over that of the motion [s].
+        arrivals: Times in the motion [s] at which waypoints are passed, by their index in the task.
+        ends: Names of the ends of the motion, where the task has no waypoint.
+    """
+
+    clock: PiecewisePolynomial
+    arrivals: Mapping[int, float]
+    ends: tuple[str, str]
+
+    def stretch(
+        self, stretch: Stretch, k: int, name: tuple[str, str]
+    ) -> tuple[tuple[str, str], Stretch]:
+        """Ends and executed part of a stretch of a tool path, at any speed; it may be empty.
+
+        Args:
+            stretch: The stretch.
+            k: Index of the waypoint at its start.
+            name: Names of the waypoints at its ends.
+        """
+        start, end = self.clock.x[[0, -1]].tolist()
+        first, last = self.clock(self.clock.x[[0, -1]]).tolist()
+        if stretch.end <= first or last <= stretch.start:
+            return name, replace(stretch, start=start, end=start)
+        names = (
+            name[0] if k in self.arrivals else self.ends[0],
+            (name[1] if k + 1 in self.arrivals else self.ends[1]),
+        )
+        executed = replace(
+            stretch,
+            start=self.arrivals.get(k, start),
+            end=self.arrivals.get(k + 1, end),
+            speed=np.inf,
+            full_speed=(np.inf, np.inf),
+        )
+        return names, executed
 
 
 def place_of_time(scenario: Scenario, time: float) -> str:

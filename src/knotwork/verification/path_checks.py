@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import Motion
+from knotwork.verification.checked_motion import Execution, Motion
 from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -28,10 +28,42 @@ POSE_TOLERANCE = 1e-9
 
 def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare the motion of the tool with each stretch of each path of the scenario."""
+    yield from _tool_paths(motion, scenario, space, None)
+
+
+def path_geometry(
+    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
+) -> Iterator[Finding]:
+    """Compare the tool with the paths of the scenario at any speed: its places, turns and progress.
+
+    Args:
+        motion: A motion that runs the task, or a part of it, with another clock.
+        scenario: The task, with its own times.
+        space: The joints and their robot.
+        execution: The clock of the motion.
+    """
+    start, end = execution.clock(execution.clock.x[[0, -1]])
+    own_clock = [
+        path
+        for path in scenario.paths
+        if path.motion.carrier is not None and path.times[0] < end and start < path.times[-1]
+    ]
+    for path in own_clock:
+        names = scenario.waypoints[path.first].name, scenario.waypoints[path.last].name
+        kind = "woven" if path.motion.seam_carrier is None else "in a moving frame"
+        fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
+        yield Finding("Warnings", "motion", "", "path", "warning", fact)
+    yield from _tool_paths(motion, scenario, space, execution)
+
+
+def _tool_paths(
+    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None
+) -> Iterator[Finding]:
     if space.robot is None:
         return
-    for paths in join_paths(scenario):
-        for followed in _follow_paths(motion, scenario, space.robot, paths):
+    for group in join_paths(scenario):
+        paths = [path for path in group if execution is None or path.motion.carrier is None]
+        for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
             yield from _stretch_findings(scenario, followed)
 
 
@@ -85,47 +117,63 @@ class _FollowedStretch(NamedTuple):
 
 
 def _follow_paths(
-    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath]
+    motion: Motion,
+    scenario: Scenario,
+    robot: Robot,
+    paths: Sequence[ScenarioPath],
+    execution: Execution | None,
 ) -> list[_FollowedStretch]:
     """Follow the tool along joined paths, and its turn continuously, whole turns counted.
 
     If several whole turns are possible at the beginning, one is taken that keeps the turn within
     its range.
     """
-    followed = _follow_from(motion, scenario, robot, paths, 0.0)
-    freedom = paths[0].freedom
-    if not followed or freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
+    followed = _follow_from(motion, scenario, robot, paths, execution, 0.0)
+    freedom = paths[0].freedom if followed else None
+    if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return followed
     start, allowed = followed[0].bounds.turned[0], scenario.tolerances.path_orientation
     low, high = ((bound - start) / (2.0 * math.pi) for bound in freedom.turn)
     slack = allowed / (2.0 * math.pi)
     for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
         turn = start + 2.0 * math.pi * turns
-        attempt = _follow_from(motion, scenario, robot, paths, turn) if turns else followed
+        attempt = followed
+        if turns:
+            attempt = _follow_from(motion, scenario, robot, paths, execution, turn)
         if all(stretch.keeps_turn for stretch in attempt):
             return attempt
     return followed
 
 
 def _follow_from(
-    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
+    motion: Motion,
+    scenario: Scenario,
+    robot: Robot,
+    paths: Sequence[ScenarioPath],
+    execution: Execution | None,
+    turn: float,
 ) -> list[_FollowedStretch]:
     """Bounds on each stretch, the first of which begins at about a turn [rad]."""
     from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
 
     allowed, followed = scenario.tolerances, []
+    clock = None if execution is None else execution.clock
     for path in paths:
         for k, stretch in enumerate(path.stretches, path.first):
-            if not (motion.start_time < stretch.end and stretch.start < motion.end_time):
+            name = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
+            if execution is not None:
+                name, stretch = execution.stretch(stretch, k, name)
+            start, end = max(stretch.start, motion.start_time), min(stretch.end, motion.end_time)
+            if end - start <= 0.0:
                 continue
             speed = allowed.path_speed * stretch.speed
             limits = PathLimits(allowed.path, allowed.path_orientation, speed)
             bounds = path_bounds(
                 robot, motion.curve, path.motion, (stretch.start, stretch.end),
                 stretch.full_speed, stretch.speed, limits, freedom=path.freedom, turn=turn,
+                clock=clock,
             )  # fmt: skip
             turn = bounds.turned[1]
-            name = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
             followed.append(_FollowedStretch(path, name, stretch, limits, bounds))
     return followed
 
@@ -214,6 +262,8 @@ def _criteria(
     worst = progress.worst  # proved if the distance is
     bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)
     yield "path_progress", bound, most, "m", text
+    if math.isinf(stretch.speed):
+        return
     asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * tolerances.path_speed:.3g} %"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)
     speeds = _speeds(bounds, scenario, 5)

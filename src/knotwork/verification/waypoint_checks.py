@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.checked_motion import Motion
+from knotwork.verification.checked_motion import Execution, Motion
 from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
@@ -57,14 +58,40 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
     if space.robot is None:
         return
-    # at the start of a path the velocity has the path's freedom
-    path_freedoms = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
     for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
-            q, v = motion.curve(time), motion.curve(time, 1)
-            freedom = path_freedoms.get(waypoint.name) or waypoint.freedom
-            robot, joints = space.robot.in_frame(standing=waypoint.standing)
-            yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
+            yield from _tool_at(waypoint, time, motion, scenario, space.robot)
+
+
+def tool_at_arrivals(
+    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
+) -> Iterator[Finding]:
+    """Compare the tool with waypoints that a motion with another clock passes.
+
+    Args:
+        motion: The motion.
+        scenario: The task, with its own times.
+        space: The joints and their robot.
+        execution: The clock of the motion.
+    """
+    for i, time in execution.arrivals.items():
+        waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
+        if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
+            continue
+        passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
+        yield from _tool_at(passed, time, motion, scenario, space.robot)
+
+
+def _tool_at(
+    waypoint: CartesianWaypoint, time: float, motion: Motion, scenario: Scenario, robot: Robot
+) -> Iterator[Finding]:
+    """Compare the tool at a time [s] with a waypoint."""
+    # at the start of a path the velocity has the path's freedom
+    path_freedoms = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
+    freedom = path_freedoms.get(waypoint.name) or waypoint.freedom
+    q, v = motion.curve(time), motion.curve(time, 1)
+    robot, joints = robot.in_frame(standing=waypoint.standing)
+    yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

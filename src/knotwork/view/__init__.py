@@ -1,6 +1,6 @@
 """Pictures of motions, scenes and reports. Matplotlib is loaded with the first picture.
 
-No function here touches Matplotlib's global state: figures are made without `pyplot`.
+No function changes the global state of Matplotlib, because figures are made without `pyplot`.
 """
 
 import lazy_loader

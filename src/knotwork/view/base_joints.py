@@ -21,9 +21,9 @@ from knotwork.waypoints import FloatArray
 def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
     """Describe the joints of a chain: parent, placement and motion of each.
 
-    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is fixed.
-    Joint position q rotates it about `axis` by q, or shifts it along it by q, after `quaternion`
-    (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
+    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is fixed. `quaternion` (x, y,
+    z, w) and `origin` [m] place the joint in the axes of its parent. Then the joint position q
+    rotates it about `axis` by q, or shifts it along `axis` by q.
     """
     model, joints = robot.model, joint_tree(robot.model)
     return [drawn_joint(joints, i, str(model.names[i])) for i in range(1, model.njoints)]

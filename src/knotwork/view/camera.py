@@ -1,4 +1,4 @@
-"""The first view of a scene: from above and from the side of the task, with everything in view."""
+"""The first view of a scene: from above and from the side of the task, with all parts in view."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from knotwork.waypoints import FloatArray
 ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
 # Azimuth relative to the direction of the task, so that the arm does not hide it.
 ASIDE_ANGLE = np.radians(10.0)
-# Azimuth from other robots, if possible, so that they do not hide it either; robots nearer to the
-# task than this fraction of the whole have no direction.
+# Azimuth from other robots, if possible, so that they do not hide the arm. Robots nearer to the
+# task than this fraction of the whole scene have no direction.
 CLEAR_ANGLE, NEAR_ROBOT = np.radians(75.0), 0.15
 # Margin around a view of the task alone, as a fraction of its size.
 VIEW_MARGIN = 0.35
@@ -36,8 +36,8 @@ def views(
         towards: Unit vector from the scene towards the camera, if known.
 
     Returns:
-        `view`, of all: its direction `from` and its `points`; and `work`, the same of the task
-        alone, or `None`.
+        `view` has the direction `from` and the `points` of the view of all. `work` has those of the
+        task alone, or is `None`.
     """
     size = np.ptp(points, axis=0)
     if towards is None:

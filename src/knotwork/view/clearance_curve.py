@@ -14,7 +14,7 @@ from knotwork.view.shown_motion import ShownMotion, nearest_around
 from knotwork.waypoints import FloatArray
 
 CLEARANCE_SAMPLES = 200
-# Every eighth sample tests whether a pair moves; by less than this [m] it is at rest.
+# Interval of the samples that test whether a pair moves, and motion [m] below which it is at rest.
 STEP_OF_TEST, AT_REST = 8, 1e-6
 
 
@@ -23,7 +23,7 @@ class ClearanceCurve(NamedTuple):
 
     Attributes:
         time: Times [s], shape (n,).
-        distance: Distance of the pair with the least margin [m], shape (n,); NaN without one.
+        distance: Distance of the pair with the smallest margin [m], shape (n,); NaN without a pair.
         pair: Index of that pair's name, shape (n,).
         names: Names of pairs.
     """

@@ -12,7 +12,7 @@ from knotwork.spline.polynomial.critical_points import critical_points, horner
 from knotwork.spline.polynomial.jumps import measured_jumps
 from knotwork.waypoints import FloatArray
 
-# Points of a whole curve, and the least and most of one piece.
+# Number of points of a whole curve, and the minimum and maximum number of one piece.
 CURVE_POINTS, LEAST_POINTS, MOST_POINTS = 3000, 12, 400
 
 
@@ -31,10 +31,10 @@ class Strokes:
     jumps: NDArray[np.intp]
 
     def line(self, *, steps: bool = False) -> tuple[FloatArray, FloatArray]:
-        """Times and values of a line to draw, parted by NaN at jumps.
+        """Times and values of a line, with NaN at jumps.
 
         Args:
-            steps: Join the two sides of a jump by an upright line instead.
+            steps: Join the two sides of a jump by a vertical line instead.
         """
         time, value = self.time.ravel(), self.value.ravel()
         if steps or not self.jumps.size:
@@ -43,7 +43,7 @@ class Strokes:
         return np.insert(time, at, self.time[self.jumps, 0]), np.insert(value, at, np.nan)
 
     def jump_lines(self) -> tuple[FloatArray, FloatArray]:
-        """Times and values of upright lines from one side of each jump to the other, with NaN."""
+        """Times and values of vertical lines from one side of each jump to the other, with NaN."""
         k = self.jumps
         gap = np.full(k.shape, np.nan)
         time = self.time[k, 0]
@@ -81,6 +81,6 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
 
 
 def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
-    """Indices of the inner breaks at which a derivative jumps by more than rounding can make it."""
+    """Indices of the inner breaks at which a derivative jumps by more than rounding explains."""
     sizes, allowed = measured_jumps(curve, order)
     return np.flatnonzero((sizes > allowed)[:, component]) + 1

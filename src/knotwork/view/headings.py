@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 NAME_LETTERS, CURVE_LETTERS, TITLE_LETTERS, REASON_LETTERS = 16, 26, 50, 84
-"""Largest numbers of letters of waypoints, curves, titles, and reasons of a failure."""
+"""Maximum numbers of letters of waypoints, curves, titles, and reasons of a failure."""
 LETTER_WIDTH = 0.62
 """Width of a letter, as a fraction of the font size."""
 TIME_MARGIN = 0.012
 """Margin around the times of a motion, as a fraction of its duration."""
 LEAST_SPAN = 0.003
-"""Shortest drawn contact, as a fraction of the motion."""
+"""Minimum drawn duration of a contact, as a fraction of the motion."""
 SEGMENTS = ("tool path", "way", "wait")
 LEAST_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
 """Smallest height of a panel [in], of one of more rows than this, and this number of rows."""
@@ -90,7 +90,7 @@ def write_around(
     if grows and missing > 0.0:
         figure.set_figheight(figure.get_figheight() + rows * missing)
         figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # drawing again gives the same result
+    figure.set_layout_engine("none")  # a second call gives the same result
 
 
 def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
@@ -141,7 +141,7 @@ def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
 
 
 def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
-    """Write the waypoints' names above a laid-out panel, some of them if there are too many."""
+    """Write the names of the waypoints above a panel; only some of them if there are too many."""
     figure: Any = axes.figure
     place = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
     names = shorten_names(marks.names, NAME_LETTERS)

@@ -32,7 +32,7 @@ NO_ROBOT = (
 MOST_ROWS = 6
 """Number of rows of failures, and of the tightest findings."""
 MOST_USE = 100.0
-"""Uses of a limit above this are not printed in percent."""
+"""Use of a limit above which it is not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 """Verdicts with other words."""
 
@@ -40,7 +40,7 @@ _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 def report_page(plan: PlanLike) -> Page:
     """Put the report of a plan on a page.
 
-    Without a robot there is no 3D view: only plots, and the page gives the reason.
+    Without a robot the page has plots but no 3D view, and gives the reason.
 
     >>> report_page(kw.plan("paper_case")).save("report.html").name
     'report.html'
@@ -121,7 +121,7 @@ def _groups(report: Report) -> list[dict[str, Any]]:
 
 
 def _free_text(finding: Finding) -> str:
-    """A finding without a limit, such as the greatest jerk of a joint."""
+    """A finding without a limit, such as the maximum jerk of a joint."""
     at = f" at {finding.when} s" if finding.when else ""
     value = f"{_number(finding.value)} {finding.unit}".strip()
     return f"{finding.name} {finding.title} {value}{at}".strip()

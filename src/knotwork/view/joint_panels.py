@@ -20,7 +20,7 @@ from knotwork.view.style import DARK, colour, rounded_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# More of these would hide the curve; each is small if a panel has more marks.
+# Number of marks above which they are small or left out, because they would hide the curve.
 MOST_KNOT_TICKS, MOST_LARGE_MARKS = 400, 60
 # Number of motions up to which each has its own row of knots.
 MOST_KNOT_ROWS = 3
@@ -62,8 +62,8 @@ class Series:
 def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Units) -> Panel:
     """Draw the panel of a quantity.
 
-    Joints that share the panel are drawn with the limits of the joint nearest to its limit, in its
-    colour if another joint has others.
+    The limits are those of the joint nearest to its limit. They have its colour if another joint
+    has other limits.
 
     Args:
         axes: Axes to draw on.
@@ -133,7 +133,7 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
 
 
 def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:
-    """Name the curve nearest to its limit, or furthest beyond it; and whether one is beyond."""
+    """Name the curve nearest to its limit or farthest beyond it, and state whether it is beyond."""
     quantity, factor, unit = panel.title, panel.factor, panel.unit
     uses = {item: use for item in limited if (use := item.use(quantity)) is not None}
     use = uses[nearest]

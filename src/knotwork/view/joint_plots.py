@@ -58,7 +58,7 @@ def plot_joints(
     2
 
     Raises:
-        InputError: A name is unknown, there is nothing or too much to draw, or joints differ.
+        InputError: A name is unknown, no curve or too many curves would be drawn, or joints differ.
     """
     drawn = motions_of(motions, scenario=scenario, labels=labels)
     names = choose_names("joint", joints, drawn[0].trajectory.joint_names)

@@ -55,7 +55,7 @@ def limit_shares(
             values = frame_values(robot, finding.name, FRAME_ORDERS[finding.quantity], *states)
         elif finding.quantity == LEAST_SINGULAR_VALUE:
             values, lower, upper = singular_values(robot, states[0]), finding.limit, np.inf
-        else:  # of a user's check: only at its time
+        else:  # for a check of the user, only at its time
             upper = np.inf
         share = np.minimum(np.maximum(_part(values, upper), _part(-values, -lower)), most)
         share[... if finding.time is None else np.abs(time - finding.time).argmin()] = most

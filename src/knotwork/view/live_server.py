@@ -13,7 +13,7 @@ from knotwork.view.page_server import Action, Answer, PageServer, Query
 from knotwork.view.scene_data import ROBOT_PARTS
 
 PULSE = 15.0
-"""Interval of writes by which a closed browser is noticed [s]."""
+"""Interval of writes that detect a closed browser [s]."""
 
 
 class LiveServer(PageServer):
@@ -109,7 +109,7 @@ class LiveServer(PageServer):
 
     def _page(self, query: Query) -> Answer:
         """The page at the start of following."""
-        version, scene = self.version, self.scene  # in this order: a page may be newer
+        version, scene = self.version, self.scene  # in this order, because a page may be newer
         if scene is None:
             return "text/html", self._waiting
         page = scene_page(scene, live=version, editing=self._editing)
@@ -128,14 +128,14 @@ class LiveServer(PageServer):
         return "text/event-stream", self._events()
 
     def _events(self) -> Iterator[str]:
-        """Each state as an event, and a pulse where nothing changes."""
+        """Each state as an event, and a pulse if there is no change."""
         seen = -1
         while True:
             seen, changed = self._next_count(seen)
             yield f"retry: 1000\ndata: {json.dumps(self.state())}\n\n" if changed else ":\n\n"
 
     def _next_count(self, seen: int) -> tuple[int, bool]:
-        """Wait for a newer state than a seen one; its number, and whether there was one."""
+        """Wait for a state newer than a given one. Returns its number, and whether there is one."""
         with self._changed:
             changed = self._changed.wait_for(lambda: self._count != seen, timeout=PULSE)
             return self._count, changed

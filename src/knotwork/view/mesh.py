@@ -17,7 +17,7 @@ _Number = TypeVar("_Number", bound=np.generic)
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 CREASE = np.radians(35.0)
-"""Faces at smaller angles are shaded as one smooth surface."""
+"""Angle of faces below which they are shaded as one smooth surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ def drawable(part: MeshPart) -> Mesh:
 
 
 def from_triangles(corners: FloatArray, colour: Sequence[float]) -> Mesh:
-    """Make a mesh from loose triangles, smooth where faces meet at a small angle.
+    """Make a mesh from separate triangles, smooth where faces meet at a small angle.
 
     Faces without area are left out.
 

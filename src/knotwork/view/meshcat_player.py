@@ -33,9 +33,9 @@ VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None
 
 
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
-    """Draw a scene in a Meshcat viewer, below `knotwork`, look at it, and start its motion.
+    """Draw a scene in a Meshcat viewer below `knotwork`, set the camera, and start its motion.
 
-    The drawing of an earlier call is replaced. The rest of the viewer stays, but the robot of
+    This replaces the drawing of an earlier call. Other objects in the viewer stay. The robot of
     Pinocchio's `MeshcatVisualizer` is hidden; `displayVisuals(True)` shows it again.
 
     Args:
@@ -152,7 +152,7 @@ def _joint_poses(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> di
     along = np.outer(q, joint["axis"])
     positions = joint["origin"] + slides * placed.apply(along)
     turns = (placed * Rotation.from_rotvec((not slides) * along)).as_quat()
-    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # avoids the longer rotation
+    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # this avoids the longer rotation
     turns[1:] *= np.cumprod(np.where(opposite, -1.0, 1.0))[:, np.newaxis]
     return {
         "position": AnimationTrack("position", "vector3", at, positions.tolist()),

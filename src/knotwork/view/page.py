@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 ASSETS = Path(__file__).parent / "assets"
-# One script on the page, from these files in `assets/scene/`; each may use the ones before it.
+# The script of the page consists of these files in `assets/scene/`. Each may use the previous ones.
 SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "player", "strip"),
     *("joints", "video", "live", "scene"),

@@ -18,9 +18,12 @@ from urllib.parse import parse_qs
 from knotwork.errors import InputError, KnotworkError
 
 HOST = "127.0.0.1"
-"""Only this machine can reach the page."""
+"""Address that only this machine can reach."""
 HOST_NAMES = (HOST, "localhost", "[::1]")
-"""Other host names are refused: a foreign page could map its name to this address to read it."""
+"""Accepted host names.
+
+With others a foreign page could map its name to this address to read the page.
+"""
 MOST_REQUEST_BYTES = 1_000_000
 """Largest size of a request [bytes]."""
 
@@ -41,7 +44,7 @@ class PageServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
-    # A port on which another program listens must be an error, on every system.
+    # On every system, a port on which another program listens must be an error.
     allow_reuse_address = sys.platform != "win32"
 
     def __init__(self, page: str, port: int = 0) -> None:
@@ -169,9 +172,9 @@ def _refuse(name: str) -> None:
 
 
 def open_browser(address: str) -> bool:
-    """Open an address in the user's browser; whether one was found.
+    """Open an address in the user's browser, and return whether one was found.
 
-    Nothing is tried without a display, so that no browser takes over the terminal.
+    Without a display no browser is opened, because it would take over the terminal.
     """
     import webbrowser
 

@@ -23,8 +23,8 @@ PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
 """Width of a picture of one column, height of a row, and of titles and legends [in]."""
 MOST_ROW_HEIGHTS = 5
 """Number of rows above which they become lower."""
-# A range below this, relative to the values or to 1 of their SI unit, is the rounding of a constant
-# curve; it is shown this wide, relative to the values or to 1 of the displayed unit.
+# Range below which a curve is constant up to rounding, and width of its panel, both relative to the
+# values or to 1 of the unit.
 CONSTANT_RANGE, SHOWN_RANGE = 1e-9, 0.2
 # Margins below the curves for the knots, and above them, as fractions of the range.
 FOOT_MARGIN, HEAD_MARGIN = 0.12, 0.07
@@ -92,7 +92,7 @@ class Panel:
             self.axes.plot(time, value, gid=f"{kind}:{name}", **MARK_LOOKS[kind] | look)
 
     def mark_waypoints(self, times: FloatArray) -> None:
-        """Draw an upright line at each waypoint, unless there are too many."""
+        """Draw a vertical line at each waypoint, unless there are too many."""
         if 0 < len(times) <= MOST_WAYPOINT_LINES:
             self._draw_uprights(times, 0.0, 1.0, gid="waypoint", zorder=1, **MARK_LOOKS["waypoint"])
 
@@ -154,7 +154,7 @@ def page_size(name: str | None) -> tuple[float, float] | None:
 
 
 def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None) -> Figure:
-    """Make an empty figure for rows and columns of panels: of a page's size, or as needed."""
+    """Make an empty figure for rows and columns of panels, with the page's or the required size."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

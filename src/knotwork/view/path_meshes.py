@@ -18,7 +18,8 @@ from knotwork.view.tool_curves import full_speeds
 from knotwork.view.tool_trace import ToolTrace
 from knotwork.waypoints import FloatArray
 
-# Slow to fast: dark violet, blue, green, yellow; evenly lighter, to be readable in grey, too.
+# Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
+# is readable in grey.
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )

@@ -33,10 +33,10 @@ def verdict(shown: ShownMotion) -> dict[str, Any]:
 
 
 def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
-    """All that fails: the worst of each kind first, then the others in order of time.
+    """All failures: the worst of each kind first, then the others in order of time.
 
-    Each has its `line`, its `remedy`, all that is known of it in `fact`, the time to look `at`
-    [s], and what it does at other times in `also`. The first collision lists the tried remedies.
+    Each has a `line`, a `remedy`, the whole `fact`, the time `at` which to look [s], and further
+    times in `also`. The first collision lists the remedies that were attempted.
     """
     kinds = group_alike(report.failures)
     others = [failure for _, *more in kinds for failure in more]

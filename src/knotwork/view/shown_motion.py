@@ -1,4 +1,4 @@
-"""A motion with its task and check, as pictures and scenes show it."""
+"""A motion with its task and check, for pictures and scenes."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ class ShownMotion:
 
     @cached_property
     def waypoint_values(self) -> WaypointValues | None:
-        """Waypoints as far as known: without a plan no joint values of poses."""
+        """Known waypoints. Without a plan the joint values of poses are unknown."""
         waypoints, scenario = self.joint_waypoints, self.scenario
         if waypoints is not None:
             order = [waypoints.joint_names.index(name) for name in self.trajectory.joint_names]

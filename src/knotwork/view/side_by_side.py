@@ -31,7 +31,7 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     """
     scenes = [scene_of(plan) for plan in plans]
     fastest = max(scene["legend"].get("high", 0.0) for scene in scenes)
-    for i, scene in enumerate(scenes):  # one colour is one speed on both sides
+    for i, scene in enumerate(scenes):  # the same colour is the same speed on both sides
         if 0.0 < scene["legend"].get("high", 0.0) < fastest:
             scenes[i] = scene_of(plans[i], fastest=fastest)
         scenes[i]["legend"]["units"] = scenes[0]["units"]

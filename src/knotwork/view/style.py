@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-# Okabe and Ito's colours, without yellow, which is too light for a line on white, and without
-# vermillion, which is reserved for failures. Grey makes it seven.
+# Okabe and Ito's colours and grey. Yellow is left out, because it is too light for a line on white.
+# Vermillion is reserved for failures.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8C8C8C")
 WRONG = "#D55E00"
 FAINT = "#B8B8B8"
 DARK = "#404040"
 GRID = "#E4E4E4"
-# Colours on dark pages: lighter, with the same differences as by day.
+# Colours on dark pages, which are lighter and have the same differences.
 NIGHT = {
     "#ffffff": "#15181c",
     "#000000": "#e4e9ef",

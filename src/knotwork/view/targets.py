@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def targets(shown: ShownMotion) -> list[CartesianWaypoint]:
     """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
 
-    A wait appears once, at its start. Fixed poses are taken at their times if joints move the
-    base.
+    A wait appears once, at its start. If joints move the base, fixed poses are those at their
+    times.
     """
     scenario, space, robot, curve = shown.scenario, shown.space, shown.robot, shown.curve
     base = robot.base_placement
@@ -54,7 +54,7 @@ def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
 ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
 # Longest motion that an arrow may represent [s].
 _NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# Distance of arrows from the path, relative to the scene: on it they would hide its colours.
+# Distance of arrows from the path, relative to the scene, so that they do not hide its colours.
 ASIDE_DISTANCE = 0.014
 # Velocities below this are stops [m/s].
 MIN_DRAWN_SPEED = 1e-9

@@ -20,7 +20,7 @@ from knotwork.view.targets import spacings, velocity_arrows
 from knotwork.waypoints import CartesianWaypoint
 
 ROUNDING_USE = 1e6
-"""A tolerance exceeded by this factor is one for rounding, and is not printed."""
+"""Factor on a tolerance above which the tolerance is one for rounding, and is not printed."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MOST_KNOTS = 2000
@@ -50,7 +50,7 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
 
 
 def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
-    """Draw the waypoints; those that stand while joints move the base frame ride along."""
+    """Draw the waypoints. Fixed ones move in the scene if joints move the base frame."""
     robot = shown.robot
     waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
@@ -73,7 +73,7 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
 
 
 def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
-    """Draw the named frames of a task; those that move ride along."""
+    """Draw the named frames of a task. Moving ones move in the scene."""
     placed: dict[int | None, list[pin.SE3]] = {}
     for name, frame in shown.scenario.frames.items():
         carrier, base = shown.carrier_of(shown.scenario.scene.moving.get(name))
@@ -105,7 +105,7 @@ def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
 
 
 def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: float) -> None:
-    """Mark where the tool is when something fails; from there to where it should be."""
+    """Mark the position of the tool at a failure, with a line to the required position."""
     robot, curve = shown.robot, shown.curve
     base = robot.base_placement
     wrong: list[Mesh] = []
@@ -133,7 +133,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
 
 
 def _failure_text(finding: Finding, units: Units) -> str:
-    """A finding as lists have it, but for a tolerance that is one for rounding."""
+    """Text of a finding as in lists, but without a tolerance that is one for rounding."""
     name = waypoint_text(finding.name) if finding.subject == "waypoint" else finding.name
     if finding.requested is not None:
         miss = units.text(finding.value or 0.0, finding.unit, ".3g")

@@ -18,9 +18,9 @@ from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
 STRIP_SAMPLES = 800
-# Shortest drawn failure, as a fraction of the motion.
+# Minimum drawn duration of a failure, as a fraction of the motion.
 LEAST_FAILURE_WIDTH = 0.003
-# Use of a limit below which it does not limit.
+# Use of a limit below which it is not a limiting constraint.
 NOTABLE_SHARE = 0.01
 
 

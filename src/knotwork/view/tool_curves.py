@@ -171,9 +171,9 @@ class ToolRow:
 
 
 def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
-    """Candidate rows; the caller leaves out those without values."""
+    """Candidate rows. The caller leaves out rows without values."""
     for motion in motions:
-        robot_of(motion)  # raises before anything is drawn
+        robot_of(motion)  # raises before the first row is drawn
     scenario = motions[0].scenario
     allowed, limits = scenario.tolerances, scenario.motion_limits
     off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed

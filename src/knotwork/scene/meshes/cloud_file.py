@@ -16,7 +16,7 @@ COORDINATES = ("x", "y", "z")
 
 
 def read_cloud(path: Path) -> FloatArray:
-    """Read the points of a CSV or PLY file as it has them, shape (n, 3).
+    """Read the points of a CSV or PLY file in its own unit, shape (n, 3).
 
     The first line of a CSV file names its columns, among them x, y and z; others are not read.
 
@@ -59,7 +59,7 @@ def _read_ply(path: Path) -> FloatArray:
         points, triangles = read_ply(read_bounded(path))
     except InputError:
         raise
-    except Exception as error:  # trimesh raises whatever comes of what it does not expect
+    except Exception as error:  # trimesh raises any exception on unexpected content
         raise InputError(f"it is no PLY, cut off or damaged ({error})") from error
     if len(triangles):
         raise InputError(

@@ -1,7 +1,7 @@
 """Reading COLLADA with pycollada: shapes where nodes place them, and their colours.
 
 As in ROS, the unit of length of a file is used and its upward axis ignored. Nodes can show other
-nodes, so that a short file can show millions of shapes: they are counted first. Lines
+nodes, so that a short file can show millions of shapes. Therefore shapes are counted first. Lines
 have no surface and are not read.
 """
 

@@ -1,7 +1,7 @@
 """Mesh files named in a URDF, in the folders permitted for them.
 
-URDFs are untrusted. So no address in one leads out of the URDF's own package or folder, the
-folders named by the user and those of ROS: not as an absolute path, by `..`, or through a link.
+URDFs are untrusted. A mesh must be in the URDF's own package or folder, in a folder named by the
+user, or in one of ROS. This also holds for absolute paths, `..` and links.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def find_mesh(
 def mesh_package(mesh: Path) -> Path:
     """Folder of a mesh's package: the nearest one with a `package.xml`, or the mesh's folder.
 
-    The package name in the URDF is ignored: it could make any folder above the mesh a package.
+    The package name in the URDF is ignored, because it could make any folder above the mesh a
+    package.
     """
     return _package(mesh.resolve().parent)
 
@@ -134,5 +135,5 @@ def _real(path: Path) -> Path | None:
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
+    except (OSError, ValueError):  # no file can have this name
         return False

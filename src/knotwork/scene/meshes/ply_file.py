@@ -22,8 +22,8 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
         Points, shape (n, 3), and triangles, shape (m, 3).
 
     Raises:
-        InputError: The number of rows differs from the header, or other elements have surfaces,
-            or it is binary, and its faces differ in their number of corners. trimesh raises other
+        InputError: The number of rows differs from the header, other elements have surfaces, or the
+            file is binary and its faces have different numbers of corners. trimesh raises other
             errors for other faults.
     """
     from trimesh.exchange.ply import load_ply

@@ -1,4 +1,4 @@
-"""Size limits of mesh files, so that no file takes minutes or gigabytes."""
+"""Size limits of mesh files, which bound time and memory."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from knotwork.errors import InputError
 
 MOST_MESH_BYTES = 64_000_000
 MOST_MESH_TRIANGLES = 1_000_000
-"""Triangles of one file, counted each time the file shows them."""
+"""Maximum number of triangles of a file, counted each time the file shows them."""
 MOST_COLLADA_ELEMENTS = 100_000
-"""XML elements of a COLLADA file; few of them hold its numbers."""
+"""Maximum number of XML elements of a COLLADA file."""
 MOST_SHOWN_SHAPES = 5_000
-"""Shapes that a file shows, counted each time."""
+"""Maximum number of shapes that a file shows, counted each time."""
 FARTHEST_POINT = 1e9
 """Distance of a point from the origin, along each axis, in the file's unit."""
 

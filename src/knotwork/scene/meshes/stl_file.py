@@ -29,8 +29,7 @@ _END = re.compile(rb"\s*endsolid(?:[ \t][^\r\n]*)?(?=[\r\n]|$)", re.IGNORECASE)
 def read_stl(data: bytes) -> tuple[FloatArray, IndexArray]:
     """Read all facets of an STL file, binary or text with one or more solids.
 
-    Some programs begin binary files with `solid`, too, so zero bytes and the
-    length decide.
+    Some programs begin binary files with `solid` as well, so zero bytes and the length decide.
 
     Returns:
         The corners, three of each facet, shape (3 n, 3), and their indices, shape (n, 3).

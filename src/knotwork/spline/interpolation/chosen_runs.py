@@ -93,12 +93,16 @@ def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[Inde
             raise OptionError("chosen", f"{where}; {stale}")
     rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
     knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
-    for row in rows[np.abs(x[knots] - t[rows]) > slack][:1]:
-        name = waypoints.names[row]
-        where = f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {name!r}"
+    missing = np.abs(x[knots] - t[rows]) > slack
+    if missing.any():
+        row = rows[missing][0]
+        where = (
+            f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
+        )
         raise OptionError("chosen", f"{where}; {stale}")
-    for row in rows[1:][np.diff(knots) < 3][:1]:
-        name = waypoints.names[row]
+    is_sparse = np.diff(knots) < 3
+    if is_sparse.any():
+        name = waypoints.names[rows[1:][is_sparse][0]]
         message = f"run {i} has fewer than two knots between {name!r} and the one before"
         raise OptionError("chosen", message)
     return rows, knots
@@ -140,15 +144,15 @@ def _run_pieces(
         span, ends = np.diff(x[part])[None], slice(k, k + 2)
         states = waypoints.position[ends], waypoints.velocity[ends]
         corrected = corrected_accelerations(span, a[part][None], *states)
-        most = np.abs(corrected[0] - a[part]).max(axis=0)
-        beyond = np.flatnonzero(most > STALE * np.maximum(peak, 1e-9))
+        change = np.abs(corrected[0] - a[part]).max(axis=0)
+        beyond = np.flatnonzero(change > STALE * np.maximum(peak, 1e-9))
         if beyond.size:
             raise OptionError(
                 "chosen",
                 f"run {i} is for other waypoints than {waypoints.names[k]!r} and "
                 f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
                 f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
-                f"{most[beyond[0]]:.3g}; choose the times again",
+                f"{change[beyond[0]]:.3g}; choose the times again",
             )
         pieces.append(cubics_from_accelerations(span, corrected, *states))
     return x, np.concatenate(pieces, axis=1)

@@ -185,14 +185,15 @@ def _check_order(
     left_fits = (left[1:] > x[:-1]) & (left[1:] < x[1:])
     right_fits[0] |= not known[0]
     left_fits[-1] |= not known[-1]
-    for i in np.flatnonzero(~(right_fits & left_fits & (right[:-1] < left[1:])))[:1].tolist():
-        low, high = float(x[i]), float(x[i + 1])
-        knots = " and ".join(
-            f"{t:.15g} s" for t in (right[i], left[i + 1]) if t not in (x[0], x[-1])
-        )
-        raise KnotError(
-            f"knots at {knots} must lie strictly between {low:.15g} s and {high:.15g} s, the times "
-            "of two neighbouring waypoints, in order",
-            waypoint=i,
-            interval=(low, high),
-        )
+    fits = right_fits & left_fits & (right[:-1] < left[1:])
+    if fits.all():
+        return
+    i = int(fits.argmin())
+    low, high = float(x[i]), float(x[i + 1])
+    inner = (time for time in (right[i], left[i + 1]) if time not in (x[0], x[-1]))
+    raise KnotError(
+        f"knots at {' and '.join(f'{time:.15g} s' for time in inner)} must lie strictly between "
+        f"{low:.15g} s and {high:.15g} s, the times of two neighbouring waypoints, in order",
+        waypoint=i,
+        interval=(low, high),
+    )

@@ -60,21 +60,3 @@ def solve_tridiagonal(
     solution[:, 2::2] -= odd[:, :rights] * lower[1::2]
     solution[:, 0::2] /= even
     return solution
-
-
-def solve_alternating(diagonal: FloatArray, between: FloatArray, rhs: FloatArray) -> FloatArray:
-    """Solve a symmetric, diagonally dominant tridiagonal system with positive entries.
-
-    With the opposite sign of every other unknown, the matrix is an M-matrix.
-
-    Args:
-        diagonal: Diagonal entries, each above the sum of its neighbours, shape (m,).
-        between: Entries next to it, shape (m-1,), positive.
-        rhs: Right-hand sides, shape (m, d).
-
-    Returns:
-        Solutions, shape (m, d).
-    """
-    signs = np.where(np.arange(diagonal.size) % 2, -1.0, 1.0)
-    columns = np.ascontiguousarray(rhs.T) * signs
-    return (solve_tridiagonal(-between, diagonal, -between, columns) * signs).T

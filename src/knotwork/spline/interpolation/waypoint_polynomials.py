@@ -35,7 +35,6 @@ from knotwork.errors import InputError, OptionError
 from knotwork.spline.interpolation.joining import join_pieces
 from knotwork.spline.interpolation.modified_hermite_spline import end_accelerations
 from knotwork.spline.interpolation.options import PlannerOptions
-from knotwork.spline.interpolation.tridiagonal import solve_alternating
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -163,6 +162,8 @@ def _smooth_velocities(
     Returns:
         Velocities, shape (n, d), and accelerations at the inner waypoints, shape (n-2, d).
     """
+    from scipy.linalg import solve_banded
+
     y, v = waypoints.position, np.array(waypoints.velocity)
     h = np.diff(waypoints.time)[:, None]
     if len(h) == 1:
@@ -178,7 +179,9 @@ def _smooth_velocities(
     rhs = (mean * slope)[:-1] + (mean * slope)[1:]
     rhs[0] -= far[0] * v[0] + known[0]
     rhs[-1] -= far[-1] * v[-1] - known[-1]
-    v[1:-1] = solve_alternating((near[:-1] + near[1:])[:, 0], far[1:-1, 0], rhs)
+    # the tridiagonal matrix by its diagonals: above, on and below the main one
+    bands = np.stack((far[:-1, 0], (near[:-1] + near[1:])[:, 0], far[1:, 0]))
+    v[1:-1] = solve_banded((1, 1), bands, rhs, check_finite=False)
     late = near * v[1:] + far * v[:-1] - mean * slope
     late[0] += known[0]
     return v, late[:-1]

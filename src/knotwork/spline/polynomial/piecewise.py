@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, TimeRangeError
+from knotwork.spline.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.spline.polynomial.critical_points import horner
 from knotwork.spline.polynomial.extrema import Extrema, piecewise_extrema
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
@@ -22,13 +21,6 @@ LARGEST_CACHED = 524288
 """Maximum number of coefficients of a derivative that is cached."""
 
 
-MAX_DEGREE = 30
-"""Degree above which a curve is refused.
-
-No planner makes such curves, rounding errors are large, and extrema take minutes.
-"""
-LARGEST_TERM = 1e200
-"""Size above which numbers are refused, so that neither values nor derivatives overflow."""
 BLOCK_VALUES = 12288
 """Number of values evaluated at once, small enough for the caches."""
 
@@ -52,7 +44,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
     Raises:
         InputError: The coefficients are complex, not finite or above 1e200, do not fit the breaks
-            or axis, or are of a degree above 30 (leading zeros do not count).
+            or axis, or are of a degree above 30.
         WaypointDataError: The breaks are not finite or not strictly increasing.
     """
 
@@ -264,96 +256,6 @@ class PiecewisePolynomial(ReadOnlyArrays):
                 values.setflags(write=False)
             self._extrema[nu] = Extrema(*(a.reshape(self._c.shape[2:]) for a in arrays))
         return self._extrema[nu]
-
-
-def checked_order(nu: Any, name: str = "derivative order nu") -> int:
-    """Return a derivative order as an integer.
-
-    Raises:
-        InputError: The order is not an integer, or negative.
-    """
-    if type(nu) is int and nu >= 0:  # as nearly always
-        return nu
-    order: int = -1
-    if not isinstance(nu, bool | np.bool_):
-        with contextlib.suppress(TypeError):
-            order = int(operator.index(nu))
-    if order < 0:
-        raise InputError(f"{name} is {nu!r}; it must be an integer, 0 or greater")
-    return order
-
-
-def _of_bounded_degree(c: FloatArray) -> FloatArray:
-    """Return coefficients without leading zeros above the maximum degree.
-
-    Raises:
-        InputError: The degree is too high.
-    """
-    excess = c.shape[0] - 1 - MAX_DEGREE
-    if excess <= 0:
-        return c
-    if c[:excess].any():
-        used = c.reshape(c.shape[0], -1).any(axis=1)
-        degree = c.shape[0] - 1 - int(used.argmax())
-        raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
-    return np.ascontiguousarray(c[excess:])
-
-
-def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
-    """Check that the sum of the terms' magnitudes leaves room for derivatives.
-
-    Raises:
-        InputError: The sum of the terms is too large within a piece, or within 1 s.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        span = np.maximum(np.diff(x), 1.0)
-        reached = horner(np.abs(c), span.reshape(-1, *[1] * (c.ndim - 2)))
-    if not (reached <= LARGEST_TERM).all():
-        piece = int(np.argwhere(~(reached <= LARGEST_TERM))[0][0])
-        raise InputError(
-            f"the terms of piece {piece} reach {reached[piece].max():.6g} within {span[piece]:.6g} "
-            f"s; at most {LARGEST_TERM:g} is accepted"
-        )
-
-
-def checked_coefficients(c: ArrayLike, breaks: FloatArray, axis: int) -> FloatArray:
-    """Copy coefficients with the axes of powers and pieces in front.
-
-    Args:
-        c: Coefficients, as for `PiecewisePolynomial`.
-        breaks: Breaks of the pieces, shape (m+1,).
-        axis: Index of the axis of powers.
-
-    Returns:
-        Shape (k+1, m, ...).
-
-    Raises:
-        InputError: Coefficients are complex, not finite or above 1e200, do not fit the breaks or
-            the axis, or have a degree above 30.
-    """
-    coefficients = np.asarray(c)
-    if coefficients.dtype.kind not in "buif":
-        raise InputError(f"coefficients must be real numbers, not {coefficients.dtype}")
-    if coefficients.ndim < 2 or not 0 <= axis < coefficients.ndim - 1:
-        raise InputError(
-            f"coefficients have shape {coefficients.shape}, axis is {axis}; axes {axis} and "
-            f"{axis + 1} of the coefficients must be those of powers and pieces"
-        )
-    coefficients = np.moveaxis(coefficients, (axis, axis + 1), (0, 1))
-    if coefficients.shape[0] == 0 or coefficients.shape[1] != breaks.size - 1:
-        raise InputError(
-            f"{breaks.size} breaks bound {breaks.size - 1} pieces; the coefficients have "
-            f"{coefficients.shape[0]} powers and {coefficients.shape[1]} pieces"
-        )
-    if not np.isfinite(coefficients).all():
-        index = np.argwhere(~np.isfinite(coefficients))[0]
-        raise InputError(
-            f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
-            "every coefficient must be finite"
-        )
-    result = _of_bounded_degree(np.array(coefficients, dtype=float, order="C"))
-    _check_magnitudes(result, breaks)
-    return result
 
 
 def falling_factorials(size: int, nu: int) -> list[float]:

@@ -221,7 +221,9 @@ def cubic_through(
     Raises:
         InputError: The tolerance is not met with steps of 1/256 of those of the curve.
     """
-    times = distinct(curve.x, np.array(through))
+    given = np.array(through)
+    apart = np.abs(given[:, None] - curve.x).min(axis=1) > SAME_BREAK * np.ptp(curve.x)
+    times = distinct(curve.x, given[apart])
     for _ in range(MOST_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))

@@ -80,6 +80,15 @@ class PathSizes(NamedTuple):
 class PathStretch:
     """One stretch of a path, and the motion that follows it.
 
+    Args:
+        robot: The arm.
+        curve: Joint positions, trailing shape (d,).
+        motion: The path and its timing.
+        start, end: Interval of the stretch [s].
+        freedom: Freedom of the poses.
+        clock: Time of the path's timing over the time of the curve; by default they are the same.
+            Only for paths without a carrier.
+
     Attributes:
         low, high: Arc lengths at the start and end of the stretch [m].
     """
@@ -92,8 +101,10 @@ class PathStretch:
         start: float,
         end: float,
         freedom: PoseFreedom | None = None,
+        clock: PiecewisePolynomial | None = None,
     ) -> None:
         self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
+        self.clock = clock
         self.joints, self.known = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
         if motion.carrier is not None:
@@ -101,12 +112,12 @@ class PathStretch:
             self.joints = tree_from(motion.carrier.joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
             self.known = append_known(curve, motion.carrier.joints)
-        ends = motion.arc_length(np.array([start, end]))
-        self.low, self.high = float(ends[0]), float(ends[1])
+        self.low, self.high = self.asked_at(np.array([start, end])).tolist()
 
     def asked_at(self, t: FloatArray) -> FloatArray:
         """Arc lengths of the timing at times [m], shape (k,)."""
-        return self.motion.arc_length(np.clip(t, self.motion.start_time, self.motion.end_time))
+        times = t if self.clock is None else self.clock(t)
+        return self.motion.arc_length(np.clip(times, self.motion.start_time, self.motion.end_time))
 
     def sample(self, t: FloatArray) -> PathSamples:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""

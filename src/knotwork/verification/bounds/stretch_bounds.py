@@ -135,6 +135,7 @@ def path_bounds(
     budget: int = SAMPLE_BUDGET,
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
+    clock: PiecewisePolynomial | None = None,
 ) -> StretchBounds:
     """Bound the deviation of the tool from a stretch of a path, over all its time.
 
@@ -144,14 +145,15 @@ def path_bounds(
         motion: The path and its timing.
         interval: Interval of the stretch [s].
         full_speed: Interval of full speed [s].
-        speed: Full speed [m/s].
+        speed: Full speed [m/s]; infinite if any speed is accepted.
         limits: Tolerances.
         budget: Maximum number of samples.
         freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
             the limit.
         turn: Turn of the tool about that axis at the start of the stretch, approximately [rad].
+        clock: Time of the path's timing over the time of the curve, see `PathStretch`.
     """
-    stretch = PathStretch(robot, curve, motion, *interval, freedom)
+    stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
     t = _first_times(curve, interval, full_speed)
     if budget >= SAMPLE_BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
