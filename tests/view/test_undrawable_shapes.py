@@ -143,7 +143,7 @@ def test_the_commands_show_what_is_left_of_the_arm(
 
 
 def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.view.links.MOST_DRAWN_TRIANGLES", 20)
+    monkeypatch.setattr("knotwork.view.links.MAX_DRAWN_TRIANGLES", 20)
     (warning,) = shape_warnings(arm(urdf()))
     assert "more than 20 triangles" in warning
 
@@ -155,9 +155,9 @@ def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
     names = ("good.stl", "./good.stl", "flat.stl", ".//flat.stl")
     shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
     robot = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
-    monkeypatch.setattr("knotwork.view.links.MOST_FILE_BYTES", len(GOOD) + len(FLAT))
+    monkeypatch.setattr("knotwork.view.links.MAX_FILE_BYTES", len(GOOD) + len(FLAT))
     assert not [line for line in shape_warnings(robot) if "is not read" in line]
-    monkeypatch.setattr("knotwork.view.links.MOST_FILE_BYTES", len(GOOD))
+    monkeypatch.setattr("knotwork.view.links.MAX_FILE_BYTES", len(GOOD))
     assert "flat.stl is not read" in shape_warnings(robot)[0]
 
 

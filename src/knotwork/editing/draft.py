@@ -19,7 +19,7 @@ from knotwork.files.documents.items import changed_text
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 
-MOST_EDITS = 1000
+MAX_EDITS = 1000
 """Largest number of edits that can be undone."""
 
 
@@ -140,7 +140,7 @@ class Draft:
             return
         same_gesture = bool(gesture) and gesture == self._gesture
         past = self._texts[: self._index + (0 if same_gesture else 1)]
-        self._texts = [*past[-MOST_EDITS:], text]
+        self._texts = [*past[-MAX_EDITS:], text]
         self._go_to(len(self._texts) - 1)
         self._gesture = gesture
 

@@ -34,10 +34,10 @@ LETTER_WIDTH = 0.62
 """Width of a letter, as a fraction of the font size."""
 TIME_MARGIN = 0.012
 """Margin around the times of a motion, as a fraction of its duration."""
-LEAST_SPAN = 0.003
+MIN_SPAN = 0.003
 """Minimum drawn duration of a contact, as a fraction of the motion."""
 SEGMENTS = ("tool path", "way", "wait")
-LEAST_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
+MIN_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
 """Smallest height of a panel [in], of one of more rows than this, and this number of rows."""
 
 
@@ -86,7 +86,7 @@ def write_around(
     rows = len(figure.axes) // columns
     figure.draw_without_rendering()
     height = figure.axes[0].get_window_extent().height / figure.dpi
-    missing = (LEAST_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
+    missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
     if grows and missing > 0.0:
         figure.set_figheight(figure.get_figheight() + rows * missing)
         figure.draw_without_rendering()
@@ -133,7 +133,7 @@ def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
 def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
     """Mark contacts of bodies over the whole height of panels."""
     low, high = (float(end) for end in motion.curve.x[[0, -1]])
-    margin = 0.5 * LEAST_SPAN * (high - low)
+    margin = 0.5 * MIN_SPAN * (high - low)
     look: dict[str, Any] = MARK_LOOKS["contact"] | {"lw": 0.0, "gid": "contact"}
     shown = [(start, end) for start, end in motion.contacts if start <= high and end >= low]
     for panel, (start, end) in product(axes, shown):

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Number of marks above which they are small or left out, because they would hide the curve.
-MOST_KNOT_TICKS, MOST_LARGE_MARKS = 400, 60
+MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
 # Number of motions up to which each has its own row of knots.
-MOST_KNOT_ROWS = 3
+MAX_KNOT_ROWS = 3
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
     motions = {item.motion.label: item for item in series}
     if order < 2:
         _mark_given(panel, series, order, one_motion=len(motions) == 1)
-    for row, item in enumerate(motions.values() if len(motions) <= MOST_KNOT_ROWS else ()):
-        if len(item.motion.curve.x) <= MOST_KNOT_TICKS:
+    for row, item in enumerate(motions.values() if len(motions) <= MAX_KNOT_ROWS else ()):
+        if len(item.motion.curve.x) <= MAX_KNOT_TICKS:
             shade = DARK if len(motions) == 1 else colour(item.index)
             panel.mark_knots(row, item.motion.curve.x, shade)
     limited = [item for item in series if item.use(quantity) is not None]
@@ -108,7 +108,7 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
     name = f"{motion.label}:{series.joint}:{quantity}"
     panel.draw_curve(name, series.index, *drawn.line(steps=quantity == "jerk"))
     if quantity != "jerk":
-        marker = "o" if drawn.jumps.size * count <= MOST_LARGE_MARKS else ""
+        marker = "o" if drawn.jumps.size * count <= MAX_LARGE_MARKS else ""
         panel.mark("jump", name, *drawn.jump_lines(), color=colour(series.index), marker=marker)
     use = series.use(quantity)
     if use is not None and not use.ok:
@@ -126,7 +126,7 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
         if marks is not None:
             value = panel.factor * marks.values[order][:, item.component]
             known = np.isfinite(value)
-            large = len(marks.time) * len(series) <= MOST_LARGE_MARKS
+            large = len(marks.time) * len(series) <= MAX_LARGE_MARKS
             look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
             look |= {"mec": colour(item.index)} if one_motion else {}
             panel.mark("asked", item.joint, marks.time[known], value[known], **look)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
 """Order of the limited derivative of a position, by the quantity of its finding."""
-LEAST_SINGULAR_VALUE = "smallest_singular_value"
+MIN_SINGULAR_VALUE = "smallest_singular_value"
 
 
 def limit_shares(
@@ -53,7 +53,7 @@ def limit_shares(
             lower, upper = _judged_sides(finding, i, space)
         elif finding.quantity in FRAME_ORDERS:
             values = frame_values(robot, finding.name, FRAME_ORDERS[finding.quantity], *states)
-        elif finding.quantity == LEAST_SINGULAR_VALUE:
+        elif finding.quantity == MIN_SINGULAR_VALUE:
             values, lower, upper = singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf

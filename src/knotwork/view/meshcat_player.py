@@ -25,7 +25,7 @@ VIEW_ANGLE = 45.0
 """Vertical field of view [deg]."""
 BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
 """Size of the board, in inches of its picture."""
-MOST_BOARD_LINES = 5
+MAX_BOARD_LINES = 5
 """Largest number of lines for failures."""
 LINE_LETTERS = 74
 """Number of letters in a line."""
@@ -211,7 +211,7 @@ def board_lines(scene: Mapping[str, Any]) -> list[str]:
     for failure in scene["failures"]:
         text = "; ".join(part for part in (failure["line"], failure["remedy"]) if part)
         lines += textwrap.wrap(text, LINE_LETTERS, initial_indent="• ", subsequent_indent="   ")
-    return lines[: 1 + MOST_BOARD_LINES]
+    return lines[: 1 + MAX_BOARD_LINES]
 
 
 def drawn_board(scene: Mapping[str, Any]) -> bytes:

@@ -21,7 +21,7 @@ PAGE_SIZES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
 """Upright A4, and a slide of 16 to 9 [in]."""
 PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
 """Width of a picture of one column, height of a row, and of titles and legends [in]."""
-MOST_ROW_HEIGHTS = 5
+MAX_ROW_HEIGHTS = 5
 """Number of rows above which they become lower."""
 # Range below which a curve is constant up to rounding, and width of its panel, both relative to the
 # values or to 1 of the unit.
@@ -30,7 +30,7 @@ CONSTANT_RANGE, SHOWN_RANGE = 1e-9, 0.2
 FOOT_MARGIN, HEAD_MARGIN = 0.12, 0.07
 LIMIT_DISTANCE = 0.35
 """Distance of a limit from the curves, relative to their range, above which it is not drawn."""
-MOST_WAYPOINT_LINES = 400
+MAX_WAYPOINT_LINES = 400
 """Number of waypoints above which their lines would hide the curves."""
 KNOT_HEIGHT = 0.035
 """Height of a row of knots as a fraction of the panel's."""
@@ -93,7 +93,7 @@ class Panel:
 
     def mark_waypoints(self, times: FloatArray) -> None:
         """Draw a vertical line at each waypoint, unless there are too many."""
-        if 0 < len(times) <= MOST_WAYPOINT_LINES:
+        if 0 < len(times) <= MAX_WAYPOINT_LINES:
             self._draw_uprights(times, 0.0, 1.0, gid="waypoint", zorder=1, **MARK_LOOKS["waypoint"])
 
     def mark_knots(self, row: int, times: FloatArray, shade: str) -> None:
@@ -159,7 +159,7 @@ def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None)
     from matplotlib.figure import Figure
 
     row = ROW_HEIGHT if columns == 1 else 1.25 * ROW_HEIGHT
-    height = HEAD_HEIGHT + max(1.6, row * min(1.0, MOST_ROW_HEIGHTS / rows)) * rows
+    height = HEAD_HEIGHT + max(1.6, row * min(1.0, MAX_ROW_HEIGHTS / rows)) * rows
     figure = Figure(
         figsize=page or (PICTURE_WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
         dpi=150,

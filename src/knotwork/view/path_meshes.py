@@ -34,17 +34,26 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
         The colour of each sample, shape (n, 3); and the legend: the scale with its colours, and the
         given speeds as marks on it [m/s].
     """
-    given = {float(np.linalg.norm(target.linear)) for target in shown.given_velocities}
-    given |= {part.speed for _, part, *_ in full_speeds(shown)}
-    # A failing tool may be slower than required: the scale shows both speeds.
-    high = max([float(path.speed.max()), *given, shown.fastest])
+    high = max(max_speed(shown), shown.fastest)
     marks: list[float] = []
-    for speed in sorted(given, reverse=True):
+    for speed in sorted(_given_speeds(shown), reverse=True):
         if all(abs(speed - mark) > MIN_DISTANCE * high for mark in (0.0, *marks)):
             marks.append(speed)
     colours = mix_colours(path.speed / max(high, 1e-9), SPEED_COLOURS)
     css = ["#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)]
     return colours, {"high": high, "colours": css, "marks": marks[:MAX_MARKS]}
+
+
+def max_speed(shown: ShownMotion) -> float:
+    """Largest speed of the tool [m/s], or given one, as a failing tool may be slower."""
+    speeds = () if shown.trace is None else shown.trace.speed
+    return float(max([0.0, *speeds, *_given_speeds(shown)]))
+
+
+def _given_speeds(shown: ShownMotion) -> set[float]:
+    """Given speeds at waypoints and along paths [m/s]."""
+    along = {part.speed for _, part, *_ in full_speeds(shown)}
+    return along | {float(np.linalg.norm(target.linear)) for target in shown.given_velocities}
 
 
 def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
@@ -130,7 +139,7 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
 
 ASKED, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
 # Dashes along a path: number of points of each, largest number on a path; size relative to
-DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
+DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
 # Length of a dash in half periods: the path's colours must be visible between dashes.
 DASHED = 0.3
 WIDTH = 0.0045
@@ -148,7 +157,7 @@ def asked_points(
     for path in shown.scenario.paths:
         curve, dashes = path.motion.path, []
         carrier, base = shown.carrier_of(None if at_rest else path.motion.seam_carrier)
-        count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MOST_DASHES))
+        count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MAX_DASHES))
         starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
             high = low + DASHED * (far - low)

@@ -18,8 +18,8 @@ from knotwork.view.tool_trace import tool_speeds
 
 FRAME_RATE = 120.0
 """Frame rate of an animation [Hz]."""
-MOST_FRAMES = 240_000
-MOST_SPEEDS = 30_000
+MAX_FRAMES = 240_000
+MAX_SPEEDS = 30_000
 
 
 def arm_frames(shown: ShownMotion) -> dict[str, Any]:
@@ -32,10 +32,10 @@ def arm_frames(shown: ShownMotion) -> dict[str, Any]:
     """
     curve, robot = shown.curve, shown.robot
     start, end = float(curve.x[0]), float(curve.x[-1])
-    if (end - start) * FRAME_RATE >= MOST_FRAMES:
+    if (end - start) * FRAME_RATE >= MAX_FRAMES:
         raise InputError(
             f"the motion lasts {end - start:g} s; an animation of {FRAME_RATE:g} frames "
-            f"a second can last {MOST_FRAMES / FRAME_RATE:g} s at most: view a part of it"
+            f"a second can last {MAX_FRAMES / FRAME_RATE:g} s at most: view a part of it"
         )
     time = sample_times(start, end, FRAME_RATE)
     position = np.hstack((curve(time), known_positions(shown.model, time)))
@@ -44,7 +44,7 @@ def arm_frames(shown: ShownMotion) -> dict[str, Any]:
         "time": pack_numbers((time - start).astype("<f4")),
         "position": pack_numbers(base_joints(robot).positions(position).astype("<f4")),
     }
-    if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
+    if robot.tcp_frame_id is not None and len(time) <= MAX_SPEEDS:
         arm["speed"] = pack_numbers(tool_speeds(shown, time).astype("<f4"))
     return arm
 

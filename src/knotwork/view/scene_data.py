@@ -34,17 +34,13 @@ OUTLINE_SAMPLES = 100
 """Number of samples of the arm along the motion, all of which are in view."""
 
 
-def scene_of(
-    plan: PlanLike, before: Mapping[str, Any] | None = None, fastest: float = 0.0
-) -> dict[str, Any]:
+def scene_of(plan: PlanLike, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
-
-    Colours of tool speeds go up to the `fastest` one at least [m/s].
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
-    return make_scene(ShownMotion.of_plan(plan, fastest), before=before)
+    return make_scene(ShownMotion.of_plan(plan), before=before)
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory) -> Page:

@@ -96,12 +96,10 @@ class ShownMotion:
     fastest: float = 0.0
 
     @classmethod
-    def of_plan(cls, plan: PlanLike, fastest: float = 0.0) -> ShownMotion:
+    def of_plan(cls, plan: PlanLike) -> ShownMotion:
         """The motion of a plan."""
         motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.space)
-        return replace(
-            motion, report=plan.report, joint_waypoints=plan.joint_waypoints, fastest=fastest
-        )
+        return replace(motion, report=plan.report, joint_waypoints=plan.joint_waypoints)
 
     @classmethod
     def of_trajectory(

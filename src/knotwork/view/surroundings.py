@@ -19,7 +19,7 @@ from knotwork.view.primitive_meshes import frame_along, solid, sphere
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 
-MOST_DRAWN = 10_000
+MAX_DRAWN = 10_000
 """Largest number of drawn cells; above it, larger cells are drawn."""
 
 
@@ -33,7 +33,7 @@ def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
 
     changed = path.stat().st_mtime_ns
     cells = read_cells(path, changed, shape.scale[0], shape.resolution)
-    while len(cells.index) > MOST_DRAWN:
+    while len(cells.index) > MAX_DRAWN:
         cells = cells.coarser()
     cube = creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
     occupied = set(map(tuple, cells.index.tolist()))

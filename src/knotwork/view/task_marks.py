@@ -23,7 +23,7 @@ ROUNDING_USE = 1e6
 """Factor on a tolerance above which the tolerance is one for rounding, and is not printed."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
-MOST_KNOTS = 2000
+MAX_KNOTS = 2000
 
 
 def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, float]:
@@ -39,7 +39,7 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     if arrows is not None:
         mesh, legend["arrow_seconds"] = arrows
         parts.draw("speeds asked for", mesh)
-    if len(curve.x) <= MOST_KNOTS:
+    if len(curve.x) <= MAX_KNOTS:
         ball = sphere(0.0048 * size, KNOT, 12)
         places = [(robot.base_placement * robot.forward(q)).translation for q in curve(curve.x)]
         dots = merge_meshes([ball.shift(place) for place in places])

@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray
 
 STRIP_SAMPLES = 800
 # Minimum drawn duration of a failure, as a fraction of the motion.
-LEAST_FAILURE_WIDTH = 0.003
+MIN_FAILURE_WIDTH = 0.003
 # Use of a limit below which it is not a limiting constraint.
 NOTABLE_SHARE = 0.01
 
@@ -84,7 +84,7 @@ def broken_spans(
     for finding, share in shares:
         over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not finding.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
-    least = 0.5 * LEAST_FAILURE_WIDTH * (end - start)
+    least = 0.5 * MIN_FAILURE_WIDTH * (end - start)
     wide = unite_intervals((max(a - least, start), min(b + least, end)) for a, b in spans)
     return [[a - start, b - start] for a, b in wide]
 

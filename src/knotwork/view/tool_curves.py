@@ -21,7 +21,7 @@ from knotwork.waypoints import FloatArray
 
 SAMPLES = 1500
 """Number of samples of a motion."""
-PATH_SAMPLES, PIECE_SAMPLES, MOST_PATH_SAMPLES = 240, 16, 12_000
+PATH_SAMPLES, PIECE_SAMPLES, MAX_PATH_SAMPLES = 240, 16, 12_000
 """Number of samples of a stretch of a path, at least in each piece, and at most."""
 
 Curve = tuple[FloatArray, FloatArray]
@@ -126,7 +126,7 @@ def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatAr
     x = curve.x
     edges = np.concatenate(([start], x[(x > start) & (x < end)], [end]))
     pieces = len(edges) - 1
-    count = min(max(PATH_SAMPLES // pieces, PIECE_SAMPLES), max(MOST_PATH_SAMPLES // pieces, 4))
+    count = min(max(PATH_SAMPLES // pieces, PIECE_SAMPLES), max(MAX_PATH_SAMPLES // pieces, 4))
     part = np.arange(count) / count
     return np.append((edges[:-1, None] + np.diff(edges)[:, None] * part).ravel(), end)
 
