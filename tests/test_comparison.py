@@ -19,6 +19,7 @@ from command_line import Command
 from knotwork.errors import InputError
 from knotwork.planning.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS
+from seams import ON, task
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
@@ -293,24 +294,8 @@ class TestCommand:
 
 @pytest.fixture(scope="module")
 def along_a_path() -> Comparison:
-    down = {"rpy": [180, 0, 0]}
-    return compare(
-        {
-            "units": {"length": "mm", "angle": "deg"},
-            "robot": "ur5",
-            "start": "home",
-            "waypoints": [
-                {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **down}},
-                {
-                    "name": "off",
-                    "along": "line",
-                    "speed": 60,
-                    "stop": True,
-                    "pose": {"position": [450, 50, 60]},
-                },
-            ],
-        }
-    )
+    line = {"along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}}
+    return compare(task(ON, {"name": "off", "stop": True, **line}))
 
 
 def test_path_figures_equal_motion_of_tool(along_a_path: Comparison) -> None:

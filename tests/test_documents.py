@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Any
@@ -440,15 +439,6 @@ def test_yaml_is_read_as_another_library_reads_it_or_is_an_error(value: Any) -> 
         str(error).encode("utf-8")
     else:
         assert repr(document.data) == repr(yaml.safe_load(text))  # NaN is not itself
-
-
-@pytest.mark.parametrize("name", ["😀", "a😀😀b", "\\\\ud83d\\\\ude00", "\\\\😀", '"😀'])
-def test_json_may_write_characters_in_two_halves(name: str) -> None:
-    """Python does for those beyond the first 65536, unless it is told not to."""
-    text = json.dumps({"name": name, "more": [name, 1]}, indent=1)
-    document = documents.parse(text)
-    assert document.data == {"name": name, "more": [name, 1]}
-    assert document.line(("more",)) == 3
 
 
 def test_text_with_backslashes_is_text() -> None:

@@ -115,16 +115,19 @@ def test_what_another_program_writes_is_not_overwritten(tmp_path: Path) -> None:
     assert draft.file.read_text(encoding="utf-8") == mine
 
 
+def told(draft: Draft, key: str) -> dict[tuple[Any, ...], Any]:
+    """What the page is told of each place in the file."""
+    made = Session(draft)
+    made.server.server_close()
+    return {tuple(json.loads(at)): one for at, one in made.server.state()["draft"][key].items()}
+
+
 def test_waypoints_are_called_as_in_the_scene(tmp_path: Path) -> None:
     """Those of a repeat as in its first turn; one without a name by its place, counted from 1."""
     draft = draft_in(tmp_path, "ur10_palletise_24")
     for i in (0, 2):
         draft.apply([{"at": ["waypoints", i, "name"]}])
-    made = Session(draft)
-    made.server.server_close()
-    called = {
-        tuple(json.loads(at)): name for at, name in made.server.state()["draft"]["names"].items()
-    }
+    called = told(draft, "names")
     scene = [one.name for one in kw.load_scenario(kw.Task.load(draft.document().data)).waypoints]
     assert called["waypoints", 0] == scene[0] == "waypoint 1"
     assert called["waypoints", 1, "repeat", 3] == "over 1"
@@ -252,11 +255,7 @@ def test_values_have_their_units(tmp_path: Path) -> None:
     draft = draft_in(tmp_path, "ur5_rail_bead")
     start = dict.fromkeys(kw.load_robot("ur5_rail").joint_names, 0)
     draft.apply([{"at": ["start"], "value": start}])
-    made = Session(draft)
-    made.server.server_close()
-    given = {
-        tuple(json.loads(at)): unit for at, unit in made.server.state()["draft"]["units"].items()
-    }
+    given = told(draft, "units")
     assert (given["start", "rail"], given["start", "elbow_joint"]) == ("mm", "deg")
     assert given["limits", "acceleration", "rail"] == "mm/s²"
     assert given["waypoints", 0, "pose", "position"] == "mm"

@@ -172,7 +172,8 @@ def test_a_loaded_scenario_is_not_changed_by_overrides() -> None:
     before = dataclasses.replace(scenario)
     kw.plan(scenario, planner="cubic", knots=None)
     kw.plan(scenario, knots=0.3)
-    assert (scenario.planner, scenario.knots) == (before.planner, before.knots)
+    assert scenario.si is before.si
+    assert (scenario.si.planner, scenario.knots) == ("modified-hermite", "paper")
 
 
 def test_times_so_close_that_nothing_fits_between_are_an_error() -> None:

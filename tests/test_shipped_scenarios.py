@@ -193,13 +193,13 @@ def test_the_tool_keeps_to_the_path_that_the_description_promises(name: str) -> 
     place, angles = asked.frame
     turn = pin.rpy.rpyToMatrix(*np.radians(angles))
     x = (position - place) @ turn
-    assert asked.off(x).max() <= 1e3 * scenario.tolerances.path
+    assert asked.off(x).max() <= 1e3 * scenario.si.tolerances.path
 
     def about_z(angle: float) -> Array:
         return np.asarray(pin.rpy.rpyToMatrix(0, 0, angle))
 
     first = turn.T @ poses[0].rotation
-    allowed = scenario.tolerances.path_orientation + asked.ease + 1e-6
+    allowed = scenario.si.tolerances.path_orientation + asked.ease + 1e-6
     for pose, angle in zip(poses[::10], asked.turned(x)[::10], strict=True):
         error = pin.log3((about_z(angle) @ first).T @ turn.T @ pose.rotation)
         assert np.linalg.norm(error) <= allowed
@@ -214,7 +214,7 @@ def test_the_tool_keeps_to_the_path_that_the_description_promises(name: str) -> 
     assert full.mean() > 0.9
     speed = way / np.diff(t)
     off = np.abs(speed[full] / asked.speed - 1).max()
-    assert off <= scenario.tolerances.path_speed
+    assert off <= scenario.si.tolerances.path_speed
     assert all(
         found.proof == "bounded"
         for found in plan.report.findings
@@ -246,7 +246,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     scenario = kw.load_scenario(name)
     waypoints = nearest_by_nearest(scenario)
     options = kw.interpolation.PlannerOptions(end_acceleration="zero")
-    trajectory = kw.interpolation.get_planner(scenario.planner)(waypoints, options)
+    trajectory = kw.interpolation.get_planner(scenario.si.planner)(waypoints, options)
     report = kw.check(trajectory, scenario)
     broken = {found.name for found in report.failures if found.quantity == "velocity"}
     assert len(broken) >= 3

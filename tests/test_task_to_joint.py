@@ -169,7 +169,7 @@ def test_takes_requested_branch(word: dict[str, str]) -> None:
     for choice in chosen.choices:
         for joint, value in word.items():
             assert (value if joint == "wrist" else f"{joint} {value}") in choice.branch.split(", ")
-        assert "branch as asked" in choice.reason
+        assert "branch as requested" in choice.reason
         assert choice.branches == 8
 
 

@@ -6,15 +6,12 @@ def test_cell(knotwork):
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from knotwork.verification import Report
 
 
@@ -23,12 +20,11 @@ class Checks:
 
     Args:
         folder: Folder of the test; paths are relative to it.
-        subtests: The fixture of pytest 9, or `None`.
+        subtests: The fixture of pytest.
     """
 
-    def __init__(self, folder: Path, subtests: Any = None) -> None:
+    def __init__(self, folder: Path, subtests: pytest.Subtests) -> None:
         self._folder, self._subtests = folder, subtests
-        self._failures: list[str] = []
 
     def check(
         self,
@@ -40,8 +36,7 @@ class Checks:
     ) -> list[Report]:
         """Plan scenarios, or read trajectories, and check them.
 
-        Each group of requirements is a subtest, which fails with the text of the report; before
-        pytest 9 all of them are one failure.
+        Each group of requirements is a subtest, which fails with the text of the report.
 
         Args:
             patterns: Files, with `*` and `**`, or names of shipped scenarios.
@@ -57,29 +52,14 @@ class Checks:
         reports: list[Report] = []
         for file in [file for pattern in patterns for file in self._matching_files(pattern)]:
             name = Path(file).name
-            with self._part(name):
+            with self._subtests.test(msg=name):
                 reports.append(self._check_file(file, scenario, robot, scene, limits))
                 groups = reports[-1].groups
                 for group, findings in groups.items():
                     if any(finding.required for finding in findings):
-                        with self._part(f"{name}: {group}"):
+                        with self._subtests.test(msg=f"{name}: {group}"):
                             _fail_if_any(findings)
-        failures, self._failures = self._failures, []
-        if failures:
-            pytest.fail("\n".join(failures), pytrace=False)
         return reports
-
-    @contextmanager
-    def _part(self, name: str) -> Iterator[None]:
-        """A part of the test that fails independently."""
-        if self._subtests is not None:
-            with self._subtests.test(msg=name):
-                yield
-            return
-        try:
-            yield
-        except pytest.fail.Exception as failure:
-            self._failures.append(f"{name}: {failure}")
 
     def _matching_files(self, pattern: str) -> list[str]:
         from knotwork.files.documents import resources
@@ -127,10 +107,6 @@ def _fail_if_any(findings: Any) -> None:
 
 
 @pytest.fixture
-def knotwork(request: pytest.FixtureRequest) -> Checks:
+def knotwork(request: pytest.FixtureRequest, subtests: pytest.Subtests) -> Checks:
     """Check scenarios and trajectories next to a test: `knotwork.check("*.yaml")`."""
-    try:
-        subtests = request.getfixturevalue("subtests")
-    except pytest.FixtureLookupError:
-        subtests = None
     return Checks(request.path.parent, subtests)

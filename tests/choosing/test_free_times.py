@@ -232,7 +232,7 @@ def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
 
 
 def test_refuses_to_freeze_given_times(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="nothing is free"):
+    with pytest.raises(InputError, match="no value is free"):
         planned("paper_case").freeze(tmp_path / "frozen.yaml")
 
 

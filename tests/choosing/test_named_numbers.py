@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import pytest
+from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError
@@ -92,25 +93,19 @@ def test_reports_speeds_beyond_tool_limit_then_short_times() -> None:
             return {"name": name, "pose": place, "after": "fastest", **keys}
 
         end = {"name": "b", "along": "line", "pose": {"position": [400, 0, 300]}, "speed": along}
-        start = {"name": "a", "pose": {"position": [400, -200, 300], "rpy": [180, 0, 0]}}
-        return {
-            "robot": "ur5",
-            "units": {"length": "mm", "angle": "deg"},
-            "limits": {"velocity": 90, "acceleration": 400, "tool_speed": 300},
-            "branch": {"shoulder": "left", "elbow": "up", "wrist": "flip"},
-            "waypoints": [
-                start,
-                end,
-                pose("c", 200, 300, after=times[0], stop=True),
-                pose("d", 250, 400, stop=True),
-                pose("e", 250, 500, speed=past),
-                pose("f", 250, 600, after=times[1], stop=True),
-            ],
-        }
+        return reach(
+            end,
+            pose("c", 200, 300, after=times[0], stop=True),
+            pose("d", 250, 400, stop=True),
+            pose("e", 250, 500, speed=past),
+            pose("f", 250, 600, after=times[1], stop=True),
+            limits={"velocity": 90, "acceleration": 400, "tool_speed": 300},
+            branch={"shoulder": "left", "elbow": "up", "wrist": "flip"},
+        )
 
     said = refusal(asked(500, 800, 0.2, 0.3))
     assert len(said.splitlines()) == 2, said
-    assert "along the path from 'a' to 'b'" in said
+    assert "along the path from 'in' to 'b'" in said
     found = re.search(r"accepted: at most ([0-9.]+) mm/s", said)
     assert found, said
     speeds = 299.0, float(found[1])

@@ -191,9 +191,9 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
     motion = replace(plan.trajectory, events=(first, moved, *rest[:-1]))
     failures = [one.message for one in kw.check(motion, plan.scenario).failures]
     assert failures == [
-        "output 9 on at 3.001 s: the motion has it, and the scenario does not ask for it",
-        "output 9 on at 3.000 s: the scenario asks for it, and the motion does not have it",
-        f"{rest[-1].text} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
+        "output 9 on at 3.001 s: the motion has it, but the scenario does not request it",
+        "output 9 on at 3.000 s: the scenario requests it, but the motion does not have it",
+        f"{rest[-1].text} at {rest[-1].time:.3f} s: the scenario requests it, but the motion does "
         "not have it",
     ]
     none = kw.check(replace(motion, events=()), plan.scenario)
@@ -201,7 +201,7 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
     foreign = kw.check(replace(motion, events=(), segments=()), plan.scenario)
     assert foreign.ok
     (warned,) = foreign.select(group="Events", verdict="warning")
-    assert "does not say what is switched" in warned.message
+    assert "switching is not checked" in warned.message
 
 
 def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:

@@ -88,7 +88,7 @@ def test_misplaced_knots_name_their_interval(knots, waypoint, interval):
     [([0, 3, 8, 19, 25], False), ([0, 3, 8, 13, 17, 19, 25], False), ([0, 3, 8, 13, 19, 25], True)],
 )
 def test_wrong_count_of_knots(knots, doubled_ends):
-    needed = "8 knots .2n, as end acc" if doubled_ends else r"6 knots .2n - 2\)"
+    needed = "8 knots .2n, because end acc" if doubled_ends else r"6 knots .2n - 2\)"
     with pytest.raises(KnotError, match=f"4 waypoints need {needed}.*{len(knots)} are"):
         placed(X, knots, doubled_ends)
 

@@ -19,7 +19,7 @@ from command_line import Command
 from drawn import placed
 from moving.moving_truth import OfArm, distance, links
 from moving.test_moving_things import refused
-from moving.test_positioners import CELL
+from moving.test_positioners import CELL, on_table
 from moving.test_shown import scene_of, times
 
 HERE = Path(__file__).parent
@@ -97,25 +97,8 @@ class Composed:
 
 def task(folder: Path, **more: Any) -> dict[str, Any]:
     """A pose passed at speed, and a path, on the plate of the positioner."""
-
-    def pose(x: float, y: float, z: float) -> dict[str, Any]:
-        return {"position": [x, y, z], "rpy": [np.pi, 0, 0]}
-
-    return {
-        "robot": str(folder / "cell.yaml"),
-        "frames": {"part": {"on": "plate", "position": [0.05, 0, 0.02], "rpy": [0, 0, 0.3]}},
-        "frame": "part",
-        "start": "home",
-        "near": "home",
-        "prefer": {TILT: 0.5, "turn": 0.3},
-        "waypoints": [
-            {"pose": pose(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
-            {"pose": pose(0, 0, 0.15), "after": 1, "stop": True},
-            {"along": "line", "pose": pose(0.12, 0.1, 0.15), "speed": 0.05, "stop": True},
-            {"joints": "home", "after": 3},
-        ],
-        **more,
-    }
+    own = {"robot": str(folder / "cell.yaml"), "prefer": {TILT: 0.5, "turn": 0.3}}
+    return on_table(0.15, **{**own, **more})
 
 
 def named(plan: kw.Plan, t: float) -> dict[str, float]:

@@ -14,6 +14,7 @@ import knotwork as kw
 from moving.moving_truth import links
 from moving.test_moving_things import check_pairs, refused
 from moving.test_shown import middles, placed, scene_of, times
+from plans import arm
 
 URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
 DOWN = {"rpy": [np.pi, 0, 0]}
@@ -50,8 +51,8 @@ CELL = {
 }
 
 
-def on_table(**more: Any) -> dict[str, Any]:
-    """A task on a tilting table: a pose passed at speed, and a path."""
+def on_table(height: float = 0.1, **more: Any) -> dict[str, Any]:
+    """A task on a tilting table: a pose passed at speed, and a path at a height above it."""
 
     def pose(x: float, y: float, z: float) -> dict[str, Any]:
         return {"position": [x, y, z], **DOWN}
@@ -65,8 +66,8 @@ def on_table(**more: Any) -> dict[str, Any]:
         "prefer": {"plate": 0.3, "tilt": 0.5},
         "waypoints": [
             {"pose": pose(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
-            {"pose": pose(0, 0, 0.1), "after": 1, "stop": True},
-            {"along": "line", "pose": pose(0.12, 0.1, 0.1), "speed": 0.05, "stop": True},
+            {"pose": pose(0, 0, height), "after": 1, "stop": True},
+            {"along": "line", "pose": pose(0.12, 0.1, height), "speed": 0.05, "stop": True},
             {"joints": "home", "after": 3},
         ],
         **more,
@@ -76,9 +77,7 @@ def on_table(**more: Any) -> dict[str, Any]:
 def part_and_tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.SE3]:
     """The part and the tool in the cell, each from the joints that carry it."""
     q = dict(zip(plan.space.joint_names, plan.trajectory.position(t), strict=True))
-    robot = plan.space.robot
-    assert robot is not None
-    model = pin.buildModelFromUrdf(str(robot.urdf))
+    model = pin.buildModelFromUrdf(str(arm(plan).urdf))
     data = model.createData()
     pin.framesForwardKinematics(model, data, np.array([q[name] for name in model.names[1:]]))
 

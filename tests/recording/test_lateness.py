@@ -102,7 +102,7 @@ def test_given_tolerances_replace_places_of_events(knotwork: Command, tmp_path: 
     log = write(tmp_path / "log.csv", delayed(made, paused_on_the_seam, 1e-5))
     check = ("check", log, "--against", tmp_path / "plan", "--scenario", tmp_path / "weld.yaml")
     late = knotwork(*check, "--full")
-    assert (late.code, "mm from that place" in " ".join(late.out.split())) == (1, True)
+    assert (late.code, "mm from that position" in " ".join(late.out.split())) == (1, True)
     within = knotwork(*check, "--tolerance", "0.5s")
     assert (within.code, "not say what is switched" in within.out) == (0, False)
 

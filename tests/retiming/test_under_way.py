@@ -243,7 +243,7 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
         ({0: -0.5}, "override -0.5"),
         ({-1: 1.0}, "time -1"),
         ({0: float("nan")}, "nan"),
-        ({0: 0.0}, "nothing would move"),
+        ({0: 0.0}, "the arm would not move"),
     ],
 )
 def test_refuses_meaningless_profiles(profile: dict[float, float], words: str) -> None:

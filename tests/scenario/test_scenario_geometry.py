@@ -139,14 +139,16 @@ def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> 
     np.testing.assert_allclose(
         offset.rotation, Rotation.from_euler("x", 90, degrees=True).as_matrix(), atol=1e-15
     )
-    tolerances = scenario.tolerances
+    tolerances = scenario.si.tolerances
     assert tolerances.position == pytest.approx(0.5e-3)
     assert tolerances.orientation == pytest.approx(np.pi / 100)
     assert tolerances.linear_velocity == pytest.approx(2e-3)
     assert tolerances.angular_velocity == pytest.approx(np.pi / 50)
-    assert tolerances.joint_position == pytest.approx({"rad": np.pi / 1000, "m": 0.18e-3})
-    assert tolerances.joint_velocity == pytest.approx({"rad": np.pi / 10, "m": 18e-3})
+    assert tolerances.path == 1e-4
     space = joint_space(scenario)
+    np.testing.assert_allclose(space.tolerances["joint_position"], np.pi / 1000)
+    np.testing.assert_allclose(space.tolerances["joint_velocity"], np.pi / 10)
+    np.testing.assert_array_equal(space.tolerances["joint_acceleration"], 1e-6)
     elbow = space.joint_names.index("elbow_joint")
     assert space.limits["velocity"][elbow] == pytest.approx(np.pi)
     np.testing.assert_allclose(space.limits["acceleration"], 2 * np.pi)

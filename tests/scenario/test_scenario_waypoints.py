@@ -160,7 +160,7 @@ def test_options_are_read() -> None:
         continuity=1,
         rate=250,
     )
-    assert (scenario.name, scenario.task.description, scenario.planner) == ("n", "d", "p")
+    assert (scenario.name, scenario.task.description, scenario.task.planner) == ("n", "d", "p")
     assert scenario.knots == 0.3
     assert (scenario.task.continuity, scenario.task.rate) == (1, 250)
     ends = joint_space(scenario).end_acceleration

@@ -47,17 +47,6 @@ def test_a_scenario_is_found_without_its_case() -> None:
         kw.load_scenario("UR5_Deburring")
 
 
-def test_the_mass_of_what_is_held_is_said_to_be_the_tools() -> None:
-    where = r"tool\.holds\.mass: 2: must be a mapping \(mass is a key of tool\)"
-    with pytest.raises(kw.InputError, match=where):
-        kw.plan(task("rad", pose(3.14), tool={"holds": {"mass": 2}}))
-
-
-def test_a_key_of_the_file_in_a_waypoint_is_said_to_be_the_files() -> None:
-    with pytest.raises(kw.InputError, match=r"robot: unknown key \(robot is a key of the file"):
-        kw.plan(task("rad", {**pose(3.14), "robot": "ur5"}))
-
-
 def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_planned() -> None:
     first = {**pose(3.14), "name": "first"}
     first.pop("after")

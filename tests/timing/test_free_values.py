@@ -178,7 +178,7 @@ def test_given_times_are_met_or_refused_with_sufficient_ones(given: str, count: 
 def assert_suffices(error: TimingError, problem: TimingProblem) -> None:
     """With the durations that are named, taken together, there is a motion."""
     duration = np.array(problem.duration)
-    if total := re.search(r"the motion is to last .* with ([0-9.]+) s", str(error)):
+    if total := re.search(r"the motion must last .* with ([0-9.]+) s", str(error)):
         solve(replace(problem, total=float(total[1])))
         return
     for line in str(error).splitlines():

@@ -62,7 +62,7 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
             "takes more than 4 s",
         ),
         (one_joint(*REST, TimingLimits([1.0])), (None, "acceleration"), (None, None), "'elbow'"),
-        (one_joint([0, 0, 1], [0, 0, 0]), (0, "duration"), (None, None), "nothing moves"),
+        (one_joint([0, 0, 1], [0, 0, 0]), (0, "duration"), (None, None), "no joint moves"),
     ],
 )
 def test_names_infeasible_values(

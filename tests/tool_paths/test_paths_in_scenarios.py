@@ -136,9 +136,9 @@ def test_names_branches_that_follow_path() -> None:
     pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
     off = {**LINE, "speed": 250, "stop": True, "pose": pose}
     asked = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
-    with pytest.raises(FollowingError, match=r"in the branch asked for at 'on'") as error:
+    with pytest.raises(FollowingError, match=r"in the requested branch at 'on'") as error:
         kw.plan(task(on, off, branch=asked))
-    _, _, others = str(error.value).partition("a branch that leads along it: ")
+    _, _, others = str(error.value).partition("a branch that follows it: ")
     assert "shoulder right, elbow up, no flip; or " in others
     assert "shoulder right, elbow down, flip" not in others
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))

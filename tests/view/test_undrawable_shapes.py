@@ -110,19 +110,14 @@ def test_a_mesh_without_colours_is_a_warning(arm) -> None:
     assert base["colours"] == [255, 0, 0]
 
 
-def test_shapes_that_are_nowhere_are_warnings(arm) -> None:
-    visuals = [f"<geometry>{BOX}</geometry>{place}" for place in PLACES]
-    warnings = shape_warnings(arm(tower(visuals)))
-    for warning, said in zip(warnings, PLACES.values(), strict=True):
+@pytest.mark.parametrize(("given", "drawn"), [(PLACES, ""), (COLOURS, "it is drawn grey")])
+def test_places_and_colours_that_are_none_are_warnings(
+    arm, given: dict[str, str], drawn: str
+) -> None:
+    warnings = shape_warnings(arm(tower([f"<geometry>{BOX}</geometry>{one}" for one in given])))
+    for warning, said in zip(warnings, given.values(), strict=True):
         assert said in warning
-
-
-def test_shapes_without_a_true_colour_are_drawn_grey(arm) -> None:
-    visuals = [f"<geometry>{BOX}</geometry>{colour}" for colour in COLOURS]
-    warnings = shape_warnings(arm(tower(visuals)))
-    for warning, said in zip(warnings, COLOURS.values(), strict=True):
-        assert said in warning
-        assert warning.endswith("it is drawn grey")
+        assert warning.endswith(drawn)
 
 
 def test_the_commands_show_what_is_left_of_the_arm(

@@ -91,16 +91,16 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
     ],
 )
 def test_what_is_wrong_changes_nothing(
-    action: str, asked: Any, words: str, served: tuple[str, Path], tabs: Any
+    action: str, asked: Any, words: str, served: tuple[str, Path], tab: Any
 ) -> None:
-    opened(served, tabs)
     status, answer = post(served[0], action, asked)
     assert status == 200
     assert words in answer["error"]
 
 
-def opened(served: tuple[str, Path], tabs: Any) -> Any:
-    """The page, opened once."""
+@pytest.fixture
+def tab(served: tuple[str, Path], tabs: Any) -> Any:
+    """The page, opened once, with the motion of what was edited last."""
     if "edit" not in tabs.opened:
         tab = tabs.new()
         tab.set_viewport_size({"width": 1000, "height": 640})
@@ -108,6 +108,7 @@ def opened(served: tuple[str, Path], tabs: Any) -> Any:
         tab.goto(f"{served[0]}#paused")
         tab.wait_for_selector("html[data-ready=true]", state="attached")
         tabs.opened["edit"] = tab
+    known(tabs.opened["edit"])
     return tabs.opened["edit"]
 
 
@@ -117,12 +118,10 @@ def known(tab: Any) -> None:
 
 
 def test_a_waypoint_is_dragged_out_of_a_collision_and_saved(
-    served: tuple[str, Path], tabs: Any
+    served: tuple[str, Path], tab: Any
 ) -> None:
     file = served[1]
     before = file.read_text(encoding="utf-8")
-    tab = opened(served, tabs)
-    known(tab)
     assert tab.inner_text("#head .verdict") == "FAILED"
     tab.locator(".label.waypoint", has_text="approach").click()
     assert tab.input_value("#part") == '["waypoints",0]'
@@ -162,11 +161,7 @@ def test_a_waypoint_is_dragged_out_of_a_collision_and_saved(
     tab.wait_for_selector("#edit-state:text-is('saved')")
 
 
-def test_a_wrong_number_is_told_over_the_last_good_motion(
-    served: tuple[str, Path], tabs: Any
-) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+def test_a_wrong_number_is_told_over_the_last_good_motion(tab: Any) -> None:
     verdict = tab.inner_text("#head .verdict")
     tab.select_option("#part", '["waypoints",0]')
     tab.fill("#rows [aria-label=time]", "-3")
@@ -189,11 +184,7 @@ def test_a_wrong_number_is_told_over_the_last_good_motion(
     assert not tab.locator("#live").is_visible()
 
 
-def test_what_is_no_number_is_refused_and_numbers_are_read_whole(
-    served: tuple[str, Path], tabs: Any
-) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+def test_what_is_no_number_is_refused_and_numbers_are_read_whole(tab: Any) -> None:
     tab.select_option("#part", '["waypoints",0]')
     field = tab.locator("#rows [aria-label='pose.position 1']")
     before, given = tab.evaluate("knotwork.edit.draft.revision"), field.input_value()
@@ -214,10 +205,8 @@ def test_what_is_no_number_is_refused_and_numbers_are_read_whole(
 
 @pytest.mark.exhaustive
 def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
-    served: tuple[str, Path], tabs: Any
+    served: tuple[str, Path], tab: Any
 ) -> None:
-    tab = opened(served, tabs)
-    known(tab)
     count = len(kw.Task.load(served[1]).waypoints)
     tab.evaluate("knotwork.seek(1.5)")
     said = "document.getElementById('add-where').textContent.endsWith(\"1.50 s, after 'start'\")"
@@ -251,9 +240,7 @@ def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     assert not tab.locator("#rows .row").count()
 
 
-def test_an_edit_sends_and_draws_what_has_changed(served: tuple[str, Path], tabs: Any) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+def test_an_edit_sends_and_draws_what_has_changed(tab: Any) -> None:
     tab.select_option("#part", '["waypoints",1]')
     tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     drawn = "viewer.renderer.info.render.frame"
@@ -271,9 +258,7 @@ def test_an_edit_sends_and_draws_what_has_changed(served: tuple[str, Path], tabs
     tab.wait_for_function(f"knotwork.edit.stage.data.revision > {revision + 1}")
 
 
-def test_every_key_of_the_form_can_be_read(served: tuple[str, Path], tabs: Any) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+def test_every_key_of_the_form_can_be_read(tab: Any) -> None:
     for part in tab.locator("#part option").evaluate_all("all => all.map((one) => one.value)"):
         tab.select_option("#part", part)
         assert tab.locator("#rows .key").evaluate_all(
@@ -320,9 +305,7 @@ def test_on_a_phone_all_that_is_held_is_beside_the_panels(
 
 
 @pytest.mark.exhaustive
-def test_the_view_follows_the_jogged_tool(served: tuple[str, Path], tabs: Any) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+def test_the_view_follows_the_jogged_tool(tab: Any) -> None:
     tab.click("#jog summary")
     tab.wait_for_function("knotwork.edit.jog.handle")
     for touched in (False, True):  # a view turned by hand is moved, another is framed anew
@@ -338,9 +321,5 @@ def test_the_view_follows_the_jogged_tool(served: tuple[str, Path], tabs: Any) -
     tab.click("#whole-arm")
 
 
-def test_nothing_hinders_people_who_edit(
-    served: tuple[str, Path], tabs: Any, barriers: Any
-) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+def test_nothing_hinders_people_who_edit(tab: Any, barriers: Any) -> None:
     assert not barriers(tab)

@@ -12,7 +12,7 @@ import knotwork as kw
 from command_line import Command
 from walls import DOWN, WALL, at, past
 
-ONE = "way: clear at 'there' lets the motion find its way (not tried)"
+ONE = "way: clear at 'there' may avoid the collision (not attempted)"
 
 
 def across(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
@@ -107,12 +107,12 @@ def test_reports_missing_clear_motion() -> None:
     (line,) = told(given)
     assert "way: clear finds no motion either: " in line
     assert "one may exist all the same" in line
-    assert "not tried" not in line
+    assert "not attempted" not in line
 
 
 def test_proposes_all_motions_in_one_line() -> None:
     (line,) = told(across(at("back", -250, after=3), at("still", -250, after=1)))
-    assert "way: clear at 'there' and 'back' lets these motions find their way (not tried)" in line
+    assert "way: clear at 'there' and 'back' may avoid the collisions (not attempted)" in line
 
 
 def test_proposes_nothing_if_waypoint_collides() -> None:
@@ -154,7 +154,7 @@ def test_does_not_repeat_proposal() -> None:
     given = across(back, branch="fixed")
     given["waypoints"][1]["way"] = "clear"
     (line,) = told(given)
-    assert "way: clear at 'back' lets the motion find its way (not tried)" in line
+    assert "way: clear at 'back' may avoid the collision (not attempted)" in line
 
 
 def test_page_lists_failures_then_advice() -> None:
@@ -171,6 +171,6 @@ def test_page_lists_failures_then_advice() -> None:
         words = f"also {low:.3f} to {high:.3f} s, between 'there' and 'back'</button>"
         assert f'data-at="{low}" title="go there">{words}' in entry
     # advice stands once, after what it is about; what was tried is among the details
-    assert head.count("(not tried)") == 1
+    assert head.count("(not attempted)") == 1
     line, advice, tried = (entries[0].index(word) for word in ("in wall", "clear", "tried: "))
     assert line < advice < entries[0].index("<details>") < tried

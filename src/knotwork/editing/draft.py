@@ -15,7 +15,7 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import REMOVED, Document, Location, parse, read_text
-from knotwork.files.documents.items import changed_text
+from knotwork.files.documents.edits import changed_text
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 

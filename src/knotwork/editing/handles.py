@@ -16,7 +16,6 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.geometry import Frames, read_placement
 from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.si_units import in_si, si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which depends on a path
@@ -69,7 +68,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The task.
         robot: Its robot.
     """
-    file = in_si(scenario.task, *si_factors(scenario.task.units))
+    file = scenario.si
     frames = Frames(file.frames, scenario.places)
     moving = frames.moving.items()
     still = {name for name, frame in moving if not frame.moves and frame.link == scenario.on}

@@ -18,7 +18,7 @@ from knotwork.editing.draft import Draft, as_javascript, build, units
 from knotwork.editing.handles import Handle, handles, move_handle
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files.documents import validate
-from knotwork.files.documents.items import part_of
+from knotwork.files.documents.edits import part_of
 from knotwork.kinematics import solve_pose_ik
 from knotwork.planning import Plan, plan
 from knotwork.robot import Robot

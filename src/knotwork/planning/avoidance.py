@@ -133,7 +133,7 @@ def _detour_ends(plan: Plan) -> list[int]:
     """
     scenario, free = plan.scenario, _free_times(plan)
     asked = scenario if plan.chosen is None else plan.chosen.asked
-    planner, _ = planner_and_rule(asked.planner)
+    planner, _ = planner_and_rule(asked.si.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
@@ -172,12 +172,14 @@ def _proposal(plan: Plan, ends: Sequence[int]) -> str:
     """Proposal of `way: clear` for some waypoints, or an empty text."""
     if not ends or plan.scenario.scene.moves:
         return ""
-    motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
+    collisions = "the collision" if len(ends) == 1 else "the collisions"
     free = _free_times(plan)
     passed = free and any(free.speed[i] == "free" for i in ends)
     # motions joined at a free velocity are one motion, which takes no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
-    return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
+    return (
+        f"way: clear at {_quoted_names(plan, ends)}{times} may avoid {collisions} (not attempted)"
+    )
 
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:

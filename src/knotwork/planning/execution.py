@@ -35,7 +35,7 @@ PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
-"""Planning options of a task, of no use for a given motion."""
+"""Planning options of a task, which a given motion does not need."""
 
 
 class PlannedTask(NamedTuple):
@@ -114,9 +114,7 @@ def stopped_motion(planned: PlannedTask, at: float, *, on_path: bool) -> Checked
     scenario, space, trajectory = planned
     q, v, a = (trajectory(at, nu) for nu in range(3))
     if first_rest(trajectory.polynomial, at) == at:
-        raise InputError(
-            f"{scenario.name}: the motion is at rest at {at:g} s; there is nothing to stop"
-        )
+        raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
         if unlimited.size:
@@ -282,7 +280,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:
-    """A task independent of its file: named, with absolute paths."""
+    """A task that does not depend on its file: it has a name and absolute paths."""
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
     data = task.to_dict() | {"name": scenario.name}
     return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)

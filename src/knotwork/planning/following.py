@@ -15,16 +15,17 @@ from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.path_proof import PathTolerance
 from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.robot import Robot, load_robot
-from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
+from knotwork.scenario import SMALLEST_PATH_TOLERANCE
 from knotwork.spline.interpolation import get_planner
 from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task import Tolerances
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
 from knotwork.waypoints import FloatArray, JointWaypoints, read_only
 
 START_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""
 
-DEFAULT_TOLERANCES = ToleranceSet()
+DEFAULT_TOLERANCES = Tolerances.model_construct()
 
 
 def follow_path(

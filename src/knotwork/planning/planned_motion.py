@@ -117,7 +117,7 @@ class Plan:
 
         if self.chosen is None:
             raise InputError(
-                f"{self.scenario.name}: nothing is free, so there is nothing to freeze; accepted: "
+                f"{self.scenario.name}: no value is free, so none can be frozen; accepted: "
                 "a scenario with times: fastest, after: fastest or a free speed"
             )
         target = Path(path)

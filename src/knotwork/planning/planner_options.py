@@ -90,6 +90,11 @@ def supported_options(
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
 
 
+def _with_option(scenario: Scenario, **option: Any) -> Scenario:
+    """A scenario with an option in place of its own; the task as given stays."""
+    return replace(scenario, si=scenario.si.model_copy(update=option))
+
+
 @dataclass(frozen=True, eq=False)
 class Interpolation:
     """A scenario's planner and its options.
@@ -115,31 +120,31 @@ class Interpolation:
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
-        original, left_out = scenario.planner, tuple[str, ...]()
+        original, left_out = scenario.si.planner, tuple[str, ...]()
         arguments = {"planner": planner, "knots": knots}
         replaced = frozenset(name for name, value in arguments.items() if value is not None)
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
-        scenario = replace(scenario, planner=planner or original)
+        scenario = _with_option(scenario, planner=planner or original)
         space = joint_space(scenario)
         options = planner_options(scenario, space)
-        if scenario.planner != original:
-            options, left_out = supported_options(options, original, scenario.planner)
+        if scenario.si.planner != original:
+            options, left_out = supported_options(options, original, scenario.si.planner)
         if knots is not None:
-            if "knots" in planner_and_rule(scenario.planner)[1]:
+            if "knots" in planner_and_rule(scenario.si.planner)[1]:
                 raise InputError(
-                    f"{scenario.name}: knots: given together with those of {scenario.planner!r}; "
-                    "give one of the two"
+                    f"{scenario.name}: knots: given together with those of "
+                    f"{scenario.si.planner!r}; give one of the two"
                 )
             placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
-            scenario = replace(scenario, knots=placed)
+            scenario = _with_option(scenario, knots=placed)
             options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
         return cls(scenario, space, options, left_out, replaced)
 
     @property
     def knots_along_paths(self) -> Any:
         """Knot positions for inserting waypoints: those of the planner, if it has knots."""
-        base, ruled = planner_and_rule(self.scenario.planner)
+        base, ruled = planner_and_rule(self.scenario.si.planner)
         if "knots" not in PLANNER_SPECS[base].supports:
             return PlannerOptions().knots
         return ruled.get("knots", self.options.knots)
@@ -152,7 +157,7 @@ class Interpolation:
                 or the argument that was given instead.
         """
         try:
-            return get_planner(self.scenario.planner)(waypoints, self.options)
+            return get_planner(self.scenario.si.planner)(waypoints, self.options)
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError) and error.waypoint is not None:

@@ -60,7 +60,7 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if isinstance(knots, str) and knots == "optimal":
-        scenario, knots = _with_optimal_knots(scenario, planner or scenario.planner), None
+        scenario, knots = _with_optimal_knots(scenario, planner or scenario.si.planner), None
     if scenario.free is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner, knots))
     from knotwork.planning.choosing import with_times_met

@@ -75,7 +75,7 @@ def select_chain(
     if len(moving) > MAX_JOINTS:
         raise RobotError(
             robot,
-            f"{len(moving)} joints would be planned for, and at most {MAX_JOINTS} can be; give a "
+            f"{len(moving)} joints would be planned, but at most {MAX_JOINTS} can be; give a "
             "tool frame that fewer of them carry, or list others under `locked`",
         )
     planned = set(moving)

@@ -59,7 +59,7 @@ def check_tree(root: Element) -> str:
     for joint in joints:
         name = joint.getAttribute("name")
         if name == "universe":
-            raise InputError("a joint is named 'universe', as Pinocchio calls what never moves")
+            raise InputError("a joint is named 'universe', which Pinocchio reserves for its root")
         for end in ("parent", "child"):
             link = link_of(joint, end)
             if link not in names:
@@ -67,12 +67,12 @@ def check_tree(root: Element) -> str:
                 raise InputError(f"the {end} of joint {name!r} is {fault}")
         child = link_of(joint, "child")
         if child in above:
-            raise InputError(f"link {child!r} is the child of two joints, and may be of one")
+            raise InputError(f"link {child!r} is the child of two joints; only one is accepted")
         above[child] = link_of(joint, "parent")
     roots = [name for name in names if name not in above]
     if len(roots) > 1:
         some = ", ".join(map(repr, roots[:5]))
-        raise InputError(f"it has {len(roots)} root links, and may have one: {some}")
+        raise InputError(f"it has {len(roots)} root links; only one is accepted: {some}")
     _check_depth(roots, names, above)
     for element in links:
         _check_inertia(element)

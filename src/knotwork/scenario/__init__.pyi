@@ -10,9 +10,7 @@ from .scenario import Scenario as Scenario
 from .scenario import ScenarioPath as ScenarioPath
 from .scenario import ScenarioWaypoint as ScenarioWaypoint
 from .scenario import Stretch as Stretch
-from .scenario import ToleranceSet as ToleranceSet
 from .scenario import ToolPlacement as ToolPlacement
-from .scene_model import CollisionRules as CollisionRules
 from .scene_model import GraspedObject as GraspedObject
 from .scene_model import PlacedObject as PlacedObject
 from .scene_model import PlacedRobot as PlacedRobot

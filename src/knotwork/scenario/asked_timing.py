@@ -13,9 +13,6 @@ from knotwork.errors import PathError, RampError, StretchTimeError
 from knotwork.scenario.free_times import PROVISIONAL_SPEED
 from knotwork.tool_paths import Timing
 
-DEFAULT_PATH_ACCELERATION = 1.0
-"""Default of the largest acceleration along a path where its speed changes [m/s²]."""
-
 SPEED_ROUNDS = 100
 """Largest number of rounds until speeds from times and speeds at junctions agree."""
 

@@ -124,15 +124,6 @@ class Carriers:
                     "covers the whole path; or a path before or after that time",
                 )
 
-    def position_note(self, i: int, time: float, length: float) -> str:
-        """A note on the position of a waypoint's frame at its time [s], in a unit of length."""
-        frame = self.frame_of(i)
-        if frame is None:
-            return ""
-        x, y, z = frame.placement_at(time).translation / length
-        name = self.names[i]
-        return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
-
     def neighbours_in_frame(
         self, i: int, poses: Mapping[int, pin.SE3], times: Sequence[float]
     ) -> Mapping[int, pin.SE3]:

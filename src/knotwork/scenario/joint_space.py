@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
-from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
+from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget
 from knotwork.scenario.payloads import Carrying, robots_with_loads
 from knotwork.scenario.scenario import Scenario
@@ -64,6 +64,8 @@ class JointSpace:
         end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
         accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
+        tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
+            shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
         chosen: Sections of waypoints with a chosen motion, or `None`.
         solutions: Joint positions near which solutions are chosen, shape (d,), by index of the
@@ -83,6 +85,7 @@ class JointSpace:
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
     accelerations: str | FloatArray | None = None
+    tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenRun, ...] | None = None
     solutions: Mapping[int, FloatArray] = field(default_factory=dict)
@@ -307,6 +310,7 @@ class _JointReader:
         chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
         return {
             "targets": tuple(targets),
+            "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
             "waits": tuple(waits(self.scenario, at_rest)),
             "near": None if task.near is None else self.array(task.near, "near"),
             "end_acceleration": self._ends(),
@@ -339,6 +343,13 @@ class _JointReader:
                 for name, values in motion.velocities.items()
             },
         )
+
+    def _tolerance(self, quantity: str) -> FloatArray:
+        """Tolerance of a quantity of the joints, shape (d,); its default is in SI."""
+        name, tolerances = f"joint_{quantity}", self.scenario.task.tolerances
+        is_given = name in tolerances.model_fields_set
+        by_joint = self.by_joint(getattr(tolerances, name), "tolerances", name, si=not is_given)
+        return np.array([*by_joint.values()])
 
     def _ends(self) -> tuple[FloatArray, FloatArray] | None:
         ends = self.scenario.task.end_acceleration

@@ -11,12 +11,12 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
-from knotwork.scenario.asked_timing import DEFAULT_PATH_ACCELERATION, AskedTiming
+from knotwork.scenario.asked_timing import AskedTiming
 from knotwork.scenario.carriers import Carriers
 from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.path_curves import PathCurves, rescale_orientation
 from knotwork.scenario.scenario import ScenarioPath, Stretch
-from knotwork.task import AlongArc, AlongPoints, PathWaypoint
+from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.timing_profile import standstill
@@ -205,7 +205,6 @@ class PathReader:
     def _asked_timing(
         self, first: int, lengths: FloatArray, steps: list[PathWaypoint], start: float
     ) -> AskedTiming:
-        acceleration = self.curves.file.path.acceleration
         last = first + len(steps)
         most = [greatest_speed(step.speed) for step in steps]
         return AskedTiming(
@@ -213,7 +212,7 @@ class PathReader:
             tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
             tuple(self._durations(first, steps, start)),
             (0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
-            DEFAULT_PATH_ACCELERATION if acceleration is None else acceleration,
+            self.curves.file.path.acceleration,
             {k: most for k, most in enumerate(most) if most is not None},
         )
 
@@ -272,9 +271,8 @@ def wait_on(
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
     motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
-    asked = AskedTiming(
-        (0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), DEFAULT_PATH_ACCELERATION, {}
-    )
+    acceleration = PathOptions.model_construct().acceleration
+    asked = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {})
     return ScenarioPath(first, motion, (stretch,), asked, begin.freedom)
 
 

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from knotwork.errors import shown
 from knotwork.files import documents
 from knotwork.files.documents import Places
@@ -18,16 +16,14 @@ from knotwork.scenario.repetitions import expand_repeats
 from knotwork.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,
     Scenario,
-    ToleranceSet,
     ToolPlacement,
 )
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, Limits, PlainTask, PoseWaypoint, Task
+from knotwork.task import Limits, PlainTask, PoseWaypoint, Task
 from knotwork.task.places import read_document
 from knotwork.task.si_units import in_si, si_factors
 from knotwork.units import Units
-from knotwork.waypoints import FloatArray
 
 
 def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
@@ -96,6 +92,7 @@ class _Resolver:
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
             self.reader.frames.find(file.frame or "base", ("frame",))
+        self._check_tolerances()
         waypoints, paths = self.reader.waypoints()
         unknowns = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
@@ -106,20 +103,17 @@ class _Resolver:
             name=file.name or (source.stem if source is not None else "scenario"),
             waypoints=waypoints,
             task=self.task,
+            si=file,
             index=self.reader.indices,
             paths=paths,
             units=units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
-            branch=self._branch(),
-            planner=file.planner,
-            knots=self._knots(),
             events=events.events(timed=unknowns is None),
             free=unknowns,
             on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
-            tolerances=self._tolerances(),
             source=source,
             places=self.places,
         )
@@ -188,36 +182,14 @@ class _Resolver:
         }
         return limits.model_copy(update={**tool, "frame_speed": tuple(frames)})
 
-    def _branch(self) -> str | dict[str, str]:
-        branch = self.file.branch
-        if isinstance(branch, str):
-            return branch
-        return {key: str(word) for key, word in branch if word is not None}
-
-    def _knots(self) -> str | float | FloatArray:
-        knots = self.file.knots
-        if isinstance(knots, Balanced):
-            return knots.balanced
-        if knots == "optimal":
-            return "paper"  # where no value is chosen, as along paths
-        return knots if isinstance(knots, str) else np.array(knots)
-
-    def _tolerances(self) -> ToleranceSet:
+    def _check_tolerances(self) -> None:
         tolerances = self.file.tolerances
-        values: dict[str, Any] = {}
-        for name in type(tolerances).model_fields:
+        for name in ("path", "path_orientation", "path_speed"):
             value = getattr(tolerances, name)
-            if value is None:
-                continue
-            if name.startswith("joint"):
-                values[name] = {"rad": value * self.angle, "m": value * self.length}
-                continue
-            values[name] = value
-            if name.startswith("path") and value < SMALLEST_PATH_TOLERANCE:
+            if value < SMALLEST_PATH_TOLERANCE:
                 given_value = getattr(self.task.tolerances, name)
                 raise self.places.error(
                     ("tolerances", name),
                     f"is {given_value:g}, below the resolution of floating point",
                     f"at least {SMALLEST_PATH_TOLERANCE * given_value / value:.4g}",
                 )
-        return ToleranceSet(**values)

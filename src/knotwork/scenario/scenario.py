@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.spline.trajectory.motion_events import Event
+from knotwork.task.task_options import Balanced
 from knotwork.task.tool_and_limits import Limits
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
@@ -144,44 +144,6 @@ class ToolPlacement:
     payload: Payload | None = None
 
 
-def _one_for_each_unit() -> dict[str, float]:
-    return {"rad": 1e-6, "m": 1e-6}
-
-
-@dataclass(frozen=True)
-class ToleranceSet:
-    """Largest allowed deviations of the motion from the task.
-
-    Attributes:
-        position: Distance of the TCP [m].
-        orientation: Angle between the orientations of the tool [rad].
-        linear_velocity: Difference for the TCP [m/s].
-        angular_velocity: Difference for the tool [rad/s].
-        joint_position: Difference at waypoints given by joint values, by unit: `"rad"`, `"m"`.
-        joint_velocity: Difference at the same waypoints, and at stops of the tool, by unit of
-            the joint, per second.
-        joint_acceleration: Difference at the two ends, where given, by unit of the joint, per
-            second squared.
-        path: Distance of the TCP from a tool path [m].
-        path_orientation: Angle from the orientation along the path [rad].
-        path_speed: Difference from the speed along the path, as a fraction of it.
-
-    >>> ToleranceSet(position=1e-4).joint_position
-    {'rad': 1e-06, 'm': 1e-06}
-    """
-
-    position: float = 1e-6
-    orientation: float = 1e-6
-    linear_velocity: float = 1e-6
-    angular_velocity: float = 1e-6
-    joint_position: Mapping[str, float] = field(default_factory=_one_for_each_unit)
-    joint_velocity: Mapping[str, float] = field(default_factory=_one_for_each_unit)
-    joint_acceleration: Mapping[str, float] = field(default_factory=_one_for_each_unit)
-    path: float = 1e-4
-    path_orientation: float = math.radians(0.1)
-    path_speed: float = 0.01
-
-
 SMALLEST_PATH_TOLERANCE = 1e-9
 """Limit of floating point for the tolerances of a path [m, rad, fraction of the speed]."""
 
@@ -194,22 +156,18 @@ class Scenario:
         name: Name of the scenario.
         waypoints: At least two waypoints, in order of time.
         task: The task as given, in its own units; options without a unit are read from it.
+        si: The same task in SI, but for joint values, and with waits of actions as waits of their
+            waypoints. A planner or knots given in place of its own are in this one alone.
         index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
         units: Units of the file, for output.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         on: Link that carries the frame of poses, if it is not the robot's base frame.
         tool: Placement and mass of the tool.
-        branch: `"free"`; `"keep"`, which only changes where speeds require it; `"fixed"`; or
-            configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
-        planner: Name of the planner, optionally with a rule after a colon.
-        knots: As for `knotwork.spline.interpolation`: `"paper"`, `"balanced"`, the constant of
-            balanced knots, or the knot times [s], shape (m,).
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
         free: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and rules of the collision check.
-        tolerances: Tolerances of the check.
         source: Its file, or `None`.
         places: Places of its parts in the file, for errors.
         under_way: The motion that it continues, and the time in it [s], or `None`.
@@ -223,20 +181,17 @@ class Scenario:
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
     task: PlainTask = field(repr=False, compare=False)
+    si: PlainTask = field(repr=False, compare=False)
     index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     on: str = ""
     tool: ToolPlacement = field(default_factory=ToolPlacement)
-    branch: str | Mapping[str, str] = "free"
-    planner: str = "modified-hermite"
-    knots: str | float | FloatArray = "paper"
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[AskedEvent, ...] = ()
     free: FreeTimes | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
-    tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     source: Path | None = None
     places: Places = field(default_factory=Places, repr=False, compare=False)
     under_way: tuple[JointTrajectory, float] | None = field(default=None, repr=False, compare=False)
@@ -266,6 +221,21 @@ class Scenario:
             location: Keys and indices of the field.
         """
         return self.places.where(location)
+
+    @property
+    def branch(self) -> str | dict[str, str]:
+        """`"free"`, `"keep"`, `"fixed"`, or words by `"shoulder"`, `"elbow"` and `"wrist"`."""
+        branch = self.task.branch
+        return branch if isinstance(branch, str) else branch.to_dict()
+
+    @property
+    def knots(self) -> Any:
+        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s]."""
+        knots = self.si.knots
+        if isinstance(knots, Balanced):
+            return knots.balanced
+        # where nothing is chosen, that is along paths, optimal knots are the paper's
+        return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property
     def prefers_clearance(self) -> bool:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from knotwork.task.scene_shapes import Collisions
+
 if TYPE_CHECKING:
     import pinocchio as pin
 
@@ -111,23 +113,6 @@ class PlacedRobot:
     carrier: MovingFrame | None = None
 
 
-@dataclass(frozen=True)
-class CollisionRules:
-    """Collision checks and their precision.
-
-    Attributes:
-        itself: Check the robot against itself and its tool.
-        ignore: Pairs of names excluded from the check.
-        margin: Required clearance from the surroundings [m].
-        resolution: A clearance that exceeds the required one by less counts as failed [m].
-    """
-
-    itself: bool = True
-    ignore: tuple[tuple[str, str], ...] = ()
-    margin: float = 0.0
-    resolution: float = 1e-4
-
-
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Surroundings of the robot and carried objects.
@@ -137,7 +122,8 @@ class Scene:
         tool: Shapes of the tool, in the axes of the frame that carries it.
         held: Objects that the tool carries.
         robots: Other robots.
-        rules: Collision checks and their precision.
+        rules: Collision checks and their precision, in SI.
+        margin: Required clearance from the surroundings [m].
         moving: Moving frames of the file, by name.
     """
 
@@ -145,7 +131,8 @@ class Scene:
     tool: tuple[PlacedShape, ...] = ()
     held: tuple[GraspedObject, ...] = ()
     robots: tuple[PlacedRobot, ...] = ()
-    rules: CollisionRules = CollisionRules()
+    rules: Collisions = field(default_factory=Collisions.model_construct)
+    margin: float = 0.0
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
     @property

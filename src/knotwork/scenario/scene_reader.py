@@ -16,7 +16,6 @@ from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scenario import ScenarioWaypoint
 from knotwork.scenario.scene_model import (
     FIXED_CARRIER,
-    CollisionRules,
     GraspedObject,
     PlacedObject,
     PlacedRobot,
@@ -64,7 +63,7 @@ class _SceneReader:
 
     def scene(self) -> Scene:
         file = self.reader.file
-        scene, rules, tool = file.scene, file.collisions, file.tool or Tool()
+        scene, tool = file.scene, file.tool or Tool()
         objects = tuple(self._object(name, item) for name, item in scene.objects.items())
         if RESERVED_NAME in scene.objects:
             raise self._error(
@@ -84,12 +83,8 @@ class _SceneReader:
             tool=tuple(shapes),
             held=tuple(self._held(name, held) for name, held in tool.holds.items()),
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
-            rules=CollisionRules(
-                rules.itself,
-                tuple((pair[0], pair[1]) for pair in rules.ignore),
-                scene.margin,
-                CollisionRules.resolution if rules.resolution is None else rules.resolution,
-            ),
+            rules=file.collisions,
+            margin=scene.margin,
             moving={name: frame for name, frame in frames if frame is not None},
         )
 

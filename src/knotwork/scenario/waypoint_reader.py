@@ -131,7 +131,6 @@ class WaypointReader:
             location = ("waypoints", i, "joints")
             return JointTarget(name, time, step.joints, velocity, location, where)
         pose, twist = self._state(i, step, motion)
-        where += self.carriers.position_note(i, time, self.length)
         rides = step.wait is not None and self.carriers.frame_of(i) is not None
         if freedom is not None and freedom.moves and (rides or twist.vector.any()):
             raise self.places.error(

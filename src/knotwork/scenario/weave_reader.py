@@ -9,7 +9,6 @@ import numpy as np
 
 from knotwork.errors import DocumentError
 from knotwork.scenario.path_curves import PathCurves
-from knotwork.scenario.scenario import ToleranceSet
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.spline.polynomial.two_point import two_point_coefficients
@@ -105,7 +104,7 @@ class WeaveReader:
                 "weave",
                 "frequency",
             )
-        allowed = self.curves.file.tolerances.path or ToleranceSet.path
+        allowed = self.curves.file.tolerances.path
         if asked.width <= 2.0 * allowed:
             raise self._error(
                 k,

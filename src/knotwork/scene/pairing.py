@@ -81,7 +81,7 @@ class Pairing:
                 around = OBJECT_KIND in (first.kind, second.kind)
                 second_moves = second.kind != OBJECT_KIND if around else bool(second.joint)
                 order = (i, j) if second_moves else (j, i)
-                pairs.append(Pair(*order, self.scene.rules.margin if around else 0.0, around))
+                pairs.append(Pair(*order, self.scene.margin if around else 0.0, around))
         return pairs, [pair for pair in dict.fromkeys(ignored) if pair.first != pair.second]
 
     def _whose(self, body: Body) -> str:

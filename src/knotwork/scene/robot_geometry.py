@@ -11,12 +11,12 @@ import numpy as np
 
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints
-from knotwork.scenario.scene_model import CollisionRules
 from knotwork.scene.bodies import Body, LinkBodies, LinkSources, link_bodies, link_sources
 from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
+from knotwork.task.scene_shapes import Collisions
 from knotwork.waypoints import FloatArray
 
-TOUCHING_DISTANCE = CollisionRules.resolution
+TOUCHING_DISTANCE = Collisions.model_construct().resolution
 """Distance of bodies [m] below which they touch, because no check finds them clear."""
 
 Touching = dict[tuple[int, int], float]

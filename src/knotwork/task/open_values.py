@@ -93,12 +93,12 @@ class FreePose(TaskPart):
     def _something(self) -> FreePose:
         box = self.position
         if box is not None and (box.x, box.y, box.z) == (None, None, None):
-            raise ValueError("position leaves nothing open; accepted: x, y or z, a range each")
+            raise ValueError("position leaves no freedom; accepted: x, y or z, a range each")
         leaning = self.work_angle is not None or self.travel_angle is not None
         if self.tilt is not None and leaning:
             raise ValueError("tilt is given together with angles to a seam; accepted: one of them")
         if self.turn is None and self.tilt is None and box is None and not leaning:
-            raise ValueError("leaves nothing open; accepted: turn, tilt, angles, or position")
+            raise ValueError("leaves no freedom; accepted: turn, tilt, angles, or position")
         return self
 
 
@@ -146,7 +146,7 @@ class Weights(TaskPart):
     @model_validator(mode="after")
     def _one_at_least(self) -> Weights:
         if not any(weight for _, weight in self):
-            raise ValueError(f"weighs nothing; give one of {', '.join(type(self).model_fields)}")
+            raise ValueError(f"has no weight; give one of {', '.join(type(self).model_fields)}")
         return self
 
 

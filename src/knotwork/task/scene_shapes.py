@@ -195,8 +195,9 @@ class Collisions(TaskPart):
         "and `scenario:NAME` resolve a name that both have",
         (),
     )
-    resolution: Positive | None = optional(
+    resolution: Positive = optional(
         "A clearance that exceeds the required one by less than this counts as "
         "failed; left out: 0.1 mm",
         unit="length",
+        si_default=1e-4,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -64,36 +65,48 @@ class Presets(TaskPart):
 class Tolerances(TaskPart):
     """Largest deviations that pass the check; 1e-6 in SI by default."""
 
-    position: Positive | None = optional("Position of the TCP at a pose", unit="length")
-    orientation: Positive | None = optional("Orientation of the tool at a pose", unit="angle")
-    linear_velocity: Positive | None = optional("Velocity of the TCP", unit="length/s")
-    angular_velocity: Positive | None = optional("Angular velocity of the tool", unit="angle/s")
-    joint_position: Positive | None = optional(
-        "Joint positions at waypoints given by joint values", unit="angle or length"
+    position: Positive = optional("Position of the TCP at a pose", unit="length", si_default=1e-6)
+    orientation: Positive = optional(
+        "Orientation of the tool at a pose", unit="angle", si_default=1e-6
     )
-    joint_velocity: Positive | None = optional(
+    linear_velocity: Positive = optional("Velocity of the TCP", unit="length/s", si_default=1e-6)
+    angular_velocity: Positive = optional(
+        "Angular velocity of the tool", unit="angle/s", si_default=1e-6
+    )
+    joint_position: Positive = optional(
+        "Joint positions at waypoints given by joint values",
+        unit="angle or length",
+        si_default=1e-6,
+    )
+    joint_velocity: Positive = optional(
         "Joint velocities at waypoints given by joint values, and at stops",
         unit="angle/s or length/s",
+        si_default=1e-6,
     )
-    joint_acceleration: Positive | None = optional(
-        "Joint accelerations at the ends, where given", unit="angle/s² or length/s²"
+    joint_acceleration: Positive = optional(
+        "Joint accelerations at the ends, where given",
+        unit="angle/s² or length/s²",
+        si_default=1e-6,
     )
-    path: Positive | None = optional(
-        "Distance of the TCP from a path; left out: 0.1 mm", unit="length"
+    path: Positive = optional(
+        "Distance of the TCP from a path; left out: 0.1 mm", unit="length", si_default=1e-4
     )
-    path_orientation: Positive | None = optional(
-        "Orientation of the tool along a path; left out: 0.1 degrees", unit="angle"
+    path_orientation: Positive = optional(
+        "Orientation of the tool along a path; left out: 0.1 degrees",
+        unit="angle",
+        si_default=math.radians(0.1),
     )
-    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = optional(
-        "Speed along a path, as a fraction of the full speed; left out: 0.01"
+    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] = optional(
+        "Speed along a path, as a fraction of the full speed; left out: 0.01", si_default=0.01
     )
 
 
 class PathOptions(TaskPart):
     """Options of the motion along tool paths."""
 
-    acceleration: Positive | None = optional(
+    acceleration: Positive = optional(
         "Largest acceleration along the path where the speed changes, at a stop or "
         "where two speeds meet; left out: 1 m/s²",
         unit="length/s²",
+        si_default=1.0,
     )

@@ -53,7 +53,7 @@ class Arc(Curve):
         if not (math.isfinite(self.angle) and self.angle * self.radius > SAME_POINT):
             raise PathError(
                 f"the arc's angle is {angle!r} rad; it must be greater than 0 "
-                "(turn the normal round for the other sense)"
+                "(reverse the normal for the other direction)"
             )
         self.length = self.radius * self.angle
         self.end: FloatArray = self.position(np.array([self.length]))[0]
@@ -76,7 +76,7 @@ class Arc(Curve):
         )
         if np.linalg.norm(c - a) <= SAME_POINT:
             raise geometry_error(
-                "the arc starts and ends at {start}: one more point does not say which circle; "
+                "the arc starts and ends at {start}: one more point does not define the circle; "
                 "give its centre and, as a full circle needs, its normal",
                 start=a,
             )
@@ -85,7 +85,7 @@ class Arc(Curve):
         if np.linalg.norm(normal) <= PARALLEL_SINE * np.linalg.norm(u) * np.linalg.norm(c - b):
             raise geometry_error(
                 "{start}, {through} and {end} are on a line, and no arc goes through "
-                "them; use a line or move the point to pass through aside",
+                "them; use a line, or move the point off the line",
                 start=a,
                 through=b,
                 end=c,
@@ -175,7 +175,7 @@ class Arc(Curve):
         distance = float(np.linalg.norm(chord))
         if distance <= SAME_POINT:
             raise geometry_error(
-                "the arc starts and ends at {start}: its radius does not say which circle; "
+                "the arc starts and ends at {start}: its radius does not define the circle; "
                 "give its centre and normal",
                 start=a,
             )
@@ -268,7 +268,7 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
     if flat and normal is None:
         case = "a full circle" if from_a @ from_c > 0.0 else "half a circle"
         raise PathError(
-            f"start, centre and end are on a line ({case}), so that they name no plane; "
+            f"start, centre and end are on a line ({case}), so they define no plane; "
             "give the arc's normal"
         )
     if flat or normal is None:

@@ -59,7 +59,7 @@ def speed_for_duration(
     if not least * (1.0 - RAMP_TOLERANCE) <= duration <= most * (1.0 + RAMP_TOLERANCE):
         upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
         message = (
-            f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "
+            f"{duration:.6g} s are requested for a stretch of {length:.6g} m; with its changes of "
             f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
         )
         raise StretchTimeError(message, least=least, most=most)

@@ -41,12 +41,12 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
             yield _place_on_path(asked, motion, scenario, space)
     stored = motion.trajectory
     if stored.events or stored.segments:
-        unexpected = "the motion has it, and the scenario does not ask for it"
+        unexpected = "the motion has it, but the scenario does not request it"
         yield from _missing_from(requested, stored.events, unexpected)
-        missing = "the scenario asks for it, and the motion does not have it"
+        missing = "the scenario requests it, but the motion does not have it"
         yield from _missing_from(stored.events, requested, missing)
     elif requested:
-        fact = "the motion does not say what is switched on its way; that is not checked"
+        fact = "the motion has no events, so switching is not checked"
         yield Finding(EVENTS, "event", "events", "event", "warning", fact)
     yield from _repeated_or_left_on(requested)
 
@@ -68,7 +68,7 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
     for event in requested:
         before = last.get(event.signal)
         if isinstance(event.value, bool) and before is not None and before.value is event.value:
-            faults.append((event, f"it is so since {before.time:.3f} s"))
+            faults.append((event, f"it has this value since {before.time:.3f} s"))
         last[event.signal] = event
     faults += [
         (event, "the motion ends with it on") for event in last.values() if event.value is True
@@ -114,12 +114,12 @@ def _place_on_path(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     wanted = path.motion.path.position(np.array([asked.arc_length]))
-    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.tolerances.path
+    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.si.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
     return Finding.at_most(
         EVENTS, "event", event.name, "place",
         f"{event.text} at {event.time:.3f} s, {_place(asked, scenario)}: the tool is {shown} from "
-        f"that place, tolerance {allowed}", miss, tolerance,
+        f"that position, tolerance {allowed}", miss, tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 

@@ -132,7 +132,7 @@ def _follow_paths(
     freedom = paths[0].freedom if followed else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return followed
-    start, allowed = followed[0].bounds.turned[0], scenario.tolerances.path_orientation
+    start, allowed = followed[0].bounds.turned[0], scenario.si.tolerances.path_orientation
     low, high = ((bound - start) / (2.0 * math.pi) for bound in freedom.turn)
     slack = allowed / (2.0 * math.pi)
     for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
@@ -156,7 +156,7 @@ def _follow_from(
     """Bounds on each stretch, the first of which begins at about a turn [rad]."""
     from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
 
-    allowed, followed = scenario.tolerances, []
+    allowed, followed = scenario.si.tolerances, []
     clock = None if execution is None else execution.clock
     for path in paths:
         for k, stretch in enumerate(path.stretches, path.first):
@@ -231,7 +231,7 @@ def _criteria(
     """Quantity, bound, limit, unit and text of each criterion on a stretch."""
     freedom, stretch, limits = followed.path.freedom, followed.stretch, followed.limits
     bounds, kind, progress = followed.bounds, stretch.kind, followed.bounds.progress
-    tolerances, (scale, length) = scenario.tolerances, scenario.shown_length
+    tolerances, (scale, length) = scenario.si.tolerances, scenario.shown_length
 
     def text_of(value: float, unit: str = "rad") -> str:
         return scenario.units.text(value, unit, ".3g")
@@ -256,8 +256,8 @@ def _criteria(
         for value in (progress.start, progress.end, progress.length, progress.back)
     )
     text = (
-        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {total} {length} "
-        f"and goes back by {backward} {length} at most, tolerance {scale * most:.3g} {length}"
+        f"the tool moves from {start} {length} to {end} {length} of the {kind}'s {total} {length} "
+        f"and moves back by {backward} {length}, tolerance {scale * most:.3g} {length}"
     )
     worst = progress.worst  # proved if the distance is
     bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)
@@ -267,7 +267,7 @@ def _criteria(
     asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * tolerances.path_speed:.3g} %"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)
     speeds = _speeds(bounds, scenario, 5)
-    text = f"the speed is {speeds}, asked for {asked} from {start} to {end}, {within}"
+    text = f"the speed is {speeds}, required {asked} from {start} to {end}, {within}"
     yield "path_speed", bounds.speed, limits.speed, "m/s", text
     beyond = text_of(0.0 if bounds.ramp is None else max(bounds.ramp.value, 0.0), "m/s")
     text = f"where the speed changes it is {beyond} beyond 0 to {asked}, {within}"

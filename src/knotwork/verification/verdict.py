@@ -67,9 +67,9 @@ def check(
     """
     if scenario.free is not None:
         raise InputError(
-            f"{scenario.name} leaves times or speeds free, so it does not say what the motion has "
-            "to do when; accepted: scenario.yaml, which plan --out writes beside the trajectory, "
-            "or what plan --freeze writes"
+            f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
+            "time; accepted: scenario.yaml, which plan --out writes next to the trajectory, "
+            "or the output of plan --freeze"
         )
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)

@@ -18,7 +18,7 @@ from knotwork.verification.waypoint_checks import worst_joint
 
 def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint positions during each wait with those at its start, over all time."""
-    tolerances = np.array([scenario.tolerances.joint_position[unit] for unit in space.joint_units])
+    tolerances = space.tolerances["joint_position"]
     for i in space.waits:
         waypoint = scenario.waypoints[i]
         start = max(waypoint.time, motion.start_time)
@@ -37,7 +37,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             subject="wait",
             name=waypoint.name,
             quantity="movement",
-            fact=f"{waypoint_text(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
+            fact=f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
             f"{end:.3f} s, and {space.joint_names[worst]} moves by "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",

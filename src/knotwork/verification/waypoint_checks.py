@@ -178,7 +178,7 @@ def _tool_findings(
     for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
             "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
-            requested, achieved, error, getattr(scenario.tolerances, quantity), unit,
+            requested, achieved, error, getattr(scenario.si.tolerances, quantity), unit,
             scenario.units,
         )  # fmt: skip
 
@@ -205,8 +205,7 @@ def _joint_finding(
 ) -> Finding:
     """Compare joint values, and report the joint with the largest error for its tolerance."""
     quantity = f"joint_{DERIVATIVES[order]}"
-    by_unit = getattr(scenario.tolerances, quantity)
-    tolerances = np.array([by_unit[unit] for unit in space.joint_units])
+    tolerances = space.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
     return _error_finding(

@@ -298,7 +298,8 @@ class ShownMotion:
 
 def task_without_requirements(name: str) -> Scenario:
     """A task for a motion without one."""
-    return Scenario(name, (), PlainTask.model_construct(waypoints=()))
+    task = PlainTask.model_construct(waypoints=())
+    return Scenario(name, (), task, task)
 
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:

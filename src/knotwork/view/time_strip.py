@@ -143,5 +143,5 @@ def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
         "distance": [round(d, 6) if np.isfinite(d) else None for d in clearance.distance.tolist()],
         "pair": clearance.pair,
         "names": clearance.names,
-        "margin": shown.scenario.scene.rules.margin,
+        "margin": shown.scenario.scene.margin,
     }

@@ -175,7 +175,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     for motion in motions:
         robot_of(motion)  # raises before the first row is drawn
     scenario = motions[0].scenario
-    allowed, limits = scenario.tolerances, scenario.motion_limits
+    allowed, limits = scenario.si.tolerances, scenario.motion_limits
     off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed
     rows = [
         ToolRow("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),
@@ -195,7 +195,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
             unit = rate_unit("m", order)
             rows.append(ToolRow(title, unit, curve, limit=limit, judged=(quantity, frame)))
     if scenario.scene.objects:
-        least = scenario.scene.rules.margin
+        least = scenario.scene.margin
         rows.append(ToolRow("clearance", "m", clearances, limit=least, least=True))
     if limits.singular_value is not None:
         title, judged = "smallest singular value", ("smallest_singular_value", "")

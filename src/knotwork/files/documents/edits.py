@@ -29,7 +29,12 @@ LAST_VALUE_WIDTH = 20
 """Reserve for the last value of a line, before which PyYAML does not break."""
 
 
-_Places = Mapping[Location, tuple[Any, Any]]
+class Change(NamedTuple):
+    """New text that replaces the old one from start to end."""
+
+    start: int
+    end: int
+    new: str
 
 
 def edited(document: Document, edits: Edits) -> Document:
@@ -71,6 +76,18 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
     return edits
 
 
+def part_of(data: Any, place: Location) -> Any:
+    """The value at a place, or `None`."""
+    for key in place:
+        if isinstance(data, dict):
+            data = data.get(key)
+        elif isinstance(data, list) and isinstance(key, int) and 0 <= key < len(data):
+            data = data[key]
+        else:
+            return None
+    return data
+
+
 def edited_text(text: str, edits: Edits) -> str:
     r"""The text of a YAML file with other values, otherwise unchanged.
 
@@ -82,117 +99,191 @@ def edited_text(text: str, edits: Edits) -> str:
     b: {c: 2, d: [1.0, 2.0]}
     """
     wanted = edited(parse(text), edits).data
-    places = dict(places_of(yaml.compose(text, Loader=yaml.SafeLoader)))
-    changes = with_comments(text, list(_changes(text, places, edits)))
-    result = text
-    for start, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
-        result = result[:start] + new + result[end:]
-    return written(result, wanted, ", ".join(field_path(location) for location in list(edits)[:3]))
+    changes = _changes(text, edits)
+    if any("#" in text[change.start : change.end] for change in changes):
+        comments = _comments(text)
+        changes = [_with_comments(text, comments, change) for change in changes]
+    return _written(text, changes, wanted, [*edits])
 
 
-def written(text: str, wanted: Any, named: str) -> str:
-    """A changed text, if it has the wanted content.
+def changed_text(text: str, place: Location, value: Any, *, insert: bool = False) -> str:
+    r"""The text of a YAML file with one change, whatever is at its place.
+
+    Missing mappings around a new key are added; a mapping that loses its last key is removed.
+
+    Args:
+        text: The text.
+        place: Location of the value; for an inserted item, its new index.
+        value: The new value; `REMOVED` removes the key or item.
+        insert: Insert an item into a list, before the item with its index.
+
+    Raises:
+        InputError: The place does not exist, or the change can't be written into this text, for
+            example because an alias shares the value.
+
+    >>> print(changed_text("a: [1, 2] # two", ("a", 1), 5, insert=True))
+    a: [1, 5, 2] # two
+    >>> print(changed_text("- b: 1 # one\n- b: 3", (1,), {"b": 2}, insert=True))
+    - b: 1 # one
+    - b: 2
+    - b: 3
+    """
+    data = parse(text).data
+    if value is REMOVED:
+        while len(place) > 1 and isinstance(around := part_of(data, place[:-1]), dict):
+            if len(around) > 1:
+                break
+            place = place[:-1]
+    else:
+        while len(place) > 1 and part_of(data, place[:-1]) is None:
+            place, value, insert = place[:-1], [value] if insert else {place[-1]: value}, False
+    around, last = part_of(data, place[:-1]), place[-1]
+    inside = isinstance(around, list) and isinstance(last, int) and 0 <= last < len(around) + insert
+    exists = part_of(data, place) is not None if value is REMOVED else isinstance(last, str)
+    if not inside and not (isinstance(around, dict) and exists and not insert):
+        raise InputError(f"nothing can be changed at {field_path(place)}: no such field")
+    if not insert and not (value is REMOVED and isinstance(last, int)):
+        return edited_text(text, {place: value})
+    wanted = copy.deepcopy(data)
+    items = part_of(wanted, place[:-1])
+    items[int(last) : int(last) + (not insert)] = [value] if insert else []
+    if not items or not around:
+        return edited_text(text, {place[:-1]: items})
+    _, part = _nodes(text)[place[:-1]]
+    if insert:
+        change = _inserted_item(text, part, int(last), value)
+    else:
+        change = _removal(text, part, int(last))
+    return _written(text, [change], wanted, [place])
+
+
+def _written(text: str, changes: Sequence[Change], wanted: Any, places: Sequence[Location]) -> str:
+    """The changed text, if it has the wanted content.
 
     Raises:
         InputError: The text has another content.
     """
+    result = text
+    for start, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
+        result = result[:start] + new + result[end:]
     try:
-        done = parse(text).data
+        done = parse(result).data
     except InputError:
         done = None
     if done != wanted:
+        named = ", ".join(map(field_path, places[:3]))
         raise InputError(
-            f"the numbers can't be written into the text of the file, at {named} or further on; "
+            f"the change can't be written into the text of the file, at {named} or further on; "
             "write out aliases (*), and give each waypoint as a mapping of its own"
         )
-    return text
+    return result
 
 
-def places_of(node: Any, place: Location = (), key: Any = None) -> Iterator[tuple[Location, Any]]:
-    """Give the nodes of key (`None` for items of lists) and value by location."""
-    yield place, (key, node)
-    if isinstance(node, yaml.MappingNode):
-        for name, value in node.value:
-            yield from places_of(value, (*place, name.value), name)
-    elif isinstance(node, yaml.SequenceNode):
-        for i, value in enumerate(node.value):
-            yield from places_of(value, (*place, i))
+def _nodes(text: str) -> dict[Location, tuple[Any, Any]]:
+    """Index in its part, and node, by location."""
+
+    def walk(node: Any, place: Location, index: int) -> Iterator[tuple[Location, tuple[int, Any]]]:
+        yield place, (index, node)
+        for i, entry in enumerate(node.value if isinstance(node, yaml.CollectionNode) else ()):
+            if isinstance(entry, tuple):
+                yield from walk(entry[1], (*place, entry[0].value), i)
+            else:
+                yield from walk(entry, (*place, i), i)
+
+    return dict(walk(yaml.compose(text, Loader=yaml.SafeLoader), (), 0))
 
 
-def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
+def _changes(text: str, edits: Edits) -> list[Change]:
     """The changes of a text; new keys take the place of removed ones."""
-    put_in: dict[Location, list[tuple[Any, Any]]] = {}
+    nodes, changes = _nodes(text), list[Change]()
+    new_keys: dict[Location, list[tuple[Any, Any]]] = {}
     for place, value in edits.items():
-        if place not in places:
-            put_in.setdefault(place[:-1], []).append((place[-1], value))
+        if place not in nodes:
+            new_keys.setdefault(place[:-1], []).append((place[-1], value))
     for place, value in edits.items():
-        if place not in places:
+        if place not in nodes:
             continue
-        (_, part), (key, node) = places[place[:-1]], places[place]
+        (_, part), (index, node) = nodes[place[:-1]], nodes[place]
+        column = _indent(text, part)
         if value is not REMOVED:
-            yield _replacement(text, part, key, node, value)
-        elif len(place) > 1 and (new := put_in.get(place[:-1])):
-            item = _item(*new.pop(0), _indent(text, part))
-            yield Change(key.start_mark.index, end_of(node), item)
+            # a list in block style may begin at the column of its key, at most
+            space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
+            new = space + flow(value, column)
+            changes.append(Change(node.start_mark.index, _end(node), new))
+        elif len(place) > 1 and (new_items := new_keys.get(place[:-1])):
+            new = _key_and_value(*new_items.pop(0), column)
+            changes.append(Change(_start(part.value[index]), _end(node), new))
         else:
-            yield _removal(text, part, key, node)
-    for place, items in put_in.items():
-        for key, value in items:
-            yield _insertion(text, places[place][1], key, value, top=not place)
+            changes.append(_removal(text, part, index))
+    for place, items in new_keys.items():
+        part = nodes[place][1]
+        changes += [_inserted_key(text, part, key, value, top=not place) for key, value in items]
+    return changes
 
 
-def _replacement(text: str, part: Any, key: Any, node: Any, value: Any) -> Change:
-    if key is not None and part.flow_style and isinstance(value, Mapping | list):
-        start, name = key.start_mark.index, key.value
-        return _item_in_flow(text, part, start, end_of(node), name, value)
-    # a list in block style may begin at the column of its key, at most
-    space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
-    return Change(node.start_mark.index, end_of(node), space + flow(value, _indent(text, part)))
-
-
-def _insertion(text: str, part: yaml.MappingNode, key: str, value: Any, *, top: bool) -> Change:
-    """Insert a key into a mapping: after its first key, if there are more, or at the end.
-
-    At the end of a file, or of a mapping in flow style.
-    """
-    if part.flow_style and part.value:
-        at = end_of(part.value[-1][1])
-        start, end, new = _item_in_flow(text, part, at, at, key, value)
-        return Change(start, end, f",{new}" if new[0].isspace() else f", {new}")
+def _removal(text: str, part: Any, index: int) -> Change:
+    """Remove an entry of a collection, and its lines if nothing else is on them."""
+    entries = part.value
+    start, end = _start(entries[index]), _end(entries[index])
     if part.flow_style:
-        at = part.start_mark.index + 1
-        return Change(at, at, _item(key, value, _indent(text, part)))
-    if top:
-        at = part.end_mark.index
-        return Change(at, at, ("" if text[:at].endswith("\n") else "\n") + block({key: value}))
-    at = part.value[min(1, len(part.value) - 1)][0].start_mark.index
-    column = part.value[0][0].start_mark.column
-    return Change(at, at, f"{_item(key, value, column)}\n{' ' * column}")
-
-
-def _item_in_flow(text: str, part: Any, start: int, end: int, key: str, value: Any) -> Change:
-    """Insert a key and its value into a mapping in flow style, on a new line if it is long."""
-    column, at = _indent(text, part), start - text.rfind("\n", 0, start) - 1
-    new, before = _item(key, value, column), text[:start].rstrip()
-    if before.endswith("{") or ("\n" not in new and at + len(new) <= LINE_WIDTH):
-        return Change(start, end, new)
-    below = f"\n{' ' * (column + 2)}{_item(key, value, column + 2)}"
-    return Change(len(text[:start].rstrip(" ")), end, below)
-
-
-def _removal(text: str, part: yaml.MappingNode, key: Any, node: Any) -> Change:
-    """Remove a key from a mapping, and its line if nothing else is on it."""
-    start, end = key.start_mark.index, end_of(node)
-    if part.flow_style:
-        i = next(i for i, (name, _) in enumerate(part.value) if name is key)
-        if i + 1 < len(part.value):
-            return Change(start, part.value[i + 1][0].start_mark.index, "")
-        return Change(end_of(part.value[i - 1][1]) if i else start, end, "")
-    line_start, line_end = text.rfind("\n", 0, start) + 1, text.find("\n", end) + 1 or len(text)
-    if not (text[line_start:start] + text[end:line_end]).strip():
+        if index + 1 < len(entries):
+            return Change(start, _start(entries[index + 1]), "")
+        return Change(_end(entries[index - 1]) if index else start, end, "")
+    line_start, line_end = text.rfind("\n", 0, start) + 1, _line_end(text, end)
+    if (
+        isinstance(part, yaml.SequenceNode)
+        or not (text[line_start:start] + text[end:line_end]).strip()
+    ):
         return Change(line_start, line_end, "")
     remainder = text[end:line_end].rstrip("\n")
     return Change(start, end + len(remainder) - len(remainder.lstrip()), "")
+
+
+def _inserted_key(text: str, part: Any, key: str, value: Any, *, top: bool) -> Change:
+    """Insert a key into a mapping: at the end, in block style below the top after the first key."""
+    if part.flow_style:
+        at = _end(part.value[-1]) if part.value else part.start_mark.index + 1
+        comma = ", " if part.value else ""
+        return Change(at, at, comma + _key_and_value(key, value, _indent(text, part)))
+    if top:
+        at = part.end_mark.index
+        return Change(at, at, ("" if text[:at].endswith("\n") else "\n") + block({key: value}))
+    at, column = _start(part.value[min(1, len(part.value) - 1)]), part.start_mark.column
+    return Change(at, at, f"{_key_and_value(key, value, column)}\n{' ' * column}")
+
+
+def _inserted_item(text: str, part: Any, index: int, value: Any) -> Change:
+    """Insert an item into a list that has some."""
+    items = part.value
+    if part.flow_style:
+        if index < len(items):
+            return Change(_start(items[index]), _start(items[index]), flow(value) + ", ")
+        return Change(_end(items[-1]), _end(items[-1]), ", " + flow(value))
+    column = part.start_mark.column
+    lines = [flow(value, column + 2)]
+    if isinstance(value, dict) and value:
+        lines = [_key_and_value(key, item, column + 2) for key, item in value.items()]
+    new = " " * column + "- " + f"\n{' ' * (column + 2)}".join(lines) + "\n"
+    at = _line_end(text, _end(items[index - 1])) if index else part.start_mark.index - column
+    return Change(at, at, new if text[:at].endswith("\n") or not at else "\n" + new)
+
+
+def _start(entry: Any) -> int:
+    """Start of an item of a list, or of the key and value of a mapping."""
+    return int((entry[0] if isinstance(entry, tuple) else entry).start_mark.index)
+
+
+def _end(entry: Any) -> int:
+    """End of an entry or a node, without blank lines and comments after a block."""
+    node = entry[1] if isinstance(entry, tuple) else entry
+    if isinstance(node, yaml.ScalarNode) or node.flow_style:
+        return int(node.end_mark.index)
+    return _end(node.value[-1])
+
+
+def _line_end(text: str, at: int) -> int:
+    """Start of the next line."""
+    return text.find("\n", at) + 1 or len(text)
 
 
 def _indent(text: str, node: Any) -> int:
@@ -201,15 +292,7 @@ def _indent(text: str, node: Any) -> int:
     return len(line) - len(line.lstrip(" -"))
 
 
-def end_of(node: Any) -> int:
-    """End of a node, without blank lines and comments after a block."""
-    if isinstance(node, yaml.ScalarNode) or node.flow_style:
-        return int(node.end_mark.index)
-    last = node.value[-1]
-    return end_of(last[1] if isinstance(last, tuple) else last)
-
-
-def _item(key: Any, value: Any, column: int) -> str:
+def _key_and_value(key: Any, value: Any, column: int) -> str:
     return flow({key: value}, column - 2)[1:-1]
 
 
@@ -235,32 +318,10 @@ def _dump_yaml(value: Any, **style: Any) -> str:
     return str(text)
 
 
-class Change(NamedTuple):
-    """New text that replaces the old one from start to end."""
-
-    start: int
-    end: int
-    new: str
-
-
-class _Comment(NamedTuple):
-    """Start and text of a comment."""
-
-    start: int
-    text: str
-
-
-def with_comments(text: str, changes: Sequence[Change]) -> list[Change]:
-    """The changes, each with the comments of the replaced text in front, one a line."""
-    if not any("#" in text[change.start : change.end] for change in changes):
-        return list(changes)
-    comments = _comments(text)
-    return [_with_comments(text, comments, change) for change in changes]
-
-
-def _with_comments(text: str, comments: Sequence[_Comment], change: Change) -> Change:
+def _with_comments(text: str, comments: Sequence[tuple[int, str]], change: Change) -> Change:
+    """A change with the comments of the replaced text in front, one a line."""
     start, end, new = change
-    texts = [comment.text for comment in comments if start <= comment.start < end]
+    texts = [comment for at, comment in comments if start <= at < end]
     if not texts:
         return change
     old = text[start:end]
@@ -274,14 +335,14 @@ def _with_comments(text: str, comments: Sequence[_Comment], change: Change) -> C
     return Change(start, end, spaces + line.join(texts) + below + new)
 
 
-def _comments(text: str) -> list[_Comment]:
-    """All comments, in order; they are between the tokens."""
-    comments: list[_Comment] = []
+def _comments(text: str) -> list[tuple[int, str]]:
+    """Start and text of all comments, in order; they are between the tokens."""
+    comments: list[tuple[int, str]] = []
     done = 0
     for token in yaml.scan(text, Loader=yaml.SafeLoader):
         while (start := text.find("#", done, token.start_mark.index)) >= 0:
             done = text.find("\n", start)
             done = len(text) if done < 0 else done
-            comments.append(_Comment(start, text[start:done].rstrip()))
+            comments.append((start, text[start:done].rstrip()))
         done = max(done, token.end_mark.index)
     return comments

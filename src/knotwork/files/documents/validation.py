@@ -96,14 +96,12 @@ class _Place(NamedTuple):
         owners: Models that may own the last key.
         inner: Possible models of the place itself.
         field: The last field on the path, or `None`.
-        above: Each place on the path with keys, and its keys.
     """
 
     location: Location
     owners: list[type[BaseModel]]
     inner: list[type[BaseModel]]
     field: FieldInfo | None
-    above: list[tuple[Location, list[str | int]]]
 
 
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
@@ -116,29 +114,15 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = "unknown key"
-        accepted = _owner_of_key(place, document) or did_you_mean(
-            place.location[-1], sorted(_keys(place.owners))
-        )
+        accepted = did_you_mean(place.location[-1], sorted(_keys(place.owners)))
     elif kind == "missing":
         words = "is missing and must be given"
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
-            accepted = _owner_of_key(place, document) or (
-                f"accepted: {', '.join(_keys(place.inner))}"
-            )
+            accepted = f"accepted: {', '.join(_keys(place.inner))}"
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
-
-
-def _owner_of_key(place: _Place, document: Document) -> str:
-    """Name the enclosing mapping that accepts the last key, or return an empty text."""
-    *around, key = place.location
-    having = [where for where, keys in place.above if key in keys]
-    if not having or having[-1] == tuple(around):
-        return ""
-    where = document.path(having[-1]) or "the file itself"
-    return f"{key} is a key of {where}"
 
 
 def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
@@ -147,7 +131,6 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
     inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]
     field: FieldInfo | None = None
-    above: list[tuple[Location, list[str | int]]] = []
     for position, part in enumerate(loc):
         inside = (isinstance(data, dict) and part in data) or (
             isinstance(data, list) and isinstance(part, int) and part < len(data)
@@ -157,14 +140,13 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
         if not inside and not (known and position == len(loc) - 1):
             inner = [kind for kind in models if kind.__name__ == part] or inner
             continue
-        above.append((tuple(location), list(_keys(models))))
         location.append(part)
         owners = models or owners
         for owner in models:
             field = _fields(owner).get(part, field)
         inner = _children(inner, part)
         data = data[part] if inside else None
-    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], field, above)
+    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], field)
 
 
 def _is_model(kind: Any) -> bool:

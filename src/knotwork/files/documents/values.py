@@ -92,7 +92,12 @@ def required(description: str, *, unit: str = "", key: str | None = None) -> Any
 
 
 def optional(
-    description: str, default: Any = None, *, unit: str = "", key: str | None = None
+    description: str,
+    default: Any = None,
+    *,
+    unit: str = "",
+    key: str | None = None,
+    si_default: float | None = None,
 ) -> Any:
     """An optional field.
 
@@ -102,8 +107,12 @@ def optional(
         unit: Unit of the numbers in the field, for example `"length/s"`. The description shows it
             in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
+        si_default: Default in SI, whatever the units of the file, so that the schema has none; the
+            description states it.
     """
     about = _about(description, unit, key)
+    if si_default is not None:
+        return Field(default_factory=lambda: si_default, **about)
     if default in ({}, ()):
         return Field(default_factory=type(default), **about)
     return Field(default=default, **about)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import re
 import typing
 from collections.abc import Iterator
@@ -33,10 +32,6 @@ class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoa
     yaml_implicit_resolvers: typing.ClassVar[dict[str, list[Any]]] = {}
 
 
-# Two surrogate halves, each after a backslash that is not escaped.
-_HALVES = re.compile(
-    r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})"
-)
 _TAG = "tag:yaml.org,2002:"
 _SCALARS: tuple[tuple[str, str, str], ...] = (
     ("null", r"^(?:~|null|Null|NULL|)$", "~nN"),
@@ -161,7 +156,6 @@ def parse(text: str, file: Path | None = None) -> Document:
     Raises:
         DocumentError: The text is not YAML, is empty, gives a key twice, or is nested too deep.
     """
-    text = _with_whole_characters(text)
     try:
         values = _checked_size(text, file)
         with _no_collector():
@@ -182,21 +176,6 @@ def parse(text: str, file: Path | None = None) -> Document:
     if reader.problems:
         raise DocumentError(file, reader.problems)
     return Document(data, file, reader.lines)
-
-
-def _with_whole_characters(text: str) -> str:
-    r"""Combine surrogate pairs that JSON escapes in two halves, as in `\ud83d\ude00`.
-
-    JSON allows them and YAML does not. YAML with escaped backslashes in text is left
-    unchanged.
-    """
-    if not _HALVES.search(text):
-        return text
-    try:
-        json.loads(text)
-    except (ValueError, RecursionError):
-        return text
-    return _HALVES.sub(lambda match: match[1] + json.loads(f'"{match[2]}"'), text)
 
 
 @contextmanager

@@ -51,7 +51,7 @@ class LimitingConstraint(NamedTuple):
         """Text of the constraint: the joint or the collision, its value and the limit."""
         if self.kind == "singularity":
             return (
-                "the arm is stretched out or singular and can't go on (smallest singular value "
+                "the arm is stretched out or singular and can't continue (smallest singular value "
                 f"{self.smallest_singular_value:.3g})"
             )
         if self.kind == "collision":
@@ -59,8 +59,8 @@ class LimitingConstraint(NamedTuple):
         joint, kind = robot.joint_names[self.joint], robot.joint_units[self.joint]
         if self.kind == "joint limit":
             return (
-                f"{joint} comes to its limit {units.text(self.limit, kind, '.4g')}; it would have "
-                f"to go to {units.text(self.value, kind, '.4g')}"
+                f"{joint} reaches its limit {units.text(self.limit, kind, '.4g')}; it would have "
+                f"to move to {units.text(self.value, kind, '.4g')}"
             )
         singular = (
             f" (close to a singularity, smallest singular value {self.smallest_singular_value:.3g})"

@@ -196,7 +196,7 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
     )
     with scenario.error_context("limits"):
         raise InputError(
-            f"times are chosen, but nothing bounds the acceleration of {', '.join(loose)}: "
+            f"times are chosen, but no limit bounds the acceleration of {', '.join(loose)}: "
             f"{reason}; accepted: acceleration: {{{example}}}, with values for this robot "
             f"[{' or '.join(shown)}]"
         )

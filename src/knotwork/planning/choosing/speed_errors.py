@@ -44,7 +44,7 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
         if speed > limit * (1.0 - SOLVER_SPEED_MARGIN):
             accepted = (1.0 - ADVISED_MARGIN) * limit
             error = InputError(
-                f"{waypoint_text(scenario.waypoints[i].name)}: the tool is given a speed of "
+                f"{waypoint_text(scenario.waypoints[i].name)}: the given speed of the tool is "
                 f"{text(speed)}, and tool_speed is {with_margin(text, limit, margin)}; accepted: "
                 f"at most {text(accepted)}, {rounded_down(accepted / speed, 3):g} times that "
                 "speed, or a higher limit"

@@ -308,14 +308,14 @@ class GroupSolver:
         count = len(constraints)
         solutions = "the only solution" if count == 1 else f"the best of all {count} solutions"
         if not isinstance(self.scenario.branch, str):
-            solutions += " in the branch asked for"
+            solutions += " in the requested branch"
         names = branch_names(robot_with_freedoms, blocked.start.select(tried[[index]]))
         branch = "".join(f" ({name})" for name in names)
         remedy = "begin a new path at a stop, before which the arm may change its branch"
         if other_branches := branch_names(
             robot_with_freedoms, blocked.start.select(blocked.feasible)
         ):
-            remedy = f"ask for a branch that leads along it: {'; or '.join(other_branches)}"
+            remedy = f"request a branch that follows it: {'; or '.join(other_branches)}"
         return following_error(
             robot,
             path.motion,

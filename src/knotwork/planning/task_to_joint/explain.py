@@ -49,14 +49,14 @@ def _reason(
         "free": "",
         "keep": ", branch changed for the speeds" if changed else ", branch kept",
         "fixed": ", branch fixed",
-    }.get(str(search.scenario.branch), ", branch as asked")
+    }.get(str(search.scenario.branch), ", branch as requested")
     if chosen.cost[CostLevel.INFEASIBLE] > 0.0:
         return f"smallest excess over the velocity limits{asked}"
     aim = "nearest to near" if search.near is not None else "least travel"
     if search.scenario.prefers_clearance:
         aim = "most clearance"
     elif candidates.redundant and search.robot.dof > 6 and search.near is None:
-        aim = "least travel, and clear of limits and singularities"
+        aim = "minimum travel, away from limits and singularities"
     return f"{aim}{asked}" + (f"; {fast} too fast for the joints" if fast else "")
 
 
@@ -137,7 +137,7 @@ def _infeasibility(
 def _other_choices_text(search: SolutionSearch) -> str:
     """Text about other choices of solutions."""
     if any(c is not None and c.redundant for c in search.candidates):
-        return "no other solution tried exceeds the limits by less"
+        return "no other candidate exceeds the limits by less"
     if search.scenario.branch != "free":
         return "no other solution in this branch exceeds the limits by less (try branch: free)"
     return "no other solution exceeds the limits by less"

@@ -130,7 +130,7 @@ def _insert_waypoints(
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
     from knotwork.kinematics.following.path_proof import PathTolerance
 
-    tolerances = scenario.tolerances
+    tolerances = scenario.si.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = path.times
     begin = track.start(start)

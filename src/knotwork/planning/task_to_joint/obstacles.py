@@ -67,7 +67,7 @@ class Obstacles:
             CollisionError: An object touches the robot.
         """
         held = {held_object.name for held_object in self.scenario.scene.held}
-        margin = self.scenario.scene.rules.margin
+        margin = self.scenario.scene.margin
         start = float(self.scenario.provisional_times[0])
         for distance, first, second in self._gaps(q, start):
             # an object that is picked up at the start is no longer static
@@ -79,7 +79,7 @@ class Obstacles:
                     depth = f"{-scale * (distance + margin):.4g} {unit}"
                     raise CollisionError(
                         f"touches {second.name} where the robot starts, by {depth}; move it, or "
-                        f"if it may touch it say `allow: [{second.name}]`",
+                        f"if it may touch it, add `allow: [{second.name}]`",
                         names=(first.name, second.name),
                         depth=-(distance + margin),
                     )

@@ -85,7 +85,7 @@ def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
         unit, value = problem.joint_units[k], float(q[i, k])
         lower, upper = float(limits.lower[k]), float(limits.upper[k])
         message = (
-            f"stands at {text(value, unit)}, outside its limits "
+            f"is at {text(value, unit)}, outside its limits "
             f"{text(lower, unit)} to {text(upper, unit)}"
         )
         bound = min(max(value, lower), upper)

@@ -115,7 +115,7 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
     still = problem.free & (moves.max(axis=1) == 0.0) & (problem.at_least == 0.0)
     for i in np.flatnonzero(still).tolist():
         yield TimingError(
-            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} nothing moves, so there is no "
+            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} no joint moves, so there is no "
             "minimum duration; give one, or a lower bound",
             waypoint=i,
             interval=True,
@@ -136,7 +136,7 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
 
 
 def _short_total(total: float, reason: str, bound: float) -> TimingError:
-    message = f"the motion is to last {total:.6g} s; {reason}"
+    message = f"the motion must last {total:.6g} s; {reason}"
     return TimingError(message, limit="duration", value=total, bound=bound)
 
 
@@ -176,7 +176,7 @@ def _given_durations(
             f"than {rounded_up(bound):.6g} s"
         )
         if not direct:
-            reason += "; without a time, the motion finds its way in the least that it needs"
+            reason += "; without a time, the motion takes its minimum time"
         elif rests is not None:
             bound = with_room(float(rests.knots.time[i + 1] - rests.knots.time[i]))
             reason += f"; with {bound:.6g} s{together} there is a motion that rests"

@@ -168,8 +168,8 @@ def _validated_knots(
         ends = int(known[0]) + int(known[-1])
         rule = (
             "2n - 2",
-            "2n - 1, as one end acceleration is asked for",
-            "2n, as end accelerations are asked for",
+            "2n - 1, because one end acceleration is given",
+            "2n, because end accelerations are given",
         )[ends]
         raise KnotError(f"{n} waypoints need {expected} knots ({rule}); {t.size} are given")
     t = np.concatenate((() if known[0] else t[:1], t, () if known[-1] else t[-1:]))

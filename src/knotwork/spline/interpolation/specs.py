@@ -48,14 +48,14 @@ _ALL_PLANNERS = (
         "the paper's: modified cubic Hermite interpolation on rebuilt knots",
         continuity=2,
         degree=3,
-        guarantees="positions and velocities at all waypoints; end accelerations if asked for",
+        guarantees="positions and velocities at all waypoints; end accelerations if requested",
         cannot="choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration", "chosen"),
         makes="chosen_runs:plan_modified_hermite",
     ),
     PlannerSpec(
         "cubic",
-        "one cubic polynomial an interval, Eqs. (5), (6)",
+        "one cubic polynomial per interval, Eqs. (5), (6)",
         continuity=1,
         degree=3,
         guarantees="positions and velocities at all waypoints",
@@ -65,7 +65,7 @@ _ALL_PLANNERS = (
     ),
     PlannerSpec(
         "quintic",
-        "one quintic polynomial an interval, Eqs. (7), (8)",
+        "one quintic polynomial per interval, Eqs. (7), (8)",
         continuity=2,
         degree=5,
         guarantees="positions, velocities and preset accelerations at all waypoints",
@@ -75,7 +75,7 @@ _ALL_PLANNERS = (
     ),
     PlannerSpec(
         "septic",
-        "one polynomial of degree seven an interval",
+        "one polynomial of degree seven per interval",
         continuity=3,
         degree=7,
         guarantees="positions, velocities, preset accelerations and zero jerk at all waypoints",
@@ -85,7 +85,7 @@ _ALL_PLANNERS = (
     ),
     PlannerSpec(
         "nonic",
-        "one polynomial of degree nine an interval",
+        "one polynomial of degree nine per interval",
         continuity=4,
         degree=9,
         guarantees="positions, velocities, preset accelerations at all waypoints; no jerk, snap",

@@ -90,7 +90,7 @@ def checked_profile(profile: Mapping[float, float]) -> Profile:
     if times[0] > 0.0:
         times, rates = np.append(0.0, times), np.append(rates[0], rates)
     if not rates.any():
-        raise InputError("override profile: the override is 0 at all times; nothing would move")
+        raise InputError("override profile: the override is 0 at all times; the arm would not move")
     return Profile(times, rates)
 
 

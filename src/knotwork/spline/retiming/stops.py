@@ -69,7 +69,7 @@ def joint_stop(
     times = distinct(corners)
     times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
     if len(times) < 2:
-        raise InputError("the motion stands still at this moment; there is nothing to stop")
+        raise InputError("the motion stands still at this moment; it can't be stopped")
     columns = zip(corners.T, heights.T, strict=True)
     ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
     slopes = np.diff(ramps, axis=0) / np.diff(times)[:, None]

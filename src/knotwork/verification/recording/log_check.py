@@ -282,7 +282,7 @@ def _log_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> It
         f"of time stamps {1e3 * noise.jitter:.2g} ms, {origin}",
     )
     if log.notes:
-        yield _information("left_out", f"left out or mended: {'; '.join(log.notes)}")
+        yield _information("left_out", f"left out or corrected: {'; '.join(log.notes)}")
     beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
     missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
     if missed:
