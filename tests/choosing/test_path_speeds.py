@@ -190,7 +190,7 @@ def passed(*ends: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
 def test_short_stretch_takes_neighbour_speed_under_jerk_limit(
     last: Any,
 ) -> None:
-    """The greatest speed that one cap allows, and no more than a number given in its place."""
+    """The maximum speed that one cap allows, and no more than a number given in its place."""
     ends = [line("a", -30), line("b", -28), line("c", 70, last)]
     task = passed(*ends, limits=HURRIED)
     made = kw.plan(task)

@@ -36,8 +36,8 @@ def limit_shares(
         time: Sample times, ascending [s], shape (n,).
 
     Yields:
-        A finding, and the used fraction of its limit at each time, shape (n,); above 1 the
-        limit is exceeded; infinite at jumps and for a limit of 0.
+        A finding, and the used fraction of its limit at each time, shape (n,). Above 1 the limit is
+        exceeded. It is infinite at jumps and for a limit of 0.
     """
     robot, curve, space = shown.robot, shown.curve, shown.space
     states = [curve(time, k) for k in range(3)]

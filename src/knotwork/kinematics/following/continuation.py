@@ -1,8 +1,8 @@
 """Continuation: the joints' motion along a tool path, from several starts at once.
 
-The joint velocities of eq (4) are integrated from each start (Runge-Kutta, fourth order), and after
-each step Newton's method brings the tool back onto the path along the row space of the Jacobian, so
-that the self-motion of a redundant arm stays that of the integral. Branch and turns are kept.
+The joint velocities of eq (4) are integrated from each start (Runge-Kutta, fourth order). After
+each step Newton's method brings the tool back onto the path. It moves along the row space of the
+Jacobian, so it does not change the self-motion of a redundant arm. Branch and turns stay the same.
 """
 
 from __future__ import annotations

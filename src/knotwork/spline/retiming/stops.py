@@ -99,8 +99,8 @@ def stop_on_path(
         tolerance: Maximum deviation of a joint from the path [rad or m].
 
     Returns:
-        The clock, which is the time of the curve over the time since the start of the stop [s], and
-        the motion; `None` if no such stop keeps the limits before the curve ends.
+        The clock and the motion; `None` if no such stop keeps the limits before the curve ends. The
+        clock is the time of the curve over the time since the start of the stop [s].
     """
     rest_time = first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
