@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +14,8 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification import Finding
 from knotwork.verification.bounds.frame_speed import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.view.shown_motion import ShownMotion
 
 FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
 """Order of the limited derivative of a position, by the quantity of its finding."""

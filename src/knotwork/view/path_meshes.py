@@ -13,9 +13,10 @@ from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.targets import given_velocities
 from knotwork.view.task_marks import RED
 from knotwork.view.tool_curves import full_speeds
-from knotwork.view.tool_trace import ToolTrace
+from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
@@ -46,14 +47,15 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
 
 def max_speed(shown: ShownMotion) -> float:
     """Largest speed of the tool [m/s], or given one, as a failing tool may be slower."""
-    speeds = () if shown.trace is None else shown.trace.speed
+    trace = tool_trace(shown)
+    speeds = () if trace is None else trace.speed
     return float(max([0.0, *speeds, *_given_speeds(shown)]))
 
 
 def _given_speeds(shown: ShownMotion) -> set[float]:
     """Given speeds at waypoints and along paths [m/s]."""
     along = {part.speed for _, part, *_ in full_speeds(shown)}
-    return along | {float(np.linalg.norm(target.linear)) for target in shown.given_velocities}
+    return along | {float(np.linalg.norm(target.linear)) for target in given_velocities(shown)}
 
 
 def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
@@ -71,7 +73,7 @@ def draw_paths(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     Returns:
         The legend.
     """
-    robot, trace = shown.robot, shown.trace
+    robot, trace = shown.robot, tool_trace(shown)
     if trace is None:
         return {}
     colours, legend = speed_colours(trace, shown)

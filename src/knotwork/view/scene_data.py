@@ -24,8 +24,10 @@ from knotwork.view.scene_parts import SceneParts, pack_mesh
 from knotwork.view.scene_verdict import verdict
 from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.view.surroundings import draw_surroundings
+from knotwork.view.targets import tool_targets
 from knotwork.view.task_marks import draw_frames, draw_marks
 from knotwork.view.time_strip import time_strip
+from knotwork.view.tool_trace import tool_trace
 from knotwork.waypoints import FloatArray
 
 ROBOT_PARTS = ("joints", "shapes")
@@ -115,7 +117,7 @@ def make_scene(
     same_robot = before is not None and robot_parts["joints"] is before["joints"]
     parts = SceneParts([*warnings, *shown.shapes.warnings])
     legend = draw_paths(parts, shown, size)
-    if shown.trace is not None:
+    if tool_trace(shown) is not None:
         legend |= draw_marks(parts, shown, size)
         draw_frames(parts, shown, size)
     draw_surroundings(parts, shown, size)
@@ -152,14 +154,15 @@ def _at_start(shown: ShownMotion, points: FloatArray) -> FloatArray:
 
 def _task_points(shown: ShownMotion) -> FloatArray:
     """The tool's path and the waypoints [m], shape (n, 3)."""
-    path = [] if shown.trace is None else [shown.trace.position]
-    targets = [target.pose.translation[np.newaxis] for target in shown.targets]
+    trace = tool_trace(shown)
+    path = [] if trace is None else [trace.position]
+    targets = [target.pose.translation[np.newaxis] for target in tool_targets(shown)]
     return np.concatenate([np.zeros((0, 3)), *path, *targets])
 
 
 def _fixed_points(shown: ShownMotion) -> FloatArray:
     """Fixed points in the base frame [m], shape (n, 3)."""
-    paths = asked_points(shown, 1.0, at_rest=True) if shown.trace is not None else ()
+    paths = asked_points(shown, 1.0, at_rest=True) if tool_trace(shown) is not None else ()
     base = shown.robot.base_placement
     frames = [(base * frame).translation for frame in shown.scenario.frames.values()]
     points = [joint_origins(shown)[0], np.reshape(frames, (-1, 3))]

@@ -25,9 +25,7 @@ from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, derivative_limits
 from knotwork.view.links import LinkShapes, link_shapes
-from knotwork.view.targets import targets
-from knotwork.view.tool_trace import ToolTrace, tool_trace
-from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
+from knotwork.waypoints import FloatArray, JointWaypoints
 
 
 class PlanLike(Protocol):
@@ -255,22 +253,6 @@ class ShownMotion:
     def shapes(self) -> LinkShapes:
         """The meshes of the links."""
         return link_shapes(self.robot)
-
-    @cached_property
-    def targets(self) -> Sequence[CartesianWaypoint]:
-        """The waypoints at the tool."""
-        return targets(self) if self.robot.tcp_frame_id is not None else ()
-
-    @property
-    def given_velocities(self) -> Sequence[CartesianWaypoint]:
-        """The waypoints at the tool whose velocity was given, not chosen by planning."""
-        chosen = self.chosen_velocities
-        return [target for target in self.targets if target.name not in chosen]
-
-    @cached_property
-    def trace(self) -> ToolTrace | None:
-        """The path of the tool; `None` without a tool."""
-        return tool_trace(self) if self.robot.tcp_frame_id is not None else None
 
     @cached_property
     def model(self) -> CollisionModel | None:

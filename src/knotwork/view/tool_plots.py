@@ -62,7 +62,7 @@ def plot_tool(
 
     >>> figure = plot_tool(kw.plan("planar2_closed_form"))
     >>> [axis.get_ylabel().split()[0] for axis in figure.axes]
-    ['tool', 'turning']
+    ['tool', 'turning', 'clearance']
 
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, or

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import lru_cache
 
 import numpy as np
 
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares
+from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.targets import tool_targets
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.view.shown_motion import ShownMotion
 
 TRACE_SAMPLES = 1200
 
@@ -35,15 +34,22 @@ class ToolTrace:
     broken: FloatArray
 
 
-def tool_trace(shown: ShownMotion) -> ToolTrace:
-    """Sample the tool's path evenly in time, at every break, and where something fails."""
+@lru_cache(maxsize=2)
+def tool_trace(shown: ShownMotion) -> ToolTrace | None:
+    """Sample the tool's path evenly in time, at every break, and where something fails.
+
+    Returns:
+        The path, cached; `None` without a tool.
+    """
+    if shown.robot.tcp_frame_id is None:
+        return None
     robot, curve = shown.robot, shown.curve
     failures = [failure for failure in shown.failures if failure.subject != "path"]
     limits = [failure for failure in failures if failure.group in LIMITS]
     spans = [span for failure in failures for span in failure.spans]
     start, end = float(curve.x[0]), float(curve.x[-1])
     worst = [failure.time for failure in limits if failure.time is not None]
-    also = [*(target.time for target in shown.targets), *np.ravel(spans), *worst]
+    also = [*(target.time for target in tool_targets(shown)), *np.ravel(spans), *worst]
     inner = [at for at in also if start <= at <= end]
     breaks = curve.x[:: len(curve.x) // (TRACE_SAMPLES + 1) + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, TRACE_SAMPLES), breaks, inner]))
