@@ -127,12 +127,12 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
 
 
 def _print_choices(choices: Sequence[Choice]) -> None:
-    """Print the chosen solutions of poses, with reasons; equal waypoints share an entry."""
+    """Print the chosen solutions of poses; equal waypoints share an entry."""
     entries = {}
     for text, group in itertools.groupby(choices, key=_choice_text):
         names = [choice.waypoint for choice in group]
         entries[f"{names[0]} to {names[-1]}" if len(names) > 1 else names[0]] = text
-    print_entry("Solutions chosen", "branch, turns, number of solutions, reason", entries)
+    print_entry("Solutions chosen", "branch, turns, number of solutions", entries)
 
 
 def _choice_text(choice: Choice) -> str:
@@ -141,4 +141,4 @@ def _choice_text(choice: Choice) -> str:
     if choice.sampled:
         count = f"{choice.branches} samples of its self-motion"
     turns = (f"{joint} {turn:+d}" for joint, turn in choice.turns)
-    return "; ".join(part for part in (choice.branch, *turns, count, choice.reason) if part)
+    return "; ".join(part for part in (choice.branch, *turns, count) if part)

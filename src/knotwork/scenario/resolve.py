@@ -60,7 +60,7 @@ def resolved(
 
     Args:
         task: The task, in its own units.
-        places: Places of its parts in its file, for messages.
+        places: Locations of its parts in its file, for messages.
         expected: Expected times of waypoints with a chosen time [s], by their index
             in the task.
 
@@ -72,7 +72,7 @@ def resolved(
 
 
 class _Resolver:
-    """Resolves a task; the steps share its units, frames and places."""
+    """Resolver of a task. The steps share its units, frames and locations."""
 
     def __init__(self, task: PlainTask, places: Places, expected: Mapping[int, float]) -> None:
         self.task, self.places = task, places
