@@ -29,10 +29,10 @@ from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.spline.interpolation import get_planner
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Report, check
-from knotwork.verification.worst import failure_lines
+from knotwork.verification.brief import failure_lines
 
 # Number of listed failures; more are counted.
-MOST_NOTED_FAILURES = 3
+MAX_NOTED_FAILURES = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,5 +203,5 @@ def print_failures(motions: Iterable[Motion]) -> None:
         if not report.ok:
             motion_name = f"{report.scenario}, {motion.trajectory.planner}"
             echo(f"note: {motion_name}: the check FAILS", err=True)
-            for failure in failure_lines(report.failures, MOST_NOTED_FAILURES):
+            for failure in failure_lines(report.failures, MAX_NOTED_FAILURES):
                 echo(f"  {failure}", err=True)

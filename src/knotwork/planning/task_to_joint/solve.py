@@ -116,12 +116,10 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
 
 def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
     """The solution with the velocities that were chosen."""
-    chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
-    if not chosen:
-        return solution
     velocity = solution.waypoints.velocity.copy()
-    for name, values in chosen.items():
-        velocity[solution.waypoints.names.index(name)] = values
+    for run in space.chosen or ():
+        for i, values in run.velocity.items():
+            velocity[solution.waypoints.asked[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 
