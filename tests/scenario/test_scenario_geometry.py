@@ -133,8 +133,9 @@ def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> 
     np.testing.assert_allclose(waypoint.position, [0, 1.5, 0], atol=1e-15)
     np.testing.assert_allclose(waypoint.linear, [0, 0.05, 0], atol=1e-16)
     np.testing.assert_allclose(waypoint.angular, [0, 0, np.pi], atol=1e-15)
-    offset = scenario.tool.offset
-    assert offset is not None
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    offset = robot.tool_offset
     np.testing.assert_allclose(offset.translation, [0, 0, 0.25])
     np.testing.assert_allclose(
         offset.rotation, Rotation.from_euler("x", 90, degrees=True).as_matrix(), atol=1e-15

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
-from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
+from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
 SHARING_WAYPOINTS = 20
@@ -34,15 +34,13 @@ def least_time(file: PlainTask, i: int) -> float | None:
     return 0.0 if waypoint.after == "fastest" or (unstated and chosen) else None
 
 
-def clear_way(file: PlainTask, i: int) -> FreeWay | None:
+def clear_way(file: PlainTask, i: int) -> ClearWay | None:
     """Options of a collision-free motion to a waypoint, or `None`; in SI as the file is."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
         return None
     given = waypoint.way or file.ways
-    if isinstance(given, ClearWay):
-        return FreeWay(given.tries, given.room or 0.0)
-    return FreeWay(ClearWay.model_fields["tries"].default, 0.0) if given else None
+    return ClearWay.model_construct(clear=True) if given == "clear" else given
 
 
 def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
@@ -99,7 +97,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
     speed: list[SpeedKind] = ["given"] * len(index)
     at_most = np.full(len(index), np.inf)
     paths: dict[int, float] = {}
-    ways: dict[int, FreeWay] = {}
+    ways: dict[int, ClearWay] = {}
     timed: list[int] = []
     for i, k in enumerate(index):
         if k < 0 or (i and k == index[i - 1]):  # this is the start, or the end of a wait

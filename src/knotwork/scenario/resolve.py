@@ -11,12 +11,10 @@ from knotwork.files import documents
 from knotwork.files.documents import Places
 from knotwork.scenario.event_reader import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
-from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.repetitions import expand_repeats
 from knotwork.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,
     Scenario,
-    ToolPlacement,
 )
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
@@ -108,7 +106,6 @@ class _Resolver:
             paths=paths,
             units=units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
-            tool=self._tool(),
             events=events.events(timed=unknowns is None),
             free=unknowns,
             on=self.reader.carriers.link if file.frames else "",
@@ -159,15 +156,6 @@ class _Resolver:
         for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value"):
             if getattr(file.limits, key) is not None:
                 raise self.places.error(("limits", key), robot)
-
-    def _tool(self) -> ToolPlacement:
-        tool = self.file.tool
-        if tool is None:
-            return ToolPlacement()
-        offset = None
-        if tool.offset is not None:
-            offset = self.reader.placement(tool.offset, ("tool", "offset"))
-        return ToolPlacement(tool.frame, offset, read_payload(tool, self.places, ("tool",)))
 
     def _motion_limits(self) -> Limits:
         limits = self.file.limits
