@@ -21,7 +21,7 @@ PROVISIONAL_SPAN = 1e-3 * SHARING_WAYPOINTS
 """Smallest time that they share [s]."""
 
 
-def least_time(file: PlainTask, i: int) -> float | None:
+def min_time(file: PlainTask, i: int) -> float | None:
     """Lower bound of the time to a waypoint [s], 0 without one; `None` if it is given."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
@@ -53,7 +53,7 @@ def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
         i: Index of the waypoint.
         before: Time of the previous waypoint [s].
     """
-    least = least_time(file, i)
+    least = min_time(file, i)
     if least is None:
         return None
     longest, parts = max(least, PROVISIONAL_TIME), 1
@@ -71,7 +71,7 @@ def given_speed(speed: float | str | AtMost | None, provisional: float) -> float
     return provisional if isinstance(speed, str | AtMost) else speed
 
 
-def greatest_speed(speed: float | str | AtMost | None) -> float | None:
+def max_speed(speed: float | str | AtMost | None) -> float | None:
     """Upper bound of a free speed, infinite without one; `None` if it is not free."""
     if isinstance(speed, AtMost):
         return speed.at_most
@@ -91,8 +91,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
             chosen.
     """
     lower_bounds = [
-        least_time(file, end) if end >= 0 and start != end else None
-        for start, end in pairwise(index)
+        min_time(file, end) if end >= 0 and start != end else None for start, end in pairwise(index)
     ]
     speed: list[SpeedKind] = ["given"] * len(index)
     at_most = np.full(len(index), np.inf)
@@ -103,7 +102,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
         if k < 0 or (i and k == index[i - 1]):  # this is the start, or the end of a wait
             continue
         waypoint = file.waypoints[k]
-        maximum = greatest_speed(getattr(waypoint, "speed", None))
+        maximum = max_speed(getattr(waypoint, "speed", None))
         if isinstance(waypoint, PathWaypoint) and maximum is not None:
             paths[i] = maximum
         elif maximum is not None:
@@ -157,7 +156,7 @@ def _objective(file: PlainTask) -> dict[str, float]:
 
 
 def _free_anywhere(file: PlainTask) -> bool:
-    return any(least_time(file, i) is not None for i in range(len(file.waypoints)))
+    return any(min_time(file, i) is not None for i in range(len(file.waypoints)))
 
 
 def check_places(file: PlainTask, places: Places) -> None:
@@ -170,8 +169,8 @@ def check_places(file: PlainTask, places: Places) -> None:
     for i, waypoint in enumerate(file.waypoints):
         for key, message, accepted in _misplaced(file, i, untimed):
             raise places.error(("waypoints", i, key), message, accepted)
-        chosen = greatest_speed(getattr(waypoint, "speed", None)) is not None
-        if least_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
+        chosen = max_speed(getattr(waypoint, "speed", None)) is not None
+        if min_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
             untimed = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
 
 
@@ -207,7 +206,7 @@ def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str
         message = "the time along a path follows from its speed"
         yield "after", message, "speed: fastest, or seconds"
     for key in ("time", "after"):
-        if greatest_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
+        if max_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
             message = "is given together with a speed that is chosen"
             yield key, message, f"speed: fastest, or {key}, not both"
 
