@@ -145,7 +145,7 @@ def test_a_collada_file_with_a_lost_material_keeps_its_shape(tmp_path: Path) -> 
     [
         ("a.dae", b"<COLLADA><asset/></COLLADA>", "it shows no scene"),
         ("a.dae", b"no XML", "a.dae can't be read"),
-        ("a.stl", b"", "it has 0 bytes"),
+        ("a.stl", b"", "and it has 0"),
         ("a.stl", bytes(84), "has no triangles"),
         ("a.stl", ascii_stl().replace("4.0", "nan").encode(), "not finite"),
         ("a.foo", b"", "a.foo can't be read"),

@@ -14,14 +14,11 @@ import knotwork as kw
 from knotwork.scenario import PlacedShape
 from knotwork.scene.building import robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.solids import (
-    MOST_GROWTH,
-    MOST_NEIGHBOURS,
-    SHEET_THICKNESS,
-    Placed,
-    convex_hull,
-    solid,
-)
+from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, convex_hull
+from knotwork.scene.solids import Placed, solid
+
+MAX_GROWTH = 4e-4
+"""Largest growth of a hull, relative to the largest distance of a point from the middle."""
 
 URDF = (
     '<robot name="r"><link name="a"/><link name="b"><collision><geometry>'
@@ -88,8 +85,8 @@ def test_a_hull_is_larger_than_its_points_by_a_known_little(points: Any) -> None
         else 0.0
     )
     assert more.min() >= -1e-15
-    assert more.max() <= MOST_GROWTH * size + flat
-    assert max(len(hull.neighbors(i)) for i in range(hull.num_points)) <= MOST_NEIGHBOURS
+    assert more.max() <= MAX_GROWTH * size + flat
+    assert max(len(hull.neighbors(i)) for i in range(hull.num_points)) <= MAX_NEIGHBOURS
 
 
 @pytest.mark.parametrize("edges", [100, 250, 300, 1000, 5000])
@@ -106,7 +103,7 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
         right = float(np.linalg.norm(near - at, axis=1).min()) - 0.02
         if right > DISTANCE_ERROR and np.hypot(at[0], at[1]) > 0.2 * (1 - at[2] / 0.3):
             found = meter.distance(Placed(cone, still, np.zeros(3)), Placed(ball, still, at))
-            assert -0.4 * MOST_GROWTH - DISTANCE_ERROR <= found - right <= DISTANCE_ERROR
+            assert -0.4 * MAX_GROWTH - DISTANCE_ERROR <= found - right <= DISTANCE_ERROR
 
 
 def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:

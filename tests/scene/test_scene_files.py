@@ -39,7 +39,7 @@ def run(knotwork: Command, folder: Path, objects: str) -> str:
     ("part", "says"),
     [
         ("mesh: empty.stl", "line 3: scene.objects.part.mesh: mesh"),
-        ("mesh: half.stl", "half.stl can't be read: it is not read whole: its end is in line 44"),
+        ("mesh: half.stl", "half.stl can't be read: it is not read whole: its lines 'solid'"),
         ("mesh: open.stl, exact: true", "is not watertight"),
         ("mesh: small.stl", "plausibly in another unit; a scale 1000 times as large makes it"),
         ("mesh: large.stl", "plausibly in another unit; a scale 0.001 times as large makes it"),
@@ -114,7 +114,7 @@ def test_a_mesh_of_a_link_that_is_cut_in_half_is_an_error(
     assert ran.code == 2, ran.out + ran.err
     said = " ".join(ran.err.split())
     assert "door.urdf: collision shape of link 'post': mesh" in said
-    assert "wall.stl can't be read: it is not read whole: its end is in line 44" in said
+    assert "wall.stl can't be read: it is not read whole: its lines 'solid'" in said
     mesh.write_text(str(box.export(file_type="stl_ascii")))
     assert knotwork("plan", task).code == 0
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.files.documents.csv_rows import read_rows
-from knotwork.scene.meshes.ply_file import read_ply
-from knotwork.scene.meshes.size_limits import FARTHEST_POINT, read_bounded
+from knotwork.scene.meshes.mesh_part import FARTHEST_POINT, read_bounded
+from knotwork.scene.meshes.plain_formats import read_ply
 from knotwork.waypoints import FloatArray
 
 COORDINATES = ("x", "y", "z")
@@ -56,13 +56,13 @@ def _read_csv(path: Path) -> FloatArray:
 
 def _read_ply(path: Path) -> FloatArray:
     try:
-        points, triangles = read_ply(read_bounded(path))
+        part = read_ply(read_bounded(path))
     except InputError:
         raise
     except Exception as error:  # trimesh raises any exception on unexpected content
         raise InputError(f"it is no PLY, cut off or damaged ({error})") from error
-    if len(triangles):
+    if len(part.triangles):
         raise InputError(
             "it holds triangles, and between their corners there would be gaps; give it as a mesh"
         )
-    return points
+    return part.points

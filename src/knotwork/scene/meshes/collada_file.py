@@ -17,14 +17,16 @@ import numpy as np
 
 from knotwork.errors import InputError, shown
 from knotwork.files.documents import check_xml
-from knotwork.scene.meshes.mesh_part import MeshPart
-from knotwork.scene.meshes.size_limits import (
-    MOST_COLLADA_ELEMENTS,
+from knotwork.scene.meshes.mesh_part import (
     MOST_SHOWN_SHAPES,
+    MeshPart,
     check_triangles,
     require_whole,
 )
 from knotwork.waypoints import FloatArray
+
+MOST_COLLADA_ELEMENTS = 100_000
+"""XML elements of a COLLADA file; few of them hold its numbers."""
 
 # Elements of COLLADA that define the appearance of surfaces.
 _MATERIAL_ELEMENTS = ("library_images", "library_effects", "library_materials", "bind_material")

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.mesh_part import MeshPart
-from knotwork.scene.meshes.size_limits import (
+from knotwork.scene.meshes.mesh_part import (
     MOST_MESH_TRIANGLES,
     MOST_SHOWN_SHAPES,
+    MeshPart,
     check_triangles,
     require_whole,
 )

@@ -1,4 +1,4 @@
-"""Mesh files read whole: COLLADA with pycollada, STL and OBJ here, others with trimesh.
+"""Mesh files read whole: COLLADA with pycollada, PLY and glTF with trimesh, STL and OBJ here.
 
 A partly read file is an error, because the arm could hit a missing part. Only COLLADA files
 are read with materials. Files are untrusted, so all readers are written in
@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.scene.meshes.mesh_part import MeshPart
-from knotwork.scene.meshes.obj_file import read_obj
-from knotwork.scene.meshes.ply_file import read_ply
-from knotwork.scene.meshes.size_limits import FARTHEST_POINT, check_triangles, read_bounded
-from knotwork.scene.meshes.stl_file import read_stl
+from knotwork.scene.meshes.mesh_part import (
+    FARTHEST_POINT,
+    MeshPart,
+    check_triangles,
+    read_bounded,
+)
+from knotwork.scene.meshes.plain_formats import read_obj, read_ply, read_stl
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.waypoints import FloatArray
 
@@ -117,6 +119,6 @@ def _read_parts(data: bytes, path: Path) -> tuple[MeshPart, ...]:
 
         return read_gltf(data, kind)
     read = {"stl": read_stl, "obj": read_obj, "ply": read_ply}[kind]
-    part = MeshPart(*read(data))
+    part = read(data)
     check_triangles(len(part.triangles))
     return (part,)

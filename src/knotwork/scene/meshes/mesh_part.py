@@ -1,13 +1,23 @@
-"""A part of a mesh: triangles of one material."""
+"""A part of a mesh, and size limits of files, which bound time and memory."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
+
+MOST_MESH_BYTES = 64_000_000
+MOST_MESH_TRIANGLES = 1_000_000
+"""Maximum number of triangles of a file, counted each time the file shows them."""
+MOST_SHOWN_SHAPES = 5_000
+"""Maximum number of shapes that a file shows, counted each time."""
+FARTHEST_POINT = 1e9
+"""Distance of a point from the origin, along each axis, in the file's unit."""
 
 IndexArray = NDArray[np.int64]
 Colour = tuple[float, float, float, float]
@@ -25,3 +35,37 @@ class MeshPart(NamedTuple):
     points: FloatArray
     triangles: IndexArray
     colour: Colour | None = None
+
+
+def read_bounded(path: Path) -> bytes:
+    """Read a file of limited size.
+
+    Raises:
+        InputError: The file is too large, or not a regular file.
+        OSError: The file can't be read.
+    """
+    if not path.is_file():
+        raise InputError("it is not a regular file")
+    if (size := path.stat().st_size) > MOST_MESH_BYTES:
+        raise InputError(f"it has {size} bytes; at most {MOST_MESH_BYTES} are read")
+    return path.read_bytes()
+
+
+def check_triangles(count: int) -> None:
+    """Refuse too many triangles.
+
+    Raises:
+        InputError: There are more than `MOST_MESH_TRIANGLES`.
+    """
+    if count > MOST_MESH_TRIANGLES:
+        raise InputError(f"it has {count} triangles; at most {MOST_MESH_TRIANGLES} are read")
+
+
+def require_whole(is_whole: bool, fault: str) -> None:
+    """Refuse a partly read file.
+
+    Raises:
+        InputError: The file is not whole.
+    """
+    if not is_whole:
+        raise InputError(f"it is not read whole: {fault}")
