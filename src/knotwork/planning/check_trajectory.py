@@ -14,7 +14,7 @@ from knotwork.files.documents import Document, Places, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.planning.remaining_scene import by_joint
 from knotwork.robot import load_robot
-from knotwork.scenario import Scenario, resolved
+from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
@@ -77,7 +77,7 @@ def check_alone(
             f"{', '.join(moved.joint_names)}"
         )
     task = _task_of(motion, data, places).replace(name=Path(path).name)
-    asked = resolved(task, places)
+    asked = resolve_task(task, places)
     space = joint_space(asked)
     report = check(motion, asked, space=space, defects=defects)
     # the ends of the motion are its own waypoints

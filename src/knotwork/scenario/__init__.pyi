@@ -1,7 +1,7 @@
 from .asked_timing import AskedTiming as AskedTiming
 from .free_times import FreeTimes as FreeTimes
 from .resolve import load_scenario as load_scenario
-from .resolve import resolved as resolved
+from .resolve import resolve_task as resolve_task
 from .scenario import SMALLEST_PATH_TOLERANCE as SMALLEST_PATH_TOLERANCE
 from .scenario import AskedEvent as AskedEvent
 from .scenario import JointTarget as JointTarget

@@ -46,12 +46,12 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
     array([0., 2.])
     """
     if isinstance(reference, Task):
-        return resolved(reference)
+        return resolve_task(reference)
     document = read_document(reference)
-    return resolved(documents.validate(Task, document), document.places)
+    return resolve_task(documents.validate(Task, document), document.places)
 
 
-def resolved(
+def resolve_task(
     task: Task, places: Places | None = None, expected: Mapping[int, float] | None = None
 ) -> Scenario:
     """Resolve a task: see `load_scenario`.
@@ -63,7 +63,7 @@ def resolved(
             in the task.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
-    >>> resolved(kw.Task(waypoints=ends)).times
+    >>> resolve_task(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
     return _Resolver(*expand_repeats(task, places or Places()), expected or {}).scenario()
