@@ -189,7 +189,6 @@ def test_refuses_infeasible_meetings() -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["position"] = [0.4, -3.0, 0.1]
     message = refused(task)
-    assert "(at 1 s frame 'tray' is at" in message
     assert (
         "after: {fastest: true, at_least: seconds} delays the arrival until they are in reach"
         in message

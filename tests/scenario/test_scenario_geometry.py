@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+import knotwork as kw
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
@@ -230,12 +231,17 @@ def test_a_velocity_is_turned_from_the_axes_it_names(axes: str | None) -> None:
     np.testing.assert_allclose(waypoint.angular, expected.apply(VELOCITY["angular"]), atol=1e-15)
 
 
+AHEAD = [0, 0, 0.1]
+
+
 def test_a_tool_has_a_frame_an_offset_or_both() -> None:
-    assert task(ZERO).tool.frame is None
-    assert task(ZERO).tool.offset is None
-    assert task(ZERO, tool={"frame": "ee_link"}).tool.frame == "ee_link"
-    only = task(ZERO, tool={"offset": {"position": [0, 0, 0.1]}}).tool
-    assert only.frame is None
-    np.testing.assert_array_equal(
-        only.offset.homogeneous[:3], [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.1]]
+    own = kw.load_robot("ur5")
+    bare, flange, only = (
+        joint_space(task(ZERO, **more)).robot
+        for more in ({}, {"tool": {"frame": "ee_link"}}, {"tool": {"offset": {"position": AHEAD}}})
     )
+    assert (bare.tool_frame, only.tool_frame) == (own.tool_frame, own.tool_frame)
+    assert flange.tool_frame == "ee_link"
+    np.testing.assert_array_equal(bare.tool_offset.homogeneous, own.tool_offset.homogeneous)
+    np.testing.assert_array_equal(only.tool_offset.translation, AHEAD)
+    np.testing.assert_array_equal(only.tool_offset.rotation, np.eye(3))

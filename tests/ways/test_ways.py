@@ -168,7 +168,7 @@ def test_clear_motion_keeps_minimum_time() -> None:
     ("seconds", "said"),
     [
         (0.72, "shorter than the fastest motion found"),  # enough without a wall
-        (0.5, "without a time, the motion finds its way"),
+        (0.5, "without a time, the motion takes its minimum time"),
     ],
 )
 def test_refuses_short_time(seconds: float, said: str) -> None:
