@@ -8,6 +8,14 @@ from results import Table
 
 KINDS = ("smooth", "near", "arbitrary")
 RATIOS = (1, 10, 100)
+# The figures with a table on the page, and its title; the CSV has all figures.
+SHOWN = {
+    "peak velocity / cubic": "Peak velocity, relative to the cubic",
+    "peak accel. / cubic": "Peak acceleration, relative to the cubic",
+    "peak jerk / paper": "Peak jerk, relative to the paper's knots",
+    "∫ jerk² / paper": "Integral of squared jerk, relative to the paper's knots",
+    "time to plan / cubic": "Time to plan, relative to the cubic",
+}
 Data = dict[str, Any]
 
 
@@ -29,26 +37,40 @@ def short(value: float) -> str:
 
 
 def tables(data: Data) -> list[Table]:
-    """Median and worst of each figure, a table for each kind of task and ratio of intervals."""
-    made = []
-    for kind in KINDS:
-        for ratio in RATIOS:
-            rows = [r for r in data["rows"] if (r["kind"], r["ratio"]) == (kind, ratio)]
-            cells = [
+    """Median and worst of each figure: a table for each, with a column for each case of tasks."""
+    cells = {(row["planner"], row["kind"], row["ratio"]): row["figures"] for row in data["rows"]}
+    planners = list(dict.fromkeys(planner for planner, _, _ in cells))
+    cases = [(kind, ratio) for kind in KINDS for ratio in RATIOS]
+    return [
+        Table(
+            title,
+            ("planner", *(f"{kind} {ratio}:1" for kind, ratio in cases)),
+            [
                 [
-                    named(row["planner"], data),
-                    f"{row['done']} %",
-                    *(
-                        "unbounded" if figure is None else " / ".join(map(short, figure))
-                        for figure in row["figures"].values()
-                    ),
+                    named(planner, data),
+                    *(_cell(cells[planner, kind, ratio][figure]) for kind, ratio in cases),
                 ]
-                for row in rows
-            ]
-            title = f"{kind.capitalize()} tasks, longest : shortest interval {ratio}"
-            columns = ("planner", "done", *rows[0]["figures"])
-            made.append(Table(title, columns, cells, note=f"(median / worst of {data['tasks']})"))
-    return made
+                for planner in planners
+            ],
+            note=f"(median / worst of {data['tasks']})",
+        )
+        for figure, title in SHOWN.items()
+    ]
+
+
+def _cell(figure: list[float] | None) -> str:
+    return "unbounded" if figure is None else " / ".join(map(short, figure))
+
+
+def csv_text(data: Data) -> str:
+    """All results: a row for each planner, case and figure."""
+    lines = ["planner,kind,ratio,done,figure,median,worst"]
+    for row in data["rows"]:
+        head = f'"{row["planner"]}",{row["kind"]},{row["ratio"]},{row["done"]}'
+        for figure, values in row["figures"].items():
+            median, worst = ("", "") if values is None else values
+            lines.append(f"{head},{figure},{median},{worst}")
+    return "\n".join(lines) + "\n"
 
 
 def named(planner: str, data: Data) -> str:

@@ -9,7 +9,6 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from command_line import Command
 from knotwork.errors import InputError
 from knotwork.planning.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS
+from seams import ON, task
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
@@ -203,45 +203,14 @@ def test_csv_and_json_agree(paper: Comparison, tmp_path: Path) -> None:
         assert float(line["peak_velocity.value"]) == row["peak_velocity"]["value"]
 
 
-class TestPresets:
-    def scenario(self, **options: Any) -> dict[str, Any]:
-        return {
-            "units": {"angle": "deg"},
-            "planner": "quintic",
-            "planner_options": options,
-            "waypoints": [
-                {"joints": {"j": 0}},
-                {"joints": {"j": 30}, "velocity": {"j": 6}, "time": 5},
-                {"joints": {"j": 70}, "time": 15},
-            ],
-        }
-
-    def test_accelerations_are_met_in_the_units_of_the_file(self) -> None:
-        given = [{"j": 1}, {"j": -2}, {"j": 0}]
-        plan = kw.plan(self.scenario(accelerations=given))
-        found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
-        np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
-
-    @pytest.mark.parametrize(
-        ("option", "rows", "says"),
-        [
-            ("accelerations", [{"j": 0}] * 2, ": .*quintic.* 2 rows.*3"),
-            ("accelerations", [{"j": 0}] * 4, ": .*quintic.* 4 rows.*3"),
-            ("accelerations", [{"j": 0}, {}, {"j": 1}], r"\[1\]: gives no value for joint j"),
-            ("accelerations", [{"j": 0}, {"k": 1}, {"j": 0}], r"\[1\]\.k: unknown joint 'k'"),
-        ],
-    )
-    def test_wrong_ones_are_named_with_their_place(self, option: str, rows: Any, says: str) -> None:
-        with pytest.raises(InputError, match=rf"planner_options\.{option}{says}"):
-            kw.plan(self.scenario(**{option: rows}))
-
-
 class TestOverriddenPlanner:
     def test_keeps_the_presets_of_the_same_planner(self) -> None:
-        scenario = TestPresets().scenario(accelerations=[{"j": 1}, {"j": 0}, {"j": 2}])
+        presets = {"planner": "quintic", "planner_options": {"accelerations": "estimated"}}
+        scenario = {**kw.Task.load("paper_case").to_dict(), **presets}
+        scenario.pop("knots", None)
         plan = kw.plan(scenario, planner="quintic")
         assert plan.left_out == ()
-        assert np.degrees(plan.trajectory.acceleration(0.0)[0]) == pytest.approx(1)
+        assert np.abs(plan.trajectory.acceleration(plan.scenario.times)).max() > 1e-3
 
     def test_knots_together_with_a_rule_of_knots_are_an_error(self) -> None:
         for knots in ([0, 1], "paper", "balanced", 0.3):
@@ -293,24 +262,8 @@ class TestCommand:
 
 @pytest.fixture(scope="module")
 def along_a_path() -> Comparison:
-    down = {"rpy": [180, 0, 0]}
-    return compare(
-        {
-            "units": {"length": "mm", "angle": "deg"},
-            "robot": "ur5",
-            "start": "home",
-            "waypoints": [
-                {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **down}},
-                {
-                    "name": "off",
-                    "along": "line",
-                    "speed": 60,
-                    "stop": True,
-                    "pose": {"position": [450, 50, 60]},
-                },
-            ],
-        }
-    )
+    line = {"along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}}
+    return compare(task(ON, {"name": "off", "stop": True, **line}))
 
 
 def test_path_figures_equal_motion_of_tool(along_a_path: Comparison) -> None:

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 import knotwork as kw
+import seams
 from command_line import Command
 from plain import tool_poses
 from plans import arm
@@ -24,23 +25,13 @@ TURN = {"turn": "z"}
 
 def arch(free: Any = TURN, robot: str = "ur5") -> dict[str, Any]:
     """An arc over which the tool turns with the path, unless its turn is free."""
-    return {
-        "robot": robot,
-        "units": {"length": "mm", "angle": "deg"},
-        "start": "home",
-        "waypoints": [
-            {"name": "a", "pose": {"position": [400, -150, 200], **DOWN}, "after": 3, "free": free},
-            {
-                "name": "b",
-                "along": {"arc": {"through": [500, 0, 250]}},
-                "pose": {"position": [400, 150, 200]},
-                "orientation": "tangent",
-                "speed": 50,
-                "free": free,
-            },
-            {"name": "c", "pose": {"position": [350, 150, 300], **DOWN}, "after": 2},
-        ],
-    }
+    arc = {"along": {"arc": {"through": [500, 0, 250]}}, "orientation": "tangent", "speed": 50}
+    return seams.task(
+        {"name": "a", "pose": {"position": [400, -150, 200], **DOWN}, "after": 3, "free": free},
+        {"name": "b", **arc, "pose": {"position": [400, 150, 200]}, "free": free},
+        {"name": "c", "pose": {"position": [350, 150, 300], **DOWN}, "after": 2},
+        robot=robot,
+    )
 
 
 def with_stops(task: dict[str, Any]) -> dict[str, Any]:
@@ -386,25 +377,21 @@ def test_free_times_frozen_swept_and_exported(free: Any, tmp_path: Path, knotwor
     assert (done.code, "2 pass" in done.out) == (0, True), done.out + done.err
 
 
-def pick_then_seam(pick: Any, seam: Any, robot: str = "ur5") -> dict[str, Any]:
+def pick_then_seam(pick: Any, line: Any, robot: str = "ur5") -> dict[str, Any]:
     """A pose where the tool stops, and then a line, each with what it leaves open."""
 
     def at(name: str, position: list[float], free: Any, **more: Any) -> dict[str, Any]:
         pose = {"position": position} | ({} if "along" in more else DOWN)
         return {"name": name, "pose": pose, "stop": True, "free": free, **more}
 
-    return {
-        "robot": robot,
-        "units": {"length": "mm", "angle": "deg"},
-        "start": "home",
-        "waypoints": [
-            at("pick", [400, -200, 150], pick, after=3),
-            at("up", [400, -200, 250], "none", after=2),
-            at("a", [450, -100, 250], "none", after=2),
-            at("b", [450, 200, 250], seam, along="line", speed=50),
-            at("c", [450, 200, 300], "none", after=2),
-        ],
-    }
+    return seams.task(
+        at("pick", [400, -200, 150], pick, after=3),
+        at("up", [400, -200, 250], "none", after=2),
+        at("a", [450, -100, 250], "none", after=2),
+        at("b", [450, 200, 250], line, along="line", speed=50),
+        at("c", [450, 200, 300], "none", after=2),
+        robot=robot,
+    )
 
 
 PLACE = {"position": {"x": [-20, 20]}}
@@ -484,20 +471,13 @@ def test_tries_other_postures_past_obstacle() -> None:
     """Solutions that differ by the free turn alone collide alike: others are tried."""
     tool = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
     here, there = ({"position": [500, y, 150], **DOWN} for y in (-200, 200))
-    task: dict[str, Any] = {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "tool": {"offset": {"position": [0, 0, 150]}, "shape": tool, "free": TURN},
-        "scene": {
-            "margin": 5,
-            "objects": {"wall": {"box": [300, 20, 250], "position": [500, 0, 105]}},
-        },
-        "start": "home",
-        "waypoints": [
-            {"name": "here", "after": 3, "pose": here, "stop": True},
-            {"name": "there", "after": 3, "way": "clear", "pose": there},
-        ],
-    }
+    wall = {"box": [300, 20, 250], "position": [500, 0, 105]}
+    task = seams.task(
+        {"name": "here", "after": 3, "pose": here, "stop": True},
+        {"name": "there", "after": 3, "way": "clear", "pose": there},
+        tool={"offset": {"position": [0, 0, 150]}, "shape": tool, "free": TURN},
+        scene={"margin": 5, "objects": {"wall": wall}},
+    )
     assert kw.plan(task).report.ok
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "knotwork"
 ROOMS = sorted(path.name for path in SOURCE.iterdir() if path.suffix in {"", ".py"})
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(
@@ -41,3 +42,12 @@ def test_docstrings_begin_with_nouns_and_verbs(room: str) -> None:
                 found += [match[0] for match in NO_NOUN.finditer(" ".join(text.split()))]
                 wrong += [f"{path.name}:{node.lineno}: {head}" for head in found]
     assert not wrong, "\n".join(wrong)
+
+
+def test_the_changelog_is_short_and_has_each_heading_once() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    unreleased = text.split("## [Unreleased]")[1].split("## [1.0.0]")[0]
+    headings = re.findall(r"^#+ .+$", unreleased, re.MULTILINE)
+    assert sorted(set(headings)) == sorted(headings)
+    entries = [entry.split() for entry in re.split(r"^- ", unreleased, flags=re.MULTILINE)[1:]]
+    assert [" ".join(words) for words in entries if len(words) > 60] == []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from reaching import reach
 
 import knotwork as kw
 from command_line import python
@@ -17,18 +18,6 @@ from knotwork.planning.timing.budget import Budget
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
-
-
-def along(*ends: dict[str, Any], limits: dict[str, Any], **keys: Any) -> dict[str, Any]:
-    """A path of the UR5 from y = -200 mm, its tool pointing down."""
-    start = {"position": [400, -200, 300], "rpy": [180, 0, 0]}
-    return {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "limits": limits,
-        "waypoints": [{"name": "in", "pose": start}, *ends],
-        **keys,
-    }
 
 
 def line(
@@ -60,7 +49,7 @@ def keeps(task: dict[str, Any], given: list[float]) -> bool:
 def test_each_stretch_has_its_maximum_speed() -> None:
     """Between two straight stretches the wrist has to turn."""
     ends = [line("a", -50), line("b", 50, turn=-90), line("c", 250)]
-    task = along(*ends, limits={"velocity": 60, "acceleration": 1600})
+    task = reach(*ends, limits={"velocity": 60, "acceleration": 1600})
     made = kw.plan(task)
     made.report.raise_if_failed()
     found = speeds(made)
@@ -71,7 +60,7 @@ def test_each_stretch_has_its_maximum_speed() -> None:
 
 
 def test_limited_stretch_does_not_slow_next_path() -> None:
-    task = along(
+    task = reach(
         line("a", 0, {"at_most": 100}, stop=True),
         line("b", 100),
         line("c", 200, {"at_most": 60}),
@@ -86,7 +75,7 @@ def test_limited_stretch_does_not_slow_next_path() -> None:
 
 def test_equal_stretches_share_speed_under_jerk_limit() -> None:
     limits = {"velocity": 60, "acceleration": 600, "jerk": 6000}
-    made = kw.plan(along(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
+    made = kw.plan(reach(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
     made.report.raise_if_failed()
     first, second = speeds(made)
     assert first == second > 300
@@ -94,7 +83,7 @@ def test_equal_stretches_share_speed_under_jerk_limit() -> None:
 
 def test_short_given_stretch_between_chosen_ones() -> None:
     """There is no room to slow down beside it, nor any need to."""
-    task = along(line("a", -100), line("b", -60, 300), line("c", 200), limits={"acceleration": 800})
+    task = reach(line("a", -100), line("b", -60, 300), line("c", 200), limits={"acceleration": 800})
     made = kw.plan(task)
     made.report.raise_if_failed()
     assert min(speeds(made)) == 300
@@ -102,7 +91,7 @@ def test_short_given_stretch_between_chosen_ones() -> None:
 
 def test_path_acceleration_bounds_speed() -> None:
     """From rest to rest along 400 mm: the root of 2/3 of 400 mm times the acceleration."""
-    task = along(line("a", 200), limits={"acceleration": 400}, path={"acceleration": 0.1})
+    task = reach(line("a", 200), limits={"acceleration": 400}, path={"acceleration": 0.1})
     made = kw.plan(task)
     made.report.raise_if_failed()
     assert speeds(made) == [pytest.approx(5.164, rel=1e-3)]
@@ -117,7 +106,7 @@ def test_path_acceleration_bounds_speed() -> None:
 def test_plans_slow_speed_of_short_line(length: float, acceleration: float, tmp_path: Path) -> None:
     """Less than 1 mm/s, from rest to rest; in another process, so that an endless search fails."""
     bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": acceleration}}
-    task = along(line("a", length - 200), **bounds)
+    task = reach(line("a", length - 200), **bounds)
     file = tmp_path / "task.yaml"
     file.write_text(json.dumps(task))
     python("-m", "knotwork", "plan", file, timeout=60, check=True)
@@ -128,14 +117,14 @@ def test_plans_slow_speed_of_short_line(length: float, acceleration: float, tmp_
 
 def test_several_short_lines_between_stops() -> None:
     ends = [line("a", -199.9, stop=True), line("b", -199.8, stop=True), line("c", -198.8)]
-    made = kw.plan(along(*ends, limits={"acceleration": 800}, path={"acceleration": 10}))
+    made = kw.plan(reach(*ends, limits={"acceleration": 800}, path={"acceleration": 10}))
     made.report.raise_if_failed()
     assert speeds(made) == pytest.approx([0.8165, 0.8165, 2.582], rel=1e-3)
 
 
 def test_bound_below_least_speed_holds() -> None:
     bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": 10}}
-    made = kw.plan(along(line("a", -199, {"at_most": 0.5}), **bounds))
+    made = kw.plan(reach(line("a", -199, {"at_most": 0.5}), **bounds))
     made.report.raise_if_failed()
     assert speeds(made) == [pytest.approx(0.5)]
 
@@ -143,7 +132,7 @@ def test_bound_below_least_speed_holds() -> None:
 @pytest.mark.parametrize("limits", [LIMITS, {**LIMITS, "acceleration": 600, "jerk": 20000}])
 def test_refuses_path_with_infeasible_ramps(limits: dict[str, Any]) -> None:
     """Each of them does, be it ever so small."""
-    task = along(line("a", 0), line("b", 150, turn=-150), limits=limits, tolerances={"path": 0.2})
+    task = reach(line("a", 0), line("b", 150, turn=-150), limits=limits, tolerances={"path": 0.2})
     says = (
         r"waypoints\[2\]\.speed: no speed keeps .*: 'wrist_3_joint' exceeds its limit of .*"
         r"accepted: another path or path\.acceleration, or a higher limit"
@@ -155,7 +144,7 @@ def test_refuses_path_with_infeasible_ramps(limits: dict[str, Any]) -> None:
 def test_names_low_path_acceleration() -> None:
     """The wrist has to turn slowly, and there is no room to come down to that."""
     given, slow = line("a", -160, 200), line("b", 0, turn=-120)
-    task = along(given, slow, limits={"velocity": 60, "acceleration": 8000, "jerk": 1e6})
+    task = reach(given, slow, limits={"velocity": 60, "acceleration": 8000, "jerk": 1e6})
     says = (
         r"waypoints\[1\]\.speed: at 200 mm/s along the path from 'in' to 'a': there is no room for "
         r"changes of speed at path\.acceleration, 1000 mm/s²; "
@@ -176,7 +165,7 @@ def test_refuses_given_speed_beyond_joint_limits(timed: bool, free: bool) -> Non
     last = line("c", 250, "fastest" if free else 30)
     ends = [first, line("b", 50, 30, turn=-90), last, {"joints": "home"}]
     limits = {"velocity": 60, "acceleration": 100}
-    task = along(*ends, limits=limits, times="fastest", path={"acceleration": 150})
+    task = reach(*ends, limits=limits, times="fastest", path={"acceleration": 150})
     says = r"waypoints\[1\]\.{} at .* mm/s along the path from 'in' to 'a': .*speed: fastest"
     key = "after:" if timed else "speed:"
     with pytest.raises(InputError, match=says.format(key)):
@@ -190,7 +179,7 @@ HURRIED = {"acceleration": 600, "jerk": 8000}
 
 def passed(*ends: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
     """A path that is passed without a stop, where the arm is folded more and jerk binds more."""
-    task = along(*ends, {"name": "up", "pose": {"position": [520, 0, 300]}}, limits=limits)
+    task = reach(*ends, {"name": "up", "pose": {"position": [520, 0, 300]}}, limits=limits)
     for waypoint in task["waypoints"][:-1]:
         waypoint["pose"]["position"][0::2] = [420, 200]
     task["waypoints"][-1]["pose"]["rpy"] = [180, 0, 0]
@@ -201,7 +190,7 @@ def passed(*ends: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
 def test_short_stretch_takes_neighbour_speed_under_jerk_limit(
     last: Any,
 ) -> None:
-    """The greatest speed that one cap allows, and no more than a number given in its place."""
+    """The maximum speed that one cap allows, and no more than a number given in its place."""
     ends = [line("a", -30), line("b", -28), line("c", 70, last)]
     task = passed(*ends, limits=HURRIED)
     made = kw.plan(task)
@@ -259,7 +248,7 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
         return solve(*given)
 
     monkeypatch.setattr(timed_paths, "solve_task", fail_at_first_speeds)
-    made = kw.plan(along(line("a", 100), limits=LIMITS))
+    made = kw.plan(reach(line("a", 100), limits=LIMITS))
     made.report.raise_if_failed()
     (said,) = made.report.select(quantity="binding_limits")
     assert "the tolerance of the path bounds the speed along the path" in str(said)

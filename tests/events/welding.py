@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from seams import task
+
 DOWN = {"rpy": [180, 0, 0]}
 
 
@@ -16,13 +18,8 @@ def weld(**changes: Any) -> dict[str, Any]:
         "end": {"along": "line", "speed": 80, "pose": {"position": [550, 0, 200]}, "stop": True},
         "retract": {"pose": {"position": [550, 0, 250], **DOWN}, "after": 1},
     }
-    return {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "outputs": {"arc": 3},
-        "start": "home",
-        "waypoints": [{"name": key, **one, **changes.get(key, {})} for key, one in given.items()],
-    }
+    waypoints = ({"name": key, **one, **changes.get(key, {})} for key, one in given.items())
+    return task(*waypoints, outputs={"arc": 3})
 
 
 def do(*actions: dict[str, Any]) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planner_cases import COUNTS, DenseSpline, inside, random_waypoints
@@ -38,7 +40,7 @@ def test_high_degrees_meet_all_that_is_given_at_both_ends(name, orders, n):
             dense.meet(i, waypoints.time[i], nu, values[i])
             dense.meet(i, waypoints.time[i + 1], nu, values[i + 1])
     dense.solve()
-    trajectory = get_planner(name)(waypoints, PlannerOptions(accelerations=a))
+    trajectory = get_planner(name)(replace(waypoints, acceleration=a), PlannerOptions())
     assert trajectory.polynomial.degree == 2 * orders - 1
     assert_same(trajectory, dense, orders - 1)
 
@@ -89,8 +91,11 @@ def test_353_is_cubic_quintics_cubic(n, rule):
         dense.rows.append(dense.row(i, t[i], 2) - dense.row(i - 1, t[i], 2))
         dense.values.append(np.zeros(3))
     dense.solve()
-    asked = middle if rule == "given" else rule
-    trajectory = get_planner("3-5-3")(waypoints, PlannerOptions(accelerations=asked))
+    known = np.full(y.shape, np.nan)
+    if rule == "given":
+        known[2 : 2 + len(middle)] = middle
+    options = PlannerOptions(accelerations=None if rule == "given" else rule)
+    trajectory = get_planner("3-5-3")(replace(waypoints, acceleration=known), options)
     assert_same(trajectory, dense)
     assert not trajectory.polynomial.c[:-4, [0, -1]].any()
     if rule == "estimated":

@@ -132,12 +132,13 @@ def test_reports_all_infeasible_waypoints_at_once() -> None:
     solve(one_joint([0, 1, 2, 0], [0, 2, 2, 0]))
 
 
-def test_reports_gap_in_feasible_durations() -> None:
+def test_reports_duration_beyond_gap_of_feasible_ones() -> None:
+    """At these velocities the joint arrives early, or it stops and goes back."""
     limits = TimingLimits([2.0], [0.1], [100.0])
     error = failure(one_joint([0, 1], [1, 1], limits, duration=[20.0]))
-    longest, shortest = re.findall(r"(?:less|more) than ([0-9.]+) s", str(error))
-    assert float(shortest) == pytest.approx(38.98, abs=0.01)
-    for possible in (0.98 * float(longest), 1.02 * float(shortest), error.bound):
+    assert error.bound is not None
+    assert error.bound > 38.98
+    for possible in (0.98, error.bound):
         solve(one_joint([0, 1], [1, 1], limits, duration=[possible]))
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 import knotwork as kw
 from judged import judged, judged_along
 from knotwork.errors import FollowingError
+from seams import task
 from sweeps import examples
 
 Array = NDArray[np.float64]
@@ -92,20 +93,13 @@ def test_no_spike_at_rest_on_dome(
     first["quaternion_xyzw"] = table[0, 3:].tolist()
     along = {"along": {"points": str(tmp_path / "seam.csv")}, "speed": 100}
     on, off = ({"stop": True} if stop else {} for stop in stops)
-    task: dict[str, Any] = {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5",
-        "start": "home",
-        "path": {"acceleration": acceleration},
-        "waypoints": [
-            {"name": "on", "time": 3, "pose": first, **on},
-            {"name": "off", "pose": last, **along, **off},
-        ],
-    }
-    plan = kw.plan(task)
+    begin = {"name": "on", "time": 3, "pose": first, **on}
+    end = {"name": "off", "pose": last, **along, **off}
+    given = task(begin, end, path={"acceleration": acceleration})
+    plan = kw.plan(given)
     plan.report.raise_if_failed()
-    task["waypoints"][1]["along"] = {"points": table[:, :3].tolist()}
-    assert not [one for one in judged(plan, task) if one.kind not in TURNING]
+    given["waypoints"][1]["along"] = {"points": table[:, :3].tolist()}
+    assert not [one for one in judged(plan, given) if one.kind not in TURNING]
     assert_smooth(plan.scenario.paths[0].motion, plan.trajectory.polynomial)
     assert len(plan.joint_waypoints.time) <= 20
 

@@ -9,6 +9,7 @@ import pytest
 
 import knotwork as kw
 from plans import arm
+from seams import task
 from sweeps import mostly_exhaustive
 
 TURN = {"turn": "z"}
@@ -22,28 +23,24 @@ def rim(
     arc = {"arc": {"centre": [600, 0, 200], "normal": [0, 0, axis]}}
     ends = [axis * 2 * np.pi * (k + 1) / parts - np.pi / 2 for k in range(parts)]
     down = {"rpy": [180, 0, yaw]}
-    task: dict[str, Any] = {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur10",
-        "tool": {"offset": {"position": [0, 0, 120]}},
-        "start": "home",
-        "waypoints": [
-            {"after": 3, "pose": {"position": [600, -200, 200], **down}, "stop": True},
-            *(
-                {
-                    "along": arc,
-                    "orientation": "tangent",
-                    "speed": 80,
-                    **dict(at_ends),
-                    "pose": {"position": [600 + 200 * np.cos(a), 200 * np.sin(a), 200]},
-                }
-                for a in ends
-            ),
-        ],
-    }
-    for k, waypoint in enumerate(task["waypoints"]):
+    given = task(
+        {"after": 3, "pose": {"position": [600, -200, 200], **down}, "stop": True},
+        *(
+            {
+                "along": arc,
+                "orientation": "tangent",
+                "speed": 80,
+                **dict(at_ends),
+                "pose": {"position": [600 + 200 * np.cos(a), 200 * np.sin(a), 200]},
+            }
+            for a in ends
+        ),
+        robot="ur10",
+        tool={"offset": {"position": [0, 0, 120]}},
+    )
+    for k, waypoint in enumerate(given["waypoints"]):
         waypoint |= {"name": "abcde"[k], "free": free if k else "none"}
-    return task
+    return given
 
 
 def judged(motion: kw.JointTrajectory, task: dict[str, Any], free: Any) -> kw.verification.Report:

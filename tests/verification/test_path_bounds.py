@@ -11,26 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
+import seams
 from judged import judged
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divide, path_bounds
 from sweeps import examples
 
-ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
-
 
 def task(along: Any, end: list[float], **more: Any) -> dict[str, Any]:
-    return {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5",
-        "start": "home",
-        "waypoints": [
-            {"name": "on", "after": 2, "stop": True, "pose": ON},
-            {"name": "off", "along": along, "speed": 60, "stop": True, "pose": {"position": end}},
-        ],
-        **more,
-    }
+    off = {"name": "off", "along": along, "speed": 60, "stop": True, "pose": {"position": end}}
+    return seams.task(seams.ON | {"stop": True}, off, **more)
 
 
 def findings(report: Any) -> dict[str, Any]:

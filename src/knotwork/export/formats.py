@@ -233,7 +233,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
 def save(
     trajectory: JointTrajectory, name: str, path: Path | str, *, force: bool = False, **options: Any
 ) -> Path:
-    """Write a motion to a file in a format, whole or not at all.
+    """Write a motion to a file in a format. If it fails, no file is written.
 
     If the format has no events, a second file has the events of the motion: next to
     `motion.yaml` it is `motion.events.json`.
@@ -266,7 +266,7 @@ def save(
 def write(
     path: Path | str, text: str | bytes, *, force: bool = False, side_content: str | None = None
 ) -> Path:
-    """Write content to a file, whole or not at all.
+    """Write content to a file. If it fails, no file is written.
 
     >>> write("notes/motion.csv", "time,lift").read_text()
     'time,lift'

@@ -191,8 +191,8 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
     """
     breaks = motion.breaks - motion.start_time
     h = np.diff(breaks)
-    most = np.abs(candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]).max(axis=(0, 2))
-    parts = np.maximum(1, np.ceil(h * np.sqrt(most / (8.0 * tolerance))))
+    peak = np.abs(candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]).max(axis=(0, 2))
+    parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
     if parts.sum() > MOST_EXPORTED_POINTS:
         raise InputError(
             f"lines within {tolerance:g} take more than {MOST_EXPORTED_POINTS} points; give a "

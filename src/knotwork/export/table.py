@@ -140,7 +140,9 @@ def _samples(
     """Times of samples, joint values there, and a note on them."""
     columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
     columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
-    time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_TABLE_VALUES // columns)
+    time = sample_times(
+        motion.start_time, motion.end_time, rate, max_samples=MOST_TABLE_VALUES // columns
+    )
     joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
     return time, joints, f"{time.size} samples at {rate:g} Hz"
 

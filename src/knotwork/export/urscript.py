@@ -83,15 +83,15 @@ def knotwork_motion():
   global kw_sent = {rest}
 
   def kw_largest(values):
-    local most = 0.0
+    local largest = 0.0
     local i = 0
     while i < 6:
-      if norm(values[i]) > most:
-        most = norm(values[i])
+      if norm(values[i]) > largest:
+        largest = norm(values[i])
       end
       i = i + 1
     end
-    return most
+    return largest
   end
 
   def kw_give_up(why):

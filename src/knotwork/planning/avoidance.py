@@ -58,7 +58,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
         tried += 1
         if not blocked or solution is None or solution.sequence is None:
             break
-        if tried == planner.most_sequences or planner.is_late:
+        if tried == planner.max_sequences or planner.is_late:
             break
         q = solution.sequence
         known.append(solution.waypoints.position)

@@ -1,4 +1,4 @@
-"""Changes to a running plan: speed override and stop."""
+"""Changes of a plan in execution: speed override and stop."""
 
 from __future__ import annotations
 
@@ -243,7 +243,7 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
 
 
 def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[str, Any]]]:
-    """Actions at each waypoint; at the first one all signals already on."""
+    """Actions at each waypoint. Signals that are already on are at the first one."""
     outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
     clock, start = executed.clock, executed.span[0]
     begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME

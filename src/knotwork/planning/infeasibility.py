@@ -8,7 +8,7 @@ from knotwork.units import Units, readable
 from knotwork.verification import Finding
 
 FEASIBILITY = "Feasibility"
-"""Group of findings that hold whatever motion goes through the joint waypoints."""
+"""Group of findings that hold for every motion through the joint waypoints."""
 
 
 def infeasible(limit: Infeasibility, units: Units) -> Finding:

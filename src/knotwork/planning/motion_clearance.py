@@ -31,8 +31,8 @@ def clearance_between(
     Args:
         trajectory: The motion.
         scenario: Its task, with the margin and rules of collisions.
-        other: The other robot, with the keys of `scene: {robots: …}`: `scenario`, and `motion`,
-            `in`, `position`, `delay` and the like.
+        other: The other robot, with the keys of `scene: {robots: …}`, such as `scenario`, `motion`,
+            `in`, `position` and `delay`.
         space: The scenario's joints and robot, if loaded already.
 
     Returns:

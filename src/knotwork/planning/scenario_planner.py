@@ -31,7 +31,7 @@ class ScenarioPlanner:
 
     Attributes:
         scenario, planner, knots, progress: As of `plan`.
-        time: Budget shared by everything that is planned, if times are chosen.
+        time: Budget of all plans together, if times are chosen.
         met: Waypoints in moving frames, by name, whose times were chosen first.
     """
 
@@ -43,14 +43,14 @@ class ScenarioPlanner:
     met: tuple[str, ...] = ()
 
     @property
-    def most_sequences(self) -> int:
+    def max_sequences(self) -> int:
         """Maximum number of sequences to plan."""
         return FIXED_SEQUENCES if self.scenario.free is None else TIMED_SEQUENCES
 
     @property
     def is_late(self) -> bool:
         """Whether the time budget has ended."""
-        return self.time is not None and self.time.remaining() <= 0.0
+        return self.time is not None and self.time.is_over
 
     @cached_property
     def _interpolation(self) -> Interpolation:

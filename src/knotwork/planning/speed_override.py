@@ -26,9 +26,13 @@ PATH_TOLERANCE = 1e-6
 SAME_WAYPOINT_TIME = 1e-9
 """Difference within which times are equal [s]."""
 
-LOWER_CAPS, CHANGE_FACTORS = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
-"""Candidates where limits are exceeded: maximum overrides, and factors on the durations of
-changes.
+ATTEMPTS = sorted(
+    product((1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)),
+    key=lambda attempt: 20.0 * (1.0 - attempt[0]) + attempt[1],
+)
+"""Maximum overrides, and factors of the durations of changes, tried where limits are exceeded.
+
+A lower override counts more than a slower change of it.
 """
 
 
@@ -64,20 +68,13 @@ def change_speed(
     motion, clock = execute(requested)
     if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):
         return motion, clock, []
-    attempts = sorted(product(LOWER_CAPS, CHANGE_FACTORS), key=_loss)
-    for cap, factor in attempts:
+    for cap, factor in ATTEMPTS:
         executed = _slow_down(requested, cap, factor)
         slower, slower_clock = execute(executed)
         if keeps_joint_limits(slower, curve, *limits):
             finding = _override_finding(requested, executed, float(slower_clock.x[-1]))
             return slower, slower_clock, [finding]
     return motion, clock, []
-
-
-def _loss(attempt: tuple[float, float]) -> float:
-    """Cost of an attempt, from its maximum override and the factor on its changes."""
-    cap, factor = attempt
-    return 20.0 * (1.0 - cap) + factor
 
 
 def _slow_down(asked: Profile, cap: float, factor: float) -> Profile:

@@ -73,9 +73,9 @@ class JointAxes:
             q: Joint positions [rad or m], shape (n, d).
 
         Returns:
-            In the base frame TCP positions (3, n) [m]; orientations (3, 3, n), the first index
-            for the column, the second for the row of the matrix; points on the joint axes
-            (3, d, n) [m]; and directions of the axes (3, d, n).
+            Four arrays in the base frame: TCP positions (3, n) [m]; orientations (3, 3, n), whose
+            first index is the column and whose second index is the row of the matrix; points on the
+            joint axes (3, d, n) [m]; directions of the axes (3, d, n).
         """
         frames = self._joints.frames(q, self._base)
         last, joints = frames[-1], frames[1:].transpose(1, 2, 0, 3)

@@ -54,9 +54,9 @@ def load_robot(
     """Load a robot.
 
     Args:
-        reference: The name of a shipped robot; the path of a robot's YAML file or of a URDF; or
-            a description inline, with the keys of a robot's YAML file, as a mapping or as the
-            part of a document.
+        reference: The name of a shipped robot, the path of a robot's YAML file or of a URDF, or a
+            description in place. A description has the keys of a robot's YAML file. It is a mapping
+            or a part of a document.
         relative_to: Base folder of relative paths; by default that of the document, or the
             working directory.
 
@@ -65,8 +65,8 @@ def load_robot(
         InputError: No file exists at the path.
         DocumentError: A file can't be read, or a value in it is wrong.
         RobotError: The URDF is invalid, the base frame does not carry the tool frame, no joint
-            moves it, a joint that moves it is not supported, or a configuration is incomplete or
-            outside the position limits.
+            moves the tool frame, a joint that moves it is not supported, or a configuration is
+            incomplete or outside the position limits.
 
     >>> load_robot("planar2").joint_names
     ('shoulder', 'elbow')

@@ -63,7 +63,6 @@ class JointSpace:
         near: Joint positions near which solutions are chosen [rad or m], shape (d,), or `None`.
         end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
-        accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
         tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
             shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
@@ -84,7 +83,6 @@ class JointSpace:
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
-    accelerations: str | FloatArray | None = None
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenRun, ...] | None = None
@@ -308,10 +306,6 @@ class _JointReader:
             None if target is None or target.velocity.any() else target.position
             for target in targets
         ]
-        presets: Any = task.planner_options.accelerations
-        if isinstance(presets, tuple):
-            place = "planner_options", "accelerations"
-            presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
         chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
         return {
             "targets": tuple(targets),
@@ -319,7 +313,6 @@ class _JointReader:
             "waits": tuple(waits(self.scenario, at_rest)),
             "near": None if task.near is None else self.array(task.near, "near"),
             "end_acceleration": self._ends(),
-            "accelerations": presets,
             "chosen": chosen or None,
             "solutions": {
                 i: self.array(waypoint.near, "waypoints", k, "near")

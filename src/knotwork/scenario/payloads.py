@@ -46,7 +46,7 @@ class Carrying:
     """The arm with its load in each phase.
 
     Attributes:
-        start: Start of each phase [s], shape (m,); the first one holds before it, too.
+        start: Start of each phase [s], shape (m,). The first phase also holds before its start.
         robots: The arm in each phase; the same object for the same load.
     """
 

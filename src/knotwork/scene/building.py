@@ -67,7 +67,7 @@ class Hold(NamedTuple):
         taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
         start, end: Time interval [s].
         coming: Time of the tool's departure to the object [s]; until then it must keep clear.
-        gone: Time of the tool's arrival elsewhere [s]; from then on it must keep clear.
+        gone: Time of the tool's arrival at another position [s]; from then on it must keep clear.
     """
 
     taken: Any

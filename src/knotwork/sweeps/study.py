@@ -123,17 +123,17 @@ class Study:
         Raises:
             InputError: No row passes, or none of them has the figure.
         """
-        asked = figure_named(figure)
+        row_figure = figure_named(figure)
         known = [
             row
             for row in self.rows()
-            if row["verdict"] == ROW_PASSED and row[asked.name] is not None
+            if row["verdict"] == ROW_PASSED and row[row_figure.name] is not None
         ]
         if not known:
             why = f"none of them has {figure}" if self.passed else "no row passes"
             raise InputError(f"there is no best row: {why}")
-        sign = -1.0 if asked.more_is_better else 1.0
-        return min(known, key=lambda row: sign * row[asked.name])
+        sign = -1.0 if row_figure.more_is_better else 1.0
+        return min(known, key=lambda row: sign * row[row_figure.name])
 
     def scenario(self, row: int) -> Scenario:
         """The scenario of a row.

@@ -64,7 +64,7 @@ def make_axes(
     Args:
         vary: Values by path: a list, an array, or text as on the command line.
         rows: A CSV file with paths as header; its rows are one axis, the first.
-        together: Vary everything together, row by row: one axis.
+        together: Vary all values together, row by row, as one axis.
         samples: Number of random samples, which are one axis, the last.
         seed: Seed of the random numbers.
 

@@ -109,7 +109,7 @@ Free = Annotated[
 
 
 class ClearWay(TaskPart):
-    """A collision-free motion past everything that may not be touched."""
+    """A collision-free motion past all obstacles."""
 
     clear: Literal[True] = required("A motion proved to be free of collisions")
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(

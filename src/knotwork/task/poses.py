@@ -108,7 +108,7 @@ class Pose(Placement):
 
 
 class FrameMotion(TaskPart):
-    """A motion known at all times, in the axes of the frame at rest."""
+    """A motion that is defined at all times, in the axes of the frame at rest."""
 
     linear: Vector3 | None = optional("Constant velocity", unit="length/s")
     angular: Vector3 | None = optional("Constant, about the frame's origin", unit="angle/s")

@@ -49,7 +49,7 @@ def _check_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class HalfSpace(TaskPart):
-    """Everything behind a plane: a floor, a wall."""
+    """The space behind a plane: a floor, a wall."""
 
     normal: Annotated[Vector3, AfterValidator(_check_direction)] = required(
         "Outward normal, of any length"

@@ -64,14 +64,14 @@ def sorted_ends(s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return np.minimum(*ends), np.maximum(*ends)
 
 
-def checked_order(order: int, most: int = 3) -> int:
+def checked_order(order: int, max_order: int = 3) -> int:
     """Return the order of a derivative.
 
     Raises:
-        PathError: The order is not one of 0 to `most`.
+        PathError: The order is not one of 0 to `max_order`.
     """
-    if order not in range(most + 1):
-        raise PathError(f"derivative order is {order!r}; accepted: 0 to {most}")
+    if order not in range(max_order + 1):
+        raise PathError(f"derivative order is {order!r}; accepted: 0 to {max_order}")
     return int(order)
 
 

@@ -184,13 +184,13 @@ def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
 def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
     """Whether speed, length and turn of each span are sufficiently accurate."""
     slope = differentiate(c)
-    least, most = _speed_bounds(slope)
+    slowest, fastest = _speed_bounds(slope)
     length = _lengths(slope)
     settled = np.abs(length - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
-    even = least > MIN_SPEED_RATIO**2 * most
+    is_even = slowest > MIN_SPEED_RATIO**2 * fastest
     return np.asarray(
         (settled <= LENGTH_TOLERANCE * length)
-        & even
+        & is_even
         & (_curvature_bounds(c) * length < MAX_SPAN_TURN)
     )
 

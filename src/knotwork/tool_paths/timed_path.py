@@ -165,7 +165,7 @@ class TimedPath:
             return position, rotation, velocity
         return self.carrier.since_rest(t).relative_motion(position, rotation, velocity)
 
-    def speed_asked_for(self, t: ArrayLike) -> FloatArray:
+    def requested_speed(self, t: ArrayLike) -> FloatArray:
         """Full speed of the stretches that contain times [m/s], shape (k,)."""
         local = np.asarray(t, dtype=float) - self.start_time
         index = np.searchsorted(self.timing.times, local, "right") - 1

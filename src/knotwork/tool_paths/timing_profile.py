@@ -174,15 +174,15 @@ def speed_profile(
 
 def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
     """Refuse a piece [s] that is too short for the duration of the path."""
-    least = RAMP_RESOLUTION * float(durations.sum())
-    if shortest >= least:
+    min_duration = RAMP_RESOLUTION * float(durations.sum())
+    if shortest >= min_duration:
         return
     k = int(durations.argmax())
     # the duration of a ramp is proportional to the speed, that of the path inversely
     raise PathError(
         f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve its "
         f"changes of speed in time, which take {shortest:.3g} s; accepted: at least "
-        f"{math.sqrt(least / shortest) * speeds[k]:.6g} m/s"
+        f"{math.sqrt(min_duration / shortest) * speeds[k]:.6g} m/s"
     )
 
 
@@ -249,20 +249,20 @@ def _shortening(
         return 1.0
     if needed <= length * (1.0 + RAMP_TOLERANCE):
         return length / needed
-    highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
+    highest, min_acceleration = _highest_speed(length, ends, fixed, acceleration), part / length
     if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
         highest = None
     named = "the path" if stretch is None else f"stretch {stretch}"
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(
         f"{named} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "
-        f"takes {needed:.6g} m; accepted: {slower}an acceleration of at least {least:.6g} m/s² "
-        "or a longer stretch",
+        f"takes {needed:.6g} m; accepted: {slower}an acceleration of at least "
+        f"{min_acceleration:.6g} m/s² or a longer stretch",
         stretch=stretch or 0,
         length=length,
         needed=needed,
         highest_speed=highest,
-        lowest_acceleration=least,
+        lowest_acceleration=min_acceleration,
     )
 
 

@@ -38,8 +38,8 @@ def limit_shares(
         time: Sample times, ascending [s], shape (n,).
 
     Yields:
-        A finding, and the used fraction of its limit at each time, shape (n,); above 1 the
-        limit is exceeded; infinite at jumps and for a limit of 0.
+        A finding, and the used fraction of its limit at each time, shape (n,). Above 1 the limit is
+        exceeded. It is infinite at jumps and for a limit of 0.
     """
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))

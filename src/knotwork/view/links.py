@@ -32,8 +32,8 @@ class LinkShapes:
     """Shapes of a robot's links.
 
     Attributes:
-        parts: For each joint of the chain the meshes that it carries, in the joint's axes, after
-            the fixed ones, in the axes of the URDF's root; length d + 1.
+        parts: Meshes by the joint that carries them, length d + 1. The first ones are fixed, in the
+            axes of the URDF's root. The others are in the axes of their joint.
         warnings: Parts that can't be drawn as described.
     """
 

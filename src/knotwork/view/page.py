@@ -128,7 +128,7 @@ def json_in_html(data: Mapping[str, Any]) -> str:
 
 @cache
 def _environment() -> Environment:
-    """Jinja's environment: everything put into a page is escaped."""
+    """Jinja's environment, which escapes all values in a page."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(

@@ -46,9 +46,9 @@ def plot_tool(
     """Draw the tool over time: its speed, and its deviation from its path.
 
     Given velocities at waypoints are marked. Along tool paths the deviation in position,
-    orientation and speed is shown with its tolerance, and limited quantities of tool and links
-    with their limits. Between two poses without a path, the deviation is that from the straight
-    line with constant angular velocity. Everything is sampled.
+    orientation and speed is shown with its tolerance, and limited quantities of tool and links with
+    their limits. Between two poses without a path, the deviation is that from the straight line
+    with constant angular velocity. All values are sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.

@@ -107,7 +107,7 @@ def edited_text(text: str, edits: Edits) -> str:
 
 
 def changed_text(text: str, place: Location, value: Any, *, insert: bool = False) -> str:
-    r"""The text of a YAML file with one change, whatever is at its place.
+    r"""The text of a YAML file with one change at any location.
 
     Missing mappings around a new key are added; a mapping that loses its last key is removed.
 

@@ -26,7 +26,10 @@ def names(kind: str) -> list[str]:
 
 
 def is_path(reference: str | Path) -> bool:
-    """Whether a reference is a path: it has a dot or a path separator; names have neither."""
+    """Whether a reference is a path.
+
+    A path has a dot or a path separator, and a name has neither.
+    """
     return isinstance(reference, Path) or any(mark in reference for mark in "./\\")
 
 

@@ -20,7 +20,7 @@ MAX_REPORTED_PROBLEMS = 1_000
 """Number of problems that are reported."""
 
 
-# Longer descriptions do not help in an error.
+# Maximum length of a description in an error.
 LONGEST_HINT = 130
 _YES = ("yes", "no", "on", "off", "y", "n")
 # By pydantic's name of the error, with placeholders for its bounds.

@@ -31,8 +31,8 @@ def check_xml(data: bytes, max_elements: int) -> None:
 
     Raises:
         InputError: The text is not XML, has too many elements, nests elements deeper than
-            `MAX_XML_DEPTH`, or declares entities or attributes, of which a short text can make a
-            long one.
+            `MAX_XML_DEPTH`, or declares entities or attributes, because these can expand a short
+            text to a long one.
     """
     depth = count = 0
 

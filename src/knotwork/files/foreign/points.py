@@ -121,10 +121,11 @@ class _Arrays(StrictModel):
 def read_points(document: Document, joints: Joints, start_time: float) -> PointTable:
     """Read points from a mapping.
 
-    Either as in ROS 2, `joint_names` and `points` with `positions`, `velocities`,
-    `accelerations` and `time_from_start` each (also inside a goal, or MoveIt's RobotTrajectory or
-    DisplayTrajectory); or as arrays, `joint_names`, `time` (or `dt`), `positions`, `velocities` and
-    `accelerations`, a row for each time, also in a batch of one.
+    The mapping has one of two forms. As in ROS 2, it has `joint_names` and `points`, each with
+    `positions`, `velocities`, `accelerations` and `time_from_start`. It may be inside a goal, or
+    MoveIt's RobotTrajectory or DisplayTrajectory. As arrays, it has `joint_names`, `time` (or
+    `dt`), `positions`, `velocities` and `accelerations`, with a row for each time, possibly in a
+    batch of one.
 
     Args:
         document: The mapping. Times are in s, or `{sec, nanosec}`.

@@ -42,9 +42,9 @@ def read_trajectory(
 ) -> tuple[JointTrajectory, list[str]]:
     r"""Read a trajectory of ours or of another tool, recognised by name and content.
 
-    A file whose name ends in `.csv`, `.tsv` or `.txt` is CSV, in `.yaml` or `.yml` a ROS 2
-    message or goal, or a piecewise polynomial of Drake, in `.npz` arrays of NumPy; anything else is
-    JSON, a stored trajectory or plain points.
+    The suffixes `.csv`, `.tsv` and `.txt` mean CSV, and `.npz` means arrays of NumPy. A file
+    `.yaml` or `.yml` is a ROS 2 message or goal, or a piecewise polynomial of Drake. All other
+    files are JSON: a stored trajectory or plain points.
 
     Args:
         path: The file, or a folder with a `trajectory.json`.

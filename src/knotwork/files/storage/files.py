@@ -16,10 +16,10 @@ _HIDDEN = ".knotwork-"
 
 
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
-    """Write files into a folder, each whole; existing ones are replaced.
+    """Write files into a folder, each as a whole; existing ones are replaced.
 
-    None is written where one can't be. A process that ends between two files leaves files of two
-    sets side by side: `set_disagreement` detects that.
+    If one can't be written, none is. A process that ends between two files leaves files of two sets
+    side by side: `set_disagreement` detects that.
 
     >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
     ['a.txt', 'b.bin']

@@ -78,10 +78,10 @@ def solve_velocity_ik(
 ) -> FloatArray:
     """Find the joint velocities that give the TCP a twist: v = J(q)⁺ twist (eq 4).
 
-    For six joints this is J⁻¹ twist; for fewer, the only solution if there is one. For more, the
-    solution of minimum norm, weighted by the velocity limits: with W the diagonal of the limits, v
-    = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its null-space part W (I − (J W)⁺ J
-    W) W⁻¹ v₀. There is no damping, so the result gives the twist exactly.
+    For six joints this is J⁻¹ twist; for fewer, the only solution if there is one. For more, it is
+    the solution of minimum norm, weighted by the velocity limits: v = W (J W)⁺ twist, where W is
+    the diagonal matrix of the limits (Whitney, 1969). `preferred` adds its null-space component W
+    (I − (J W)⁺ J W) W⁻¹ v₀. There is no damping, so the result gives the twist exactly.
 
     Args:
         robot: The robot.
@@ -171,8 +171,9 @@ def solve_velocities(
         ease: Factor on each joint's mobility, shape (n, d), or a number.
 
     Returns:
-        Velocities [rad/s or m/s], shape (n, d), for more than six joints of minimum norm weighted
-        by the velocity limits; and their residuals of the twists [m/s, rad/s], shape (n,).
+        Velocities [rad/s or m/s], shape (n, d), and their residuals of the twists [m/s, rad/s],
+        shape (n,). For more than six joints the velocities have minimum norm, weighted by the
+        velocity limits.
     """
     scale = joint_scales(robot) * np.atleast_2d(ease)
     weighted = J * scale[:, None, :]

@@ -198,8 +198,8 @@ def _on_point(
     """Bring the TCP to the point, then turn the tool, inside the limits if possible.
 
     Returns:
-        Remaining distance [m]; remaining angle at the point [rad], `None` if the TCP does not reach
-        it; and whether it is reached inside the limits.
+        Remaining distance [m], remaining angle at the point [rad] (`None` if the TCP does not reach
+        it), and whether the point is reached inside the limits.
     """
     robot = search.robot
     tolerances = search.tolerances

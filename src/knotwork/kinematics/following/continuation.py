@@ -1,8 +1,8 @@
 """Continuation: the joints' motion along a tool path, from several starts at once.
 
-The joint velocities of eq (4) are integrated from each start (Runge-Kutta, fourth order), and after
-each step Newton's method brings the tool back onto the path along the row space of the Jacobian, so
-that the self-motion of a redundant arm stays that of the integral. Branch and turns are kept.
+The joint velocities of eq (4) are integrated from each start (Runge-Kutta, fourth order). After
+each step Newton's method brings the tool back onto the path. It moves along the row space of the
+Jacobian, so it does not change the self-motion of a redundant arm. Branch and turns stay the same.
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
     """
     if path.carrier is not None:
         return np.zeros(time.shape, dtype=bool)
-    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.speed_asked_for(time))
+    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.requested_speed(time))
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:

@@ -216,5 +216,5 @@ def path_errors(
     place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.gaps(place, rotations, along)
-    off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.speed_asked_for(times)
+    off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
     return np.stack((distance, angle_of(gap), off), axis=1)

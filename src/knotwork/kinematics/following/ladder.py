@@ -1,8 +1,8 @@
 """Self-motion over whole paths, by dynamic programming over a ladder of sampled configurations.
 
-Rungs are poses along the paths. On each, the redundancy (the elbow of a redundant arm, virtual
-joints) is sampled, and projections of the previous rung's samples are added; configurations that
-collide or violate limits are removed. Dynamic programming from the end gives the minimum-cost
+Rungs are poses along the paths. On each rung the redundancy (the elbow of a redundant arm, virtual
+joints) is sampled, and projections of the samples of the previous rung are added. Configurations
+that collide or violate limits are removed. Dynamic programming from the end gives the minimum-cost
 sequence from each start. The sequence is smoothed and becomes a guide that self-motion follows.
 """
 

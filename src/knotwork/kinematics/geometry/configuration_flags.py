@@ -5,8 +5,8 @@ the last axes intersect in a point (spherical wrist) or axis 4 is parallel to 3 
 intersect. Each kind is a flag, with a sign:
 
 * shoulder: the side of axis 1 on which the wrist is. Seen from behind the arm, in the direction in
-    which it reaches, the upper arm is to the left or to the right of axis 1; if neither, left is
-    where the arm reaches along axis 2 × axis 1.
+  which it reaches, the upper arm is to the left or to the right of axis 1. If it is on neither
+  side, left is where the arm reaches along axis 2 × axis 1.
 * elbow: up or down, for an arm that reaches away from its base; up is along axis 1.
 * wrist: no flip where axis 6 is rotated from axis 4 in the positive sense of joint 5, else flip.
 
@@ -113,9 +113,9 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
     """Configuration flags: the signs that distinguish branches, for `q` of shape (n, d).
 
     Returns:
-        Shoulder, elbow and wrist, shape (n, 3), +1 for the first of `FLAGS`, -1 for the second
-        and 0 on a singularity. For another arm of six joints the sign of the Jacobian's
-        determinant, shape (n, 1); for all others shape (n, 0): their branches have no signs.
+        Shoulder, elbow and wrist, shape (n, 3), +1 for the first of `FLAGS`, -1 for the second and
+        0 on a singularity. For another arm of six joints it is the sign of the determinant of the
+        Jacobian, shape (n, 1). Branches of all other arms have no signs, shape (n, 0).
     """
     shape, chain = geometry(robot), joint_axes(robot)
     if shape is None:

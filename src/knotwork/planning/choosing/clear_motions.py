@@ -10,9 +10,8 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion, TimingProblem
-from knotwork.planning.timing.bounds import lower_bound
+from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.solving import timed_motion
 from knotwork.planning.timing.timed_motion import Status
 from knotwork.planning.ways.clear_motion import ClearMotion, ClearMotionProblem, NoClearMotionError
@@ -75,19 +74,19 @@ def clear_motion(
         budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
 
     try:
-        with budget.part(1):
-            way = find_clear_motion(
-                way_problem,
-                tries=options.tries,
-                room=options.room,
-                late=lambda: budget.late(has_motion=True),
-                report=report,
-            )
+        way = find_clear_motion(
+            way_problem,
+            tries=options.tries,
+            room=options.room,
+            late=lambda: budget.is_over,
+            report=report,
+        )
     except NoClearMotionError as no_way:
         error = _located_error(no_way, task, segment)
         if len(way_problem.starts) == len(way_problem.goals) == 1:
             error.waypoints = segment.waypoints
         raise error from None
+    budget.solved += 1
     curve = _stretch_to_time(way, problem, task, segment)
     motion = _timed_motion(way, curve, problem, way_problem)
     room = way.room if options.room else None
@@ -199,14 +198,19 @@ def _stretch_to_time(
         return way.curve
     curve = stretch(way, duration) if duration > way.duration else None
     if curve is None:
-        error = InputError(
-            f"{duration:g} s is shorter than the fastest motion found, which takes "
-            f"{rounded_up(way.duration):.6g} s; accepted: {with_room(way.duration):.6g} s or more, "
-            "or no time"
-            if duration < way.duration
-            else f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
-            "accepted: no time, or a stop at both ends"
-        )
+        if duration < way.duration:
+            sufficient = sufficient_duration(way.duration)
+            message = (
+                f"{duration:g} s is shorter than the fastest motion found, which takes "
+                f"{rounded_up(way.duration):.6g} s; accepted: {sufficient:.6g} s or more, or no "
+                "time"
+            )
+        else:
+            message = (
+                f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
+                "accepted: no time, or a stop at both ends"
+            )
+        error = InputError(message)
         raise task.locate(error, segment.waypoints[-1])
     return curve
 
@@ -214,35 +218,36 @@ def _stretch_to_time(
 def _located_error(
     no_way: NoClearMotionError, task: FreeTask, segment: FreeSegment
 ) -> NoWayFoundError:
-    """The error for a missing motion, at the waypoint of the fault."""
-    # the error is at an end, or at a waypoint between the ends, by index
-    k = int(no_way.end) if no_way.end.isdigit() else {"start": 0}.get(no_way.end, -1)
+    """The error for a missing motion, at the waypoint of the fault, or else at the goal."""
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
     message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"
-    stopping = "stopping after" if k == 0 else "coming from rest to"
-    where = f"{stopping if no_way.moving or no_way.joint is not None else 'at'} {names[k]!r}"
-    text = task.scenario.units.text
-    if not no_way.end:
+    k = no_way.waypoint
+    if k is None:
         message += (
             f" was found among {no_way.checks} configurations; one may exist all the same; "
             "accepted: more space, a waypoint in between, or a smaller scene.margin"
         )
-    elif no_way.joint is not None:
+        return task.locate(NoWayFoundError(message, depth=no_way.depth), segment.waypoints[-1])
+    end = {0: "start", -1: "goal"}.get(k, f"{k}")
+    text, where = task.scenario.units.text, f"at {names[k]!r}"
+    if no_way.moving or no_way.joint is not None:
+        where = f"stopping after {names[k]!r}" if k == 0 else f"coming from rest to {names[k]!r}"
+    if no_way.joint is not None:
         space, j = task.space, no_way.joint
         message += (
             f": {where}, {space.joint_names[j]} goes "
             f"{text(no_way.depth, space.joint_units[j], '.4g')} beyond its position limit; "
             "accepted: a lower velocity there, or a stop"
         )
-    else:
-        first, second = no_way.bodies
-        several = f", and none of {no_way.solutions} solutions is clear"
-        message += (
-            f": {where}, {second} is {text(no_way.depth, 'm', '.4g')} too close to {first}"
-            f"{several if no_way.solutions > 1 else ''}; accepted: "
-            f"{'a lower velocity or ' if no_way.moving else ''}another pose there, a smaller "
-            "scene.margin, or objects elsewhere"
-        )
-    bodies = no_way.bodies if no_way.end and no_way.joint is None else ()
-    error = NoWayFoundError(message, end=no_way.end, names=bodies, depth=no_way.depth)
+        error = NoWayFoundError(message, end=end, depth=no_way.depth)
+        return task.locate(error, segment.waypoints[k])
+    first, second = no_way.bodies
+    several = f", and none of {no_way.solutions} solutions is clear"
+    message += (
+        f": {where}, {second} is {text(no_way.depth, 'm', '.4g')} too close to {first}"
+        f"{several if no_way.solutions > 1 else ''}; accepted: "
+        f"{'a lower velocity or ' if no_way.moving else ''}another pose there, a smaller "
+        "scene.margin, or objects elsewhere"
+    )
+    error = NoWayFoundError(message, end=end, names=no_way.bodies, depth=no_way.depth)
     return task.locate(error, segment.waypoints[k])

@@ -28,14 +28,14 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
         chosen: The chosen times.
         space: The joints and their limits.
     """
-    yield _of_motion("duration", _duration(chosen), chosen.duration)
+    brief = _duration(chosen)
+    message = f"times chosen: {brief}"
+    yield _of_motion("duration", message, chosen.duration)
     shortest = f"{chosen.lower_bound:.6g} s{_meeting_note(chosen)}"
     scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
-    message = f"no motion {scope} within the limits is shorter than {shortest}"
-    yield _of_motion("lower_bound", message, chosen.lower_bound)
+    bound = f"no motion {scope} within the limits is shorter than {shortest}"
+    yield _of_motion("lower_bound", bound, chosen.lower_bound)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    message = _duration(chosen)
-    brief = message.removeprefix("times chosen: ")
     yield replace(_of_motion("chosen_times", message, verdict=verdict), brief=brief)
     unlimited = _unlimited_note(space)
     if unlimited:
@@ -44,7 +44,9 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
         yield _of_motion("assumed_jerk", _assumed_jerk_note(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _limits_by_interval(chosen).items():
-        parts = [f"{limit} {_share_text(share)}" for limit, share in limits]
+        parts = [
+            f"{limit} {'for ' if share else ''}{_share_text(share)}" for limit, share in limits
+        ]
         label = _longest(limits)
         yield Finding(
             group=TIMES_GROUP,
@@ -71,7 +73,7 @@ def _of_motion(
 
 
 def _duration(chosen: ChosenTimes) -> str:
-    text, bound = f"times chosen: {chosen.duration:.6g} s", f"{chosen.lower_bound:.6g} s"
+    text, bound = f"{chosen.duration:.6g} s", f"{chosen.lower_bound:.6g} s"
     if chosen.status == "stopped":
         speeds = " with these speeds along its paths" if _path_speeds_chosen(chosen) else ""
         return (
@@ -128,7 +130,7 @@ def _assumed_jerk_note(chosen: ChosenTimes) -> str:
 def _share_text(share: float | None) -> str:
     if share is None:
         return "bounds the speed along the path"
-    return f"for {100 * share:.0f} % of the time" if share else "at its peak"
+    return f"{100 * share:.0f} % of the time" if share else "at its peak"
 
 
 def _limits_by_interval(
@@ -151,4 +153,4 @@ def _longest(limits: _Shares) -> str:
     """The constraint that is active for the longest time, and the number of other ones."""
     limit, share = max(limits, key=lambda pair: pair[1] or 0.0)
     remaining = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
-    return f"{limit} {_share_text(share).removeprefix('for ')}{remaining}"
+    return f"{limit} {_share_text(share)}{remaining}"

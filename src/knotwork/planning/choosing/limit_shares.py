@@ -123,7 +123,7 @@ class LimitShares:
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
     def of_motion(self, task: FreeTask, path: ScenarioPath) -> FloatArray:
-        """Largest shares that the planned motion uses on each part of a path, shape (3n, m).
+        """Largest shares that the planned motion uses on each part of a path, shape (n, 3, m).
 
         Args:
             task: A task with known speeds along its paths.
@@ -137,7 +137,7 @@ class LimitShares:
         )
         curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(task.scenario), acceleration=a)
         t, *states = _states(curve)
-        ends = path.motion.start_time + parts(path.motion.timing)
+        ends = path.motion.start_time + _parts(path.motion.timing)
         return _largest(self.shares(self.components(*states)), t, ends)
 
 
@@ -147,15 +147,7 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     return x, *(curve(x, order) for order in range(4))
 
 
-def _largest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
-    """Largest shares (n, m) at parameters x (n,) on each of the intervals between k ends."""
-    largest = np.zeros((len(ends) - 1, shares.shape[1]))
-    index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(largest) - 1)
-    np.maximum.at(largest, index, shares)
-    return largest
-
-
-def parts(timing: Timing) -> FloatArray:
+def _parts(timing: Timing) -> FloatArray:
     """Start times of the parts of n stretches, and the end time of the last [s], shape (3n + 1,).
 
     A stretch has a change of speed at its start, its own speed, and a change of speed at its end.
@@ -163,9 +155,16 @@ def parts(timing: Timing) -> FloatArray:
     return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
 
 
-def of_stretches(shares: FloatArray) -> FloatArray:
-    """Largest shares on each of n stretches, shape (n, m), from those of their parts."""
-    return np.asarray(shares.reshape(-1, 3, shares.shape[1]).max(axis=1))
+EVEN = 1
+"""Index of the part of a stretch with its own speed."""
+
+
+def _largest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+    """Largest shares (k, m) at parameters x (k,) on each part of n stretches, shape (n, 3, m)."""
+    largest = np.zeros((len(ends) - 1, shares.shape[1]))
+    index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(largest) - 1)
+    np.maximum.at(largest, index, shares)
+    return largest.reshape(-1, 3, shares.shape[1])
 
 
 class SharesAlongPath:
@@ -200,7 +199,7 @@ class SharesAlongPath:
         self._ends = timing.times
 
     def used_shares(self, timing: Timing) -> FloatArray:
-        """Largest shares on each of the parts of n stretches with a timing, shape (3n, m)."""
+        """Largest shares on each part of n stretches with a timing, shape (n, 3, m)."""
         curve = timing.arc_length
         t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * TIMING_FRACTIONS).ravel()
         t = np.union1d(t, np.interp(self._s, curve(t), t))
@@ -211,15 +210,18 @@ class SharesAlongPath:
         terms = (1.0 - part) * self._terms[after - 1] + part * self._terms[after]
         components = terms[:, 0] + terms[:, 1] * v**self._powers
         components += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
-        return _largest(self._shares.shares(components), t, parts(timing))
+        return _largest(self._shares.shares(components), t, _parts(timing))
 
-    def greatest_speeds(self, allowed: FloatArray) -> FloatArray:
-        """Largest constant speed in the middle of each stretch [m/s], in closed form, shape (n,).
+    def max_speeds(self, allowed: FloatArray) -> FloatArray:
+        """Maximum constant speeds in the middle of each stretch [m/s], in closed form.
 
         Near its ends the speed may change.
 
         Args:
             allowed: Largest permitted share of each limit on each stretch, shape (n, m).
+
+        Returns:
+            The speed that each limit allows on each stretch, shape (n, m).
         """
         starts = self._shares.starts
         at_rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]
@@ -227,8 +229,8 @@ class SharesAlongPath:
         at_rest = at_rest * np.sign(factor[:, starts])
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.maximum(allowed[index] - at_rest, 0.0)
-            speeds = np.where(sizes > 0.0, room / sizes, np.inf) ** (1.0 / self._shares.orders)
+            unused = np.maximum(allowed[index] - at_rest, 0.0)
+            speeds = np.where(sizes > 0.0, unused / sizes, np.inf) ** (1.0 / self._shares.orders)
         part = (self._s - self._ends[index]) / np.diff(self._ends)[index]
         index[np.abs(part - 0.5) > MIDDLE_HALF_WIDTH] = -1
-        return np.array([speeds[index == k].min() for k in range(len(allowed))])
+        return np.array([speeds[index == k].min(axis=0) for k in range(len(allowed))])

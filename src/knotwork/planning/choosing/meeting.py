@@ -28,8 +28,8 @@ MEETING_ROUNDS = 20
 FULL_STEPS = 5
 """Number of iterations with full steps and a new choice of solutions.
 
-After that solutions are kept and steps are halved: a redundant arm may reach a later place sooner,
-or in another way, and the times go to and fro.
+After that, solutions are kept and steps are halved. Otherwise the times may alternate, because a
+redundant arm may reach a later pose sooner, or with another solution.
 """
 
 AGREEMENT = 1e-3

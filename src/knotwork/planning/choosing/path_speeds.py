@@ -15,12 +15,7 @@ import numpy as np
 
 from knotwork.errors import PathError
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.limit_shares import (
-    Limit,
-    LimitShares,
-    SharesAlongPath,
-    of_stretches,
-)
+from knotwork.planning.choosing.limit_shares import EVEN, Limit, LimitShares, SharesAlongPath
 from knotwork.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
@@ -34,22 +29,16 @@ MIN_SPEED = 1e-3
 """Speed below which no speed is lowered to keep a limit [m/s]."""
 
 FIT_ROUNDS = 100
-"""Largest number of rounds until rounded speeds have room for changes of speed."""
+"""Largest number of rounds until rounded speeds leave room for changes of speed."""
 
 EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
-"""Largest used share of each limit, as expected and as planned."""
+"""Largest used share of each limit, as expected and as planned: between samples it may be more."""
 
-EXCESS_CORRECTION = 1.001
-"""Factor on the expectation where a limit is exceeded."""
-
-RAMP_RATIO = 0.85
-"""Fraction of the expected share that planned changes of speed use, for each order of a limit."""
+SIGNIFICANT_SHARE = 0.3
+"""Shares below this are too far from their limit to be corrected."""
 
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
-
-BINDING_FACTOR = 1.02
-"""Factor on a bound. A bound limits a speed that would otherwise exceed it by this factor."""
 
 
 class SpeedBound(StrEnum):
@@ -82,11 +71,19 @@ class PathSpeeds:
     Args:
         task: The task.
         path: One of its paths.
-        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
+        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the
+            stretch.
+
+    Attributes:
+        speeds: The chosen speeds.
+        limiting: The limit or other bound of each of them.
     """
 
     def __init__(
-        self, task: FreeTask, path: ScenarioPath, caps: Mapping[int, tuple[float, SpeedBound]]
+        self,
+        task: FreeTask,
+        path: ScenarioPath,
+        caps: Mapping[int, tuple[float, Limit | SpeedBound]],
     ) -> None:
         self.path, self.asked, self.caps = path, path.asked, dict(caps)
         self.unit = task.scenario.shown_length[0]
@@ -94,85 +91,90 @@ class PathSpeeds:
         speeds = (*path.asked.speeds, *(cap for cap, _ in caps.values()))
         fastest = max((speed for speed in speeds if speed and math.isfinite(speed)), default=1.0)
         self.along = SharesAlongPath(task, path, self.shares, fastest)
-        self._ratio = np.ones((3 * len(path.stretches), len(self.shares.limits)))
-        self._ratio[0::3] = self._ratio[2::3] = RAMP_RATIO ** (self.shares.orders - 1.0)
-        self.used = np.zeros_like(self._ratio)
+        self._ratio = np.ones((len(path.stretches), 3, len(self.shares.limits)))
+        self.speeds: Speeds = {}
+        self.limiting: dict[int, Limit | SpeedBound] = {}
 
-    def choose(self) -> Speeds:
-        """Maximum speeds that are expected to keep the limits.
+    def choose(self) -> float:
+        """Choose maximum speeds that are expected to keep the limits.
+
+        Returns:
+            The duration of the path [s].
 
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        bounds = self.along.greatest_speeds(EXPECTED_SHARE / self._ratio[1::3])
-        speeds = self._fit(
-            {k: min(max(float(bounds[k]), MIN_SPEED), cap) for k, (cap, _) in self.caps.items()}
-        )
-        while (used := self._expected_shares(speeds)).max() > 1.0:
-            speeds = self._fit(self._slow_down(speeds, of_stretches(used)))
-        self.speeds = speeds
-        return speeds
+        bounds = self.along.max_speeds(EXPECTED_SHARE / self._ratio[:, EVEN])
+        self.speeds = {}
+        for k, (cap, bound) in self.caps.items():
+            column = int(bounds[k].argmin())
+            speed = max(float(bounds[k, column]), MIN_SPEED)
+            self.speeds[k] = min(speed, cap)
+            self.limiting[k] = bound if cap <= speed else self.shares.limits[column]
+        self._fit()
+        while (used := self._expected_shares()).max() > 1.0:
+            self._slow_down(used)
+            self._fit()
+        return self.asked.timed(self.speeds)[0].duration
 
-    def _expected_shares(self, speeds: Speeds) -> FloatArray:
-        """Expected shares of the parts of stretches, relative to the permitted ones."""
-        used = self.along.used_shares(self.asked.timed(speeds)[0])
-        return np.asarray(used * self._ratio / EXPECTED_SHARE)
+    def _expected_shares(self) -> FloatArray:
+        """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""
+        used = self.along.used_shares(self.asked.timed(self.speeds)[0])
+        return np.asarray((used * self._ratio / EXPECTED_SHARE).max(axis=1))
 
-    def _factors(self, used: FloatArray) -> FloatArray:
-        """Factors on the speeds at which shares are fully used, shape (n, m)."""
-        return np.asarray(np.maximum(used, 1e-9) ** (-1.0 / self.shares.orders))
-
-    def _slow_down(self, speeds: Speeds, used: FloatArray) -> Speeds:
-        """Lower the speed where the excess over a limit is largest, by one step.
+    def _slow_down(self, used: FloatArray) -> None:
+        """Lower the speed where a limit is exceeded most.
 
         A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
         speeds.
         """
         k = int(used.max(axis=1).argmax())
-        factors = self._factors(used[k])
+        factors = np.maximum(used[k], 1e-9) ** (-1.0 / self.shares.orders)
         limit = self.shares.limits[int(factors.argmin())]
         factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
-        # next to a stretch with a given speed, the nearest ones with a chosen speed
-        before, after = [j for j in speeds if j < k][-1:], [j for j in speeds if j > k][:1]
-        stretches = [k] if k in speeds else before + after
+        stretches = [k]
+        if k not in self.speeds:  # the next stretches with a chosen speed
+            before, after = [j for j in self.speeds if j < k], [j for j in self.speeds if j > k]
+            stretches = before[-1:] + after[:1]
         if not stretches:
             raise NoSpeedsError(self.path, k, limit)
-        all_speeds, slower = self.asked.timed(speeds)[1], dict(speeds)
+        speeds = self.asked.timed(self.speeds)[1]
         for j in stretches:
             lower = factor * speeds[j]
             if lower < MIN_SPEED:
                 raise NoSpeedsError(self.path, k, limit)
-            neighbours = (*all_speeds[max(j - 1, 0) : j], *all_speeds[j + 1 : j + 2])
-            slower[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
-        return slower
+            neighbours = (*speeds[max(j - 1, 0) : j], *speeds[j + 1 : j + 2])
+            self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
+            self.limiting[j] = limit
 
-    def _fit(self, speeds: Speeds) -> Speeds:
-        """Rounded speeds with room for changes of speed, none above the given ones.
+    def _fit(self) -> None:
+        """Round the speeds, and lower them until there is room for changes of speed.
 
         Raises:
-            NoSpeedsError: The given ones leave no room.
+            NoSpeedsError: The given speeds leave no room.
         """
-        for k, speed in speeds.items():
+        for k, speed in self.speeds.items():
             if math.isinf(speed):
                 raise NoSpeedsError(self.path, k, SpeedBound.NOTHING)
-        stretch, cause = 0, None
         for _ in range(FIT_ROUNDS):
-            bounded = {k: round_speed(self.unit * v) / self.unit for k, v in speeds.items()}
+            rounded = {k: round_speed(self.unit * v) / self.unit for k, v in self.speeds.items()}
             try:
-                speeds = self.asked.fitted(bounded)
+                self.speeds = self.asked.fitted(rounded)
             except PathError as error:
-                stretch, cause = getattr(error, "stretch", None) or 0, error
-                break
-            if speeds == bounded:
-                return speeds
-        raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from cause
+                stretch = getattr(error, "stretch", None) or 0
+                raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from error
+            lowered = [k for k, speed in self.speeds.items() if speed < rounded[k]]
+            if not lowered:
+                return
+            self.limiting.update(dict.fromkeys(lowered, SpeedBound.RAMPS))
+        raise NoSpeedsError(self.path, 0, SpeedBound.RAMPS)
 
-    def lower_caps(self) -> None:
-        """Lower all speeds because the arm can't follow the path at the chosen ones."""
+    def lower_caps(self, bound: Limit | SpeedBound) -> None:
+        """Allow lower speeds only, because a planned motion at the chosen ones misses a bound."""
         for k, speed in self.speeds.items():
             if speed <= MIN_SPEED:
-                raise NoSpeedsError(self.path, k, SpeedBound.TOLERANCES)
-            self.caps[k] = MAX_SLOWDOWN * speed, SpeedBound.TOLERANCES
+                raise NoSpeedsError(self.path, k, bound)
+            self.caps[k] = MAX_SLOWDOWN * speed, bound
 
     def verify(self, task: FreeTask, path: ScenarioPath) -> NoSpeedsError | None:
         """The limit that a planned motion exceeds, or `None`; its shares correct the expected ones.
@@ -181,31 +183,15 @@ class PathSpeeds:
             task: The task with the chosen speeds.
             path: The path in this task.
         """
-        timing = path.motion.timing
-        if task.scenario.task.pull_to_middle:
-            self.along = SharesAlongPath(task, path, self.shares, float(timing.speeds.max()))
-        used, expected = self.shares.of_motion(task, path), self.along.used_shares(timing)
+        used = self.shares.of_motion(task, path)
+        expected = self.along.used_shares(path.motion.timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
-        ratio[used > PLANNED_SHARE] *= EXCESS_CORRECTION
-        compared = np.maximum(used, self._ratio * expected) > 0.3
+        compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_SHARE
         self._ratio = np.where(compared, ratio, self._ratio)
-        self.used = used
-        row, column = divmod(int(used.argmax()), used.shape[1])
-        within = used[row, column] <= PLANNED_SHARE
-        return None if within else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
-
-    def limiting_constraint(self, k: int) -> Limit | SpeedBound | None:
-        """Limiting constraint of the chosen speed of a stretch after `verify`, or `None`."""
-        cap, bound = self.caps[k]
-        if BINDING_FACTOR * self.speeds[k] > cap:
-            return bound
-        if self._fit({**self.speeds, k: BINDING_FACTOR * self.speeds[k]})[k] <= self.speeds[k]:
-            return SpeedBound.RAMPS
-        speeds = self.asked.timed(self.speeds)[1]
-        neighbours = range(max(k - 1, 0), min(k + 2, len(speeds)))
-        alike = [j for j in neighbours if speeds[j] == speeds[k]]
-        factors = self._factors(of_stretches(self.used)[alike].max(axis=0))
-        return self.shares.limits[int(factors.argmin())] if factors.min() < BINDING_FACTOR else None
+        k, _, column = np.unravel_index(used.argmax(), used.shape)
+        if used[k].max() <= PLANNED_SHARE:
+            return None
+        return NoSpeedsError(self.path, int(k), self.shares.limits[int(column)])
 
 
 def round_speed(speed: float) -> float:

@@ -13,8 +13,8 @@ from knotwork.planning.choosing.clear_motions import clear_motion
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
+from knotwork.planning.timing.bounds import sufficient_duration
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.solving import NoMotionError, solve_within
 from knotwork.units import rounded_up
 
@@ -84,7 +84,7 @@ def solve_segments(
         return list(_motions(task, segments, objective, budget, totals).items())
     except NoMotionsError as failure:
         error = failure.combined_error()
-        error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
+        error.add(f"the shortest motion that was found lasts {sufficient_duration(shortest):.6g} s")
         raise error from None
 
 
@@ -130,7 +130,7 @@ def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> 
         shortest: Duration of that motion [s].
         budget: Budget, if it ended before a shorter one could be found.
     """
-    total, enough = f"{task.free.total:g} s", f"{with_room(shortest):.6g} s"
+    total, enough = f"{task.free.total:g} s", f"{sufficient_duration(shortest):.6g} s"
     message = (
         f"{total} is shorter than the minimum time found within the limits, "
         f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"

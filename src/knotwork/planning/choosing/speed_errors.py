@@ -1,55 +1,18 @@
-"""Errors of speeds along tool paths, and of given speeds of the tool, with accepted values."""
+"""Errors of speeds along tool paths, with accepted values."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.limit_shares import Limit, LimitShares, of_stretches
+from knotwork.planning.choosing.limit_shares import Limit, LimitShares
 from knotwork.planning.choosing.path_speeds import NoSpeedsError, SpeedBound
-from knotwork.planning.timing.timing_problem import with_margin
 from knotwork.scenario import FreeTimes, ScenarioPath
-from knotwork.units import rounded_down, rounded_up
+from knotwork.units import rounded_up
 
 LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
-
-SOLVER_SPEED_MARGIN = 5e-4
-"""Fraction of the limit that a given speed at a waypoint must leave to the solver."""
-
-ADVISED_MARGIN = 0.002
-"""Fraction of the limit by which an advised speed is lower, for the motion around the waypoint."""
-
-
-def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
-    """Errors for waypoints with a given tool speed near or above its limit."""
-    scenario, robot = task.scenario, task.space.robot
-    limit, margin = scenario.motion_limits.tool_speed, scenario.task.limits.margin
-    if limit is None or robot is None:
-        return
-
-    def text(speed: float) -> str:
-        return scenario.units.text(speed, "m/s")
-
-    on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
-    for i, row in enumerate(task.rows):
-        if task.free.speed[i] != "given" or i in on_paths:
-            continue
-        q, v = task.waypoints.position[row], task.waypoints.velocity[row]
-        speed = float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
-        if speed > limit * (1.0 - SOLVER_SPEED_MARGIN):
-            accepted = (1.0 - ADVISED_MARGIN) * limit
-            error = InputError(
-                f"{waypoint_text(scenario.waypoints[i].name)}: the given speed of the tool is "
-                f"{text(speed)}, and tool_speed is {with_margin(text, limit, margin)}; accepted: "
-                f"at most {text(accepted)}, {rounded_down(accepted / speed, 3):g} times that "
-                "speed, or a higher limit"
-            )
-            yield task.locate(error, i)
 
 
 def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
@@ -64,7 +27,7 @@ def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[Inpu
         if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
             continue
         shares = LimitShares(task, path)
-        used = of_stretches(shares.of_motion(task, path))
+        used = shares.of_motion(task, path).max(axis=1)
         for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
             errors.setdefault(number, []).append(_path_error(task, path, k, limit, share))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -23,8 +23,14 @@ from knotwork.planning.timing import Binding
 from knotwork.scenario import FreeTimes, Scenario, resolve_task
 from knotwork.scenario.joint_space import joint_space
 
-MAX_PLANS = 8
-"""Largest number of planned motions."""
+MAX_PLANS = 4
+"""Maximum number of planned motions; in most cases one or two are sufficient."""
+
+CORRECTED_PLANS = 3
+"""Number of planned motions after which speeds are lowered."""
+
+MIN_GAIN = 0.01
+"""Minimum relative gain of duration for which a motion is planned again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +48,7 @@ class TimedPaths:
     binding: tuple[Binding, ...] = ()
 
 
-def with_greatest_speeds(
+def with_max_speeds(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
@@ -84,58 +90,53 @@ def with_greatest_speeds(
 
 
 def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
-    """The fastest of some planned motions along the paths that keep the limits.
+    """The fastest planned motion along the paths that keeps the limits.
 
-    Each one corrects the expectation of the next, until each speed has a limiting constraint.
+    Each motion corrects the expectation for the next one. Where that is not sufficient, speeds are
+    lowered.
 
     Raises:
         NoSpeedsError: No speeds are feasible.
     """
     best: TimedPaths | None = None
-    least, speeds, before = math.inf, dict[int, float](), dict[int, float]()
+    min_duration = math.inf
     failed: NoSpeedsError | None = None
-    for _ in range(MAX_PLANS):
+    for attempt in range(MAX_PLANS):
         try:
-            for problem in problems.values():
-                chosen = problem.choose()
-                speeds |= {problem.path.first + 1 + k: speed for k, speed in chosen.items()}
+            duration = sum(problem.choose() for problem in problems.values())
         except NoSpeedsError as error:
             failed = error
             break
-        if speeds == before:
+        if duration > (1.0 - MIN_GAIN) * min_duration:
             break
-        before = dict(speeds)
         try:
-            timed = _with_speeds(task, speeds)
+            timed = _with_speeds(task, problems.values())
         except (PathError, FollowingError):
             for problem in problems.values():
-                problem.lower_caps()
+                problem.lower_caps(SpeedBound.TOLERANCES)
             continue
-        paths = {number: timed.scenario.paths[number] for number in problems}
-        excess = [problem.verify(timed, paths[number]) for number, problem in problems.items()]
+        excess = [p.verify(timed, timed.scenario.paths[i]) for i, p in problems.items()]
         failed = next((error for error in excess if error), None)
-        if failed is not None:
+        if failed is None:
+            min_duration, best = duration, _timed_paths(timed, problems.values())
             continue
-        limits = {
-            problem.path.first + 1 + k: problem.limiting_constraint(k)
-            for problem in problems.values()
-            for k in problem.speeds
-        }
-        duration = sum(path.motion.timing.duration for path in paths.values())
-        if duration < least:
-            least, best = duration, TimedPaths(timed, before, tuple(_bindings(task, limits)))
-        if None not in limits.values():
-            break
+        for problem, missed in zip(problems.values(), excess, strict=True):
+            if missed and attempt + 1 >= CORRECTED_PLANS:
+                problem.lower_caps(missed.limit)
     if best is None:
         raise failed or NoSpeedsError(task.scenario.paths[0], 0, SpeedBound.TOLERANCES)
     return best
 
 
-def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> FreeTask:
-    """The task with these speeds along its paths [m/s], solved."""
+def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
+    """The task with the chosen speeds along its paths, solved."""
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.task.with_waypoints(
-        {scenario.index[i]: {"speed": round_speed(unit * speed)} for i, speed in speeds.items()}
+        {
+            scenario.index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
+            for problem in problems
+            for k, speed in problem.speeds.items()
+        }
     )
     if not task.free.duration.any():  # with these speeds every waypoint has a time
         changed = changed.replace(times=None)
@@ -144,9 +145,14 @@ def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> FreeTask:
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
 
 
-def _bindings(task: FreeTask, limits: Mapping[int, Limit | SpeedBound | None]) -> Iterator[Binding]:
-    """Limiting constraints by the waypoints at the ends of stretches."""
+def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
+    """A task with the chosen speeds along its paths, and their limiting constraints."""
     names = [waypoint.name for waypoint in task.scenario.waypoints]
-    for i, limit in limits.items():
-        joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", limit or SpeedBound.RAMPS)
-        yield Binding(names[i - 1], names[i], joint, str(quantity), None)
+    speeds, binding = {}, []
+    for problem in problems:
+        for k, speed in problem.speeds.items():
+            i, limit = problem.path.first + 1 + k, problem.limiting[k]
+            joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", str(limit))
+            speeds[i] = speed
+            binding.append(Binding(names[i - 1], names[i], joint, quantity, None))
+    return TimedPaths(task, speeds, tuple(binding))

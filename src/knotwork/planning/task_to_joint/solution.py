@@ -107,7 +107,8 @@ class TaskSolution:
         infeasibilities: Velocity limits that are exceeded with every choice of solutions.
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
-            its poses, shape (n, d); `None` if no other sequence may be feasible and collision-free.
+            its poses, shape (n, d). It is `None` if no other sequence may be feasible and
+            collision-free.
         starts: Starts of tool paths that begin at a pose, by index of their first waypoint.
     """
 

@@ -26,18 +26,20 @@ def solve_task(
 ) -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
-    Among all solutions of all poses, turns of ±2π within limits included, the sequence is chosen
+    Candidates are all solutions of all poses, including turns of ±2π within limits. The criteria,
+    in strict order, are
 
-    1. that is feasible: within the velocity limits at the waypoints, in the mean of each interval
-       and, if possible, halfway along cubics between the waypoints;
-    2. then, that changes its branch, if at all, where the tool rests;
-    3. then, with minimum joint travel relative to the velocity limits, weighted up to threefold
-       near position limits and singularities; from rest to rest in a time that is chosen later,
-       with the shortest time of the slowest joint.
+    1. feasibility: velocity limits hold at the waypoints, in the mean of each interval and, if
+      possible, halfway along cubics between the waypoints;
+    2. changes of branch only where the tool is at rest;
+    3. minimum joint travel relative to the velocity limits, with a weight of up to 3 near position
+      limits and singularities; from rest to rest in a time that is chosen later, the minimum time
+      of the slowest joint.
 
-    With `near` the nearest sequence to that replaces minimum travel, whole turns aside. `branch`
-    restricts the candidates. Where nothing is feasible, the sequence with the smallest excess over
-    the velocity limits is chosen. Samples of a redundant arm's self-motion are refined later.
+    With `near`, the distance from that configuration replaces the travel, and whole turns are
+    ignored. `branch` restricts the candidates. If no sequence is feasible, the one with the
+    smallest excess over the velocity limits is chosen. Samples of a redundant arm's self-motion are
+    refined later.
 
     Args:
         scenario: The task.

@@ -1,19 +1,12 @@
-"""Solution of one section: from a few starts, until a motion keeps every limit exactly."""
+"""Solution of one section: from one start, until a motion keeps every limit exactly."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-
-import numpy as np
 
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import MotionKnots
-from knotwork.planning.timing.initial_guess import (
-    Guess,
-    plain_guess,
-    short_durations,
-)
+from knotwork.planning.timing.initial_guess import plain_guess
 from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section import Section
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_knots
@@ -23,10 +16,6 @@ from knotwork.planning.timing.timing_problem import TimingProblem
 
 MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
-
-MAX_RESTING_RATIO = 1.001
-"""Maximum ratio of the duration with rests to the given time for which the rests are kept.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,36 +32,20 @@ class Attempt:
 
 
 def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
-    """Solve a section from the first start that converges.
+    """Solve a section from a plain guess.
 
     Args:
         problem: The section.
         budget: Progress and budget.
 
     Returns:
-        The motion; if no start converges within the budget, one that rests in each interval;
-        `None` if there is none.
+        The motion. If the solver does not converge within the budget, one that rests in each
+        interval; `None` if there is none.
     """
-    given_time = float(np.nansum(problem.duration))
-    if problem.objective.only_time and problem.free.any() and given_time:
-        rests = resting_motion(problem, "resting")
-        if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given_time:
-            return rests  # the free time is negligible relative to the given one
-    rests = None if budget.seconds is None else resting_motion(problem, "stopped")
-    for start in _starts(problem):
-        attempt = _run(start, problem, budget, has_motion=rests is not None)
-        if attempt is not None:
-            return attempt
-    return (
-        rests if budget.late(has_motion=rests is not None) else resting_motion(problem, "resting")
-    )
-
-
-def _starts(problem: TimingProblem) -> Iterator[Guess]:
-    """Initial guesses."""
-    if (short_durations(problem) < float("inf")).any():
-        yield plain_guess(problem, hurried=True)
-    yield plain_guess(problem)
+    attempt = _optimised_motion(problem, budget)
+    if attempt is not None:
+        return attempt
+    return resting_motion(problem, "stopped" if budget.is_over else "resting")
 
 
 def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
@@ -89,31 +62,21 @@ def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
     return None
 
 
-def _run(
-    guess: Guess, problem: TimingProblem, budget: Budget, *, has_motion: bool
-) -> Attempt | None:
-    """Solve from one start, with more tightening whenever the exact check finds an excess.
-
-    Args:
-        guess: The start.
-        problem: The section.
-        budget: Progress and budget.
-        has_motion: Whether there is already a motion.
-    """
-    tightening = first_tightening(problem)
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> Attempt | None:
+    """Solve a section with more tightening whenever the exact check finds an excess."""
+    guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
-    restarted = False
     for _ in range(MAX_TIGHTENINGS):
-        seconds = budget.remaining(has_motion=has_motion)
+        seconds = budget.remaining()
         if seconds <= 0.0:
             return None
         section = Section(problem, guess, tightening)
         solution = section.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
-            if last is None or restarted:
+            if last is None:
                 return None
-            last, restarted = None, True  # the previous solution is too far away
+            last = None  # the previous solution is too far away
             continue
         knots = section.rebuild(solution.x)
         more = tighten(problem, tightening, knots.curve)

@@ -1,8 +1,8 @@
 """Minimum durations in closed form, under limits of velocity, acceleration and tool speed.
 
 The minimum-time motion of a joint by D with velocities v0 and v1 at its ends, |v| <= V and |a| <=
-A, accelerates to a peak velocity and then decelerates, or the reverse, with a phase at V if the
-peak would be higher. If both velocities have the same direction, durations slightly above the
+A, accelerates to a peak velocity and then decelerates, or the reverse. If the peak would exceed V,
+there is a phase at V. If both velocities have the same direction, durations slightly above the
 minimum may be infeasible, up to the duration in which the joint can stop.
 
 The path of the tool between two waypoints is at least as long as a straight line.
@@ -14,7 +14,11 @@ import numpy as np
 
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.spline.polynomial.least_durations import feasible_durations
+from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
+
+DURATION_RESERVE = 1e-4
+"""Relative margin of a reported duration over a sufficient one."""
 
 
 def lower_bound(problem: TimingProblem) -> float:
@@ -36,11 +40,11 @@ def lower_bound(problem: TimingProblem) -> float:
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
-    least = np.maximum(least_durations(problem), problem.at_least)
+    least = np.maximum(min_durations(problem), problem.at_least)
     return np.where(problem.free, least, problem.duration)
 
 
-def least_durations(problem: TimingProblem) -> FloatArray:
+def min_durations(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations from the limits alone [s], shape (n-1,)."""
     known = problem.velocity_known
     durations: FloatArray = _of_joints(problem).max(axis=1)
@@ -51,7 +55,7 @@ def least_durations(problem: TimingProblem) -> FloatArray:
 
 def slowest(problem: TimingProblem, i: int) -> str:
     """Text of the limit that determines the lower bound of an interval, with the joint quoted."""
-    alone, least = _of_joints(problem)[i], least_durations(problem)[i]
+    alone, least = _of_joints(problem)[i], min_durations(problem)[i]
     if alone.max() >= least:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"
     if _straight_lines(problem)[i] >= least:
@@ -103,3 +107,12 @@ def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray)
         cruising = (V - v) / A + (D - reach) / V
     durations = np.where(reach < D, cruising, rising)
     return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, durations))
+
+
+def sufficient_duration(value: float) -> float:
+    """A duration slightly above a feasible one, with few digits.
+
+    >>> sufficient_duration(1.3833333)
+    1.384
+    """
+    return rounded_up(value * (1.0 + DURATION_RESERVE), 4)

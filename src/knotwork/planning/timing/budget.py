@@ -1,10 +1,9 @@
-"""Progress of a solution, and its time budget, shared among its parts."""
+"""Progress of a solution, and its time budget."""
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,12 +16,6 @@ from knotwork.planning.timing.timed_motion import Progress
 class Budget:
     """Progress and time budget of a solution over all its parts.
 
-    When the share of a part has ended, the part stops as soon as it has a motion. Without a motion
-    it continues until the whole budget has ended.
-
-    Raises:
-        InputError: The budget is not positive.
-
     Attributes:
         progress: Called after each run of the solver, or `None`.
         seconds: Time for all parts [s], or `None`.
@@ -31,6 +24,9 @@ class Budget:
         begun: Start of the solution by this clock [s].
         iterations: Number of steps so far.
         solved: Number of intervals of solved parts.
+
+    Raises:
+        InputError: The budget is not positive.
     """
 
     progress: Callable[[Progress], None] | None = None
@@ -40,43 +36,20 @@ class Budget:
     iterations: int = 0
     solved: int = 0
     begun: float = field(init=False)
-    _turn: float = field(init=False, default=np.inf)
 
     def __post_init__(self) -> None:
         if self.seconds is not None:
             self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
         self.begun = self.now()
 
-    def remaining(self, *, has_motion: bool = False) -> float:
-        """Remaining time [s]: of the share if there is a motion, otherwise of the whole budget.
+    def remaining(self) -> float:
+        """Remaining time [s]; infinite without a budget."""
+        return np.inf if self.seconds is None else self.begun + self.seconds - self.now()
 
-        Args:
-            has_motion: Whether there is a motion.
-        """
-        if self.seconds is None:
-            return np.inf
-        end = self.begun + self.seconds
-        return (min(end, self._turn) if has_motion else end) - self.now()
-
-    @contextmanager
-    def part(self, intervals: int) -> Iterator[None]:
-        """Give a part its share of the remaining budget, by its intervals."""
-        before = self._turn
-        if self.seconds is not None:
-            self._turn = self.now() + self.remaining() * intervals / max(
-                self.work - self.solved, intervals
-            )
-        yield
-        self._turn = before
-        self.solved += intervals
-
-    def late(self, *, has_motion: bool) -> bool:
-        """Whether to stop: the budget has ended, or the share has ended and there is a motion.
-
-        Args:
-            has_motion: Whether there is a motion.
-        """
-        return self.remaining(has_motion=has_motion) < 0.0
+    @property
+    def is_over(self) -> bool:
+        """Whether the time has ended."""
+        return self.remaining() <= 0.0
 
     def step(
         self,

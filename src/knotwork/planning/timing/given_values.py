@@ -17,13 +17,17 @@ GIVEN_ROUNDING = 1e-12
 """Relative rounding tolerance of given values."""
 
 
+TOOL_SPEED_MARGIN = 5e-4
+"""Fraction of the limit of tool speed that a given velocity must leave to the solver."""
+
+
 def value_errors(problem: TimingProblem) -> list[TimingError]:
     """Errors of given values, in the order of waypoints.
 
     Each waypoint has the worst error of each kind.
     """
     worst: dict[tuple[str, int], TimingError] = {}
-    for kind, error in (*_beyond(problem), *_unstoppable(problem)):
+    for kind, error in (*_beyond(problem), *_beyond_tool_speed(problem), *_unstoppable(problem)):
         key = kind, error.waypoint or 0
         if key not in worst or _feasible_part(error) < _feasible_part(worst[key]):
             worst[key] = error
@@ -75,6 +79,31 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
                 f"{limits.text(float(most[k]), unit, problem.units)}{_advice(name, bound / value)}"
             )
             yield name, _fault(problem, i, k, name, value, bound, message)
+
+
+def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
+    """Velocities at which the tool is near its speed limit or above it."""
+    limit = problem.limits.tool_speed
+    if np.isinf(limit):
+        return
+    rows = np.flatnonzero(problem.velocity_known)
+    speeds = problem.arm.tool_speed(problem.position[rows], problem.velocity[rows])
+    bound = (1.0 - TOOL_SPEED_MARGIN) * limit
+    for i, speed in zip(rows.tolist(), speeds.tolist(), strict=True):
+        if speed > bound:
+            yield (
+                "tool speed",
+                TimingError(
+                    f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
+                    f"{problem.units.text(speed, 'm/s')}, and tool_speed is "
+                    f"{problem.limits.text(limit, 'm/s', problem.units)}"
+                    f"{_advice('velocity', bound / speed)}",
+                    waypoint=i,
+                    limit="tool speed",
+                    value=speed,
+                    bound=bound,
+                ),
+            )
 
 
 def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:

@@ -14,12 +14,16 @@ import numpy as np
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.planning.timing.attempts import resting_motion
-from knotwork.planning.timing.bounds import interval_bounds, least_durations, slowest
+from knotwork.planning.timing.bounds import (
+    interval_bounds,
+    min_durations,
+    slowest,
+    sufficient_duration,
+)
 from knotwork.planning.timing.given_values import GIVEN_ROUNDING, value_errors
-from knotwork.planning.timing.rounding import with_room
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
-from knotwork.units import rounded_down, rounded_up
+from knotwork.units import rounded_up
 
 NO_MOTION = "no motion was found that keeps all limits"
 
@@ -128,9 +132,7 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
             yield _short_total(problem.total, reason, shortest)
         if len(problem.position) == 2:
             problem = replace(problem, duration=np.array([problem.total]), total=None)
-    wrong = problem.duration < least_durations(problem) * (1.0 - EQUAL_DURATION)
-    for i in np.flatnonzero(~problem.free).tolist():
-        wrong[i] |= bool(_cannot_wait(problem, i))
+    wrong = problem.duration < min_durations(problem) * (1.0 - EQUAL_DURATION)
     if wrong.any():
         yield from _given_durations(problem, wrong, "", direct=direct)
 
@@ -138,21 +140,6 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
 def _short_total(total: float, reason: str, bound: float) -> TimingError:
     message = f"the motion must last {total:.6g} s; {reason}"
     return TimingError(message, limit="duration", value=total, bound=bound)
-
-
-def _cannot_wait(problem: TimingProblem, i: int) -> str:
-    """Text of why a joint can't take a given duration, because it may not stop."""
-    if problem.velocity_known[i] and problem.velocity_known[i + 1]:
-        h = problem.duration[i]
-        _, last, later = problem.possible_durations(i)
-        blocked = (h > last * (1 + EQUAL_DURATION)) & (h < later * (1 - EQUAL_DURATION))
-        for k in np.flatnonzero(blocked).tolist():
-            return (
-                f"with its velocities at both ends joint {problem.joint_names[k]!r} can't wait: it "
-                f"takes less than {rounded_down(float(last[k])):.6g} s, or, if it stops and goes "
-                f"back, more than {rounded_up(float(later[k])):.6g} s"
-            )
-    return ""
 
 
 def _given_durations(
@@ -166,19 +153,19 @@ def _given_durations(
         prefix: Beginning of the reason.
         direct: See `infeasible_values`.
     """
-    rests, least = resting_motion(with_longer(problem), "resting"), least_durations(problem)
+    rests, least = resting_motion(with_longer(problem), "resting"), min_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
     errors = []
     for i in np.flatnonzero(wrong).tolist():
         bound = float(least[i])
-        reason = _cannot_wait(problem, i) or (
+        reason = (
             f"under the limits of velocity and acceleration {slowest(problem, i)} takes more "
             f"than {rounded_up(bound):.6g} s"
         )
         if not direct:
             reason += "; without a time, the motion takes its minimum time"
         elif rests is not None:
-            bound = with_room(float(rests.knots.time[i + 1] - rests.knots.time[i]))
+            bound = sufficient_duration(float(rests.knots.time[i + 1] - rests.knots.time[i]))
             reason += f"; with {bound:.6g} s{together} there is a motion that rests"
         errors.append(
             TimingError(
@@ -203,7 +190,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     if problem.total is None:
         wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
         return _given_durations(problem, wrong, f"{NO_MOTION}; ")
-    least = with_room(float(np.where(problem.free, takes, problem.duration).sum()))
+    least = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
     if problem.total >= least:
         return []
     reason = f"{NO_MOTION}; with {least:.6g} s there is one that rests"

@@ -30,19 +30,16 @@ class Guess:
     velocity: FloatArray
 
 
-def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
-    """Make a guess of plain cubics.
+def plain_guess(problem: TimingProblem) -> Guess:
+    """An initial guess of plain cubics.
 
-    Args:
-        problem: The problem.
-        hurried: Whether joints are assumed to pass waypoints without a stop if this is allowed.
+    Joints pass waypoints without a stop where they may.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
     duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
-    if hurried:
-        short = short_durations(problem)
-        duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
+    short = short_durations(problem)
+    duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
@@ -77,8 +74,8 @@ def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
 def short_durations(problem: TimingProblem) -> FloatArray:
     """Durations that all joints can take without stopping [s], shape (n-1,).
 
-    They are the middle of the common interval. NaN if no joint has such a limit, or if there is no
-    common interval.
+    They are the middle of the common interval; NaN if no joint is limited in this way, or if
+    there is no common interval.
     """
     durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known

@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import TimingError, together
-from knotwork.planning.timing.attempts import Attempt, resting_motion, solve_section
+from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import concatenate_curves, concatenate_knots
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
-from knotwork.planning.timing.objective_terms import objective_value, terms
+from knotwork.planning.timing.robot_limits import effort_integral
 from knotwork.planning.timing.timed_motion import Binding, Progress, Status, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
 from knotwork.spline.polynomial import PiecewisePolynomial
@@ -48,9 +48,9 @@ def solve(
     """Minimise the objective of a problem over its unknowns, within all limits.
 
     Sections between waypoints with known velocity and acceleration are independent and solved
-    separately; a section of more than 24 intervals is solved in windows of 8, each with 4 intervals
-    ahead of it. The optimum is local: the solver (IPOPT) starts from one or two plain cubics. If
-    none converges, the arm comes to rest in each interval.
+    separately. A section of more than 24 intervals is solved in windows of 8, each with the 4
+    following intervals. The optimum is local: the solver (IPOPT) starts from plain cubics. If it
+    does not converge, the arm comes to rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
@@ -114,7 +114,7 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
         attempt = solve_windows(section, budget)
         if attempt is not None:
             attempts.append(attempt)
-        elif budget.late(has_motion=False):
+        elif budget.is_over:
             message = (
                 "no motion that keeps every limit was found within the budget of "
                 f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
@@ -165,7 +165,7 @@ def timed_motion(
         planner=planner,
         waypoint_times=time,
     )
-    binding, objective = binding_limits(problem, time, curve), terms(problem, curve)
+    binding, objective = binding_limits(problem, time, curve), _terms(problem, curve)
     return TimedMotion(trajectory, time, velocity, acceleration, least, status, binding, objective)
 
 
@@ -192,8 +192,9 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
-        with budget.part(last):
-            return solve_section(problem, budget)
+        attempt = solve_section(problem, budget)
+        budget.solved += last
+        return attempt
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
     windows: list[Attempt] = []
@@ -206,26 +207,38 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
         )
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if end == last else WINDOW_INTERVALS
-        with budget.part(count):
-            attempt = solve_section(part_of(start_known, first, end), budget)
-        if attempt is None:
-            # the start state may be the reason
-            budget.solved -= first + count
-            with budget.part(last):
-                return solve_section(problem, budget)
+        attempt = solve_section(part_of(start_known, first, end), budget)
+        if attempt is None or attempt.status == "resting":  # the start state may be the reason
+            budget.solved += last - first
+            return solve_section(problem, budget)
+        budget.solved += count
         windows.append(replace(attempt, knots=attempt.knots.first_intervals(count)))
         knots = windows[-1].knots
         first += count
         velocity[first], along[first] = knots.velocity[-1], False
         acceleration[first] = knots.acceleration[-1, -1]
     knots = concatenate_knots([attempt.knots for attempt in windows])
-    status = status_of(attempt.status for attempt in windows)
-    attempt = Attempt(knots, status)
-    # one motion with rests may be much faster than those of the windows
-    rests = resting_motion(problem, status) if status != "optimal" else None
-    if rests is None:
-        return attempt
-    return min((attempt, rests), key=lambda attempt: objective_value(problem, attempt.knots.curve))
+    return Attempt(knots, status_of(attempt.status for attempt in windows))
+
+
+def _terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+    """Unweighted values by name: the time, and the other terms with a weight.
+
+    The integrals run over the motion and are summed over the joints.
+    """
+    objective, span = problem.objective, np.diff(curve.x)[:, None]
+    values = {"time": float(curve.x[-1] - curve.x[0])}
+    if objective.jerk:
+        values["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
+    if objective.acceleration:
+        start = 2.0 * curve.c[1]
+        end = start + 6.0 * curve.c[0] * span
+        values["acceleration"] = float(
+            np.sum((start * start + start * end + end * end) * span) / 3.0
+        )
+    if objective.effort:
+        values["effort"] = effort_integral(problem, curve)
+    return values
 
 
 def binding_limits(

@@ -26,8 +26,8 @@ class Binding:
         joint: Name of the joint; empty for the tool.
         quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
             `"tool speed"`; for a speed along a path also other bounds.
-        share: Fraction of the interval's duration in which the limit is active; 0 if a peak only
-            comes close; `None` for a bound on a constant speed along a path.
+        share: Fraction of the interval's duration in which the limit is active. It is 0 if a peak
+            is only near the limit, and `None` for a bound on a constant speed along a path.
     """
 
     start: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -77,7 +76,10 @@ class TimingLimits(ReadOnlyArrays):
         >>> TimingLimits([1.8], margin=0.9).text(1.8, "rad/s", SI)
         '1.8 rad/s, 0.9 of 2 rad/s (margin)'
         """
-        return with_margin(lambda value: units.text(value, unit), limit, self.margin)
+        shown = units.text(limit, unit)
+        if self.margin == 1.0:
+            return shown
+        return f"{shown}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
 
     @property
     def margin_note(self) -> str:
@@ -232,11 +234,12 @@ class TimingProblem(ReadOnlyArrays):
 
     def _check_times(self) -> None:
         wrong = np.flatnonzero(~np.isnan(self.duration) & ~(self.duration > 0.0))
-        for i in wrong[:1]:
+        if wrong.size:
+            i = int(wrong[0])
             raise WaypointDataError(
                 f"the duration from {self.names[i]!r} to {self.names[i + 1]!r} is "
                 f"{self.duration[i]:g} s; give a positive number, or NaN to have it chosen",
-                waypoint=int(i),
+                waypoint=i,
                 value=float(self.duration[i]),
             )
         if not (self.at_least >= 0.0).all() or not np.isfinite(self.at_least).all():
@@ -282,17 +285,6 @@ class TimingProblem(ReadOnlyArrays):
     def acceleration_known(self) -> BoolArray:
         """Whether the acceleration at each waypoint is given, shape (n,)."""
         return np.asarray(~np.isnan(self.acceleration).any(axis=1))
-
-
-def with_margin(text: Callable[[float], str], limit: float, margin: float) -> str:
-    """Text of a limit with its value before the margin.
-
-    >>> with_margin("{:g} m/s".format, 1.8, 0.9)
-    '1.8 m/s, 0.9 of 2 m/s (margin)'
-    """
-    if margin == 1.0:
-        return text(limit)
-    return f"{text(limit)}, {margin:g} of {text(limit / margin)} (margin)"
 
 
 def _numbers(values: ArrayLike | None, shape: tuple[int, ...], name: str, default: Any) -> Any:

@@ -82,19 +82,19 @@ class NoClearMotionError(Exception):
     """No collision-free motion was found. This does not prove that none exists.
 
     Attributes:
-        end: `"start"`, `"goal"` or the number of a waypoint where the arm collides, or can't come
-            to rest along its velocity without a collision; empty if all are collision-free.
+        waypoint: Index of the waypoint where the arm collides, or can't come to rest along its
+            velocity without a collision, -1 for the goal; `None` if all are collision-free.
         bodies: Names of the two colliding bodies.
         depth: Violation of the margin [m], or of the joint's position limit [rad or m].
         moving: Whether the motion to rest collides.
         joint: Index of the joint that exceeds its position limit before the arm is at rest.
         checks: Number of configurations checked.
-        solutions: Number of solutions of the end, all of which collide.
+        solutions: Number of solutions of the waypoint, all of which collide.
     """
 
     def __init__(
         self,
-        end: str = "",
+        waypoint: int | None = None,
         bodies: tuple[str, str] = ("", ""),
         depth: float = 0.0,
         moving: bool = False,
@@ -103,5 +103,5 @@ class NoClearMotionError(Exception):
         solutions: int = 1,
     ) -> None:
         super().__init__()
-        self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
+        self.waypoint, self.bodies, self.depth, self.moving = waypoint, bodies, depth, moving
         self.joint, self.checks, self.solutions = joint, checks, solutions

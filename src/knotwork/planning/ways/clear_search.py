@@ -148,10 +148,10 @@ class _ClearSearch:
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits, problem.loaded_robot)
         self.inner = timing.position[1:-1]
-        starts = self._free("start", problem.starts)
+        starts = self._free(0, problem.starts)
         for k, q in enumerate(self.inner, 1):
-            self._free(f"{k}", q[None])
-        self.ends = [starts, self._free("goal", problem.goals)]
+            self._free(k, q[None])
+        self.ends = [starts, self._free(-1, problem.goals)]
         # motions to rest after the start and from rest to the goal, if these are not at rest
         self.runs = [self._run_to_rest(k, self.ends[k][0]) for k in (0, -1)]
         self.stage = 0
@@ -166,12 +166,12 @@ class _ClearSearch:
             goals if after is None else after(after.x[:1]),
         ]
 
-    def _free(self, end: str, ends: FloatArray) -> FloatArray:
-        """Select the collision-free solutions of an end."""
+    def _free(self, waypoint: int, ends: FloatArray) -> FloatArray:
+        """Select the collision-free solutions of a waypoint."""
         clear = self.space.select_free(ends)
         if not len(clear):
             gap, bodies = self.space.worst(ends[0])
-            raise NoClearMotionError(end, bodies, -gap, solutions=len(ends))
+            raise NoClearMotionError(waypoint, bodies, -gap, solutions=len(ends))
         return clear
 
     def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
@@ -184,7 +184,7 @@ class _ClearSearch:
         v, a = timing.velocity[k] * (-1.0 if k else 1.0), timing.acceleration[k]
         if not v.any() and not a.any():
             return None
-        limits, end, errors = timing.limits, "goal" if k else "start", []
+        limits, errors = timing.limits, []
 
         def stops() -> Iterator[PiecewisePolynomial]:
             for part in BRAKING_SHARES:
@@ -193,23 +193,23 @@ class _ClearSearch:
                 yield stop
 
         for run in stops():
-            error = self._obstruction(end, run)
+            error = self._obstruction(k, run)
             if error is None:
                 return reverse(run) if k else run
             errors.append(error)
         raise errors[0]
 
-    def _obstruction(self, end: str, run: PiecewisePolynomial) -> NoClearMotionError | None:
-        """Obstruction of a motion from an end to rest."""
+    def _obstruction(self, k: int, run: PiecewisePolynomial) -> NoClearMotionError | None:
+        """Obstruction of a motion from the start (k = 0) or the goal (-1) to rest."""
         reached = run.extrema(0)
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
-            return NoClearMotionError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+            return NoClearMotionError(k, depth=float(beyond.max()), joint=int(beyond.argmax()))
         hits = contacts_of(self.problem.model, run, self.problem.resolution)
         if hits:
             hit = max(hits, key=lambda hit: hit.margin - hit.distance)
             depth = max(hit.margin - hit.distance, 0.0)
-            return NoClearMotionError(end, (hit.first.name, hit.second.name), depth, moving=True)
+            return NoClearMotionError(k, (hit.first.name, hit.second.name), depth, moving=True)
         return None if keeps_limits(self.problem.timing, run) else NoClearMotionError()
 
     def _is_clear(self, line: FloatArray) -> bool:

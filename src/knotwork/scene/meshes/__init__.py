@@ -1,1 +1,1 @@
-"""Mesh files: triangles with the colours of their materials; nothing here draws."""
+"""Mesh files: triangles with the colours of their materials. This package does not draw."""

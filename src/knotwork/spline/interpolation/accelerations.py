@@ -1,9 +1,9 @@
 """Accelerations at the waypoints with continuous jerk: one tridiagonal system.
 
 Take an interval of length h between two waypoints with positions y0, y1, velocities v0, v1 and
-accelerations a0, a1, and its two knots a time p h after the one and b h before the other. Position
-and velocity at the far end determine the accelerations at the knots. With q = 1 - b, s = (y1 - y0)
-/ h:
+accelerations a0, a1. Its two knots are the time p h after the first waypoint and b h before the
+second. Position and velocity at the far end determine the accelerations at the knots. With q = 1 -
+b, s = (y1 - y0) / h:
 
     A = -p (1 + q)/q a0 + (1 - p) b/q a1 + [6 s - 2 (1 + p + q) v0 - 2 (1 - p + b) v1] / (h q)
     B = p q/(1 - p) a0 - b (2 - p)/(1 - p) a1

@@ -77,9 +77,9 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
 def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
     """Make a C1 smooth curve of degree two that stops at each waypoint.
 
-    In an interval of length h in which joint j moves by D_j, all joints accelerate evenly for the
-    time τ, keep their speed, and decelerate evenly for τ, as point-to-point commands of controllers
-    do, in phase:
+    In an interval of length h joint j moves by D_j. All joints accelerate evenly for the time τ,
+    keep their speed, and decelerate evenly for τ. This is in phase, as in point-to-point commands
+    of controllers:
 
         speed V_j = D_j / (h - τ),    acceleration A_j = D_j / (τ (h - τ)).
 

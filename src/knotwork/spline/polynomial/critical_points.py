@@ -124,9 +124,11 @@ def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
     high = np.concatenate((cuts, np.ones((1, *cuts.shape[1:]))))
     at_low, at_high = horner(c, low), horner(c, high)
     point = np.where(np.abs(at_low) <= np.abs(at_high), low, high)
-    held = np.sign(at_low) * np.sign(at_high) < 0.0
-    columns = np.broadcast_to(c[:, None], (len(c), *low.shape))[:, held]
-    point[held] = _newton(columns, low[held], high[held], at_high[held] > 0.0)
+    is_bracketed = np.sign(at_low) * np.sign(at_high) < 0.0
+    columns = np.broadcast_to(c[:, None], (len(c), *low.shape))[:, is_bracketed]
+    point[is_bracketed] = _newton(
+        columns, low[is_bracketed], high[is_bracketed], at_high[is_bracketed] > 0.0
+    )
     return point
 
 

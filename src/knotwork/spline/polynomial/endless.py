@@ -15,7 +15,7 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class EndlessCurve:
-    """A motion known at all times.
+    """A motion that is defined at all times.
 
     Attributes:
         curve: Positions, trailing shape (e,).

@@ -12,10 +12,10 @@ from knotwork.waypoints import FloatArray
 def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -> FloatArray:
     """Coefficients of the polynomials that take given derivatives 0 … k-1 at both ends.
 
-    With s = (t - t0)/h from 0 to 1, a piece is p(s) = D(s) + s^k Q(s): D is its Taylor polynomial
-    at s = 0, and Q, of degree k - 1, removes the residual of D at s = 1. If the residual has the
-    Taylor coefficients R_i there, Q is the truncated series of s^-k (sum over i of R_i (s - 1)^i)
-    about s = 1. Two cases of it are Eqs. (5), (6), with k = 2, and Eqs. (7), (8), with k = 3.
+    With s = (t - t0)/h from 0 to 1, a piece is p(s) = D(s) + s^k Q(s). D is its Taylor polynomial
+    at s = 0. Q, of degree k - 1, removes the residual of D at s = 1. If the residual has the Taylor
+    coefficients R_i there, Q is the truncated series of s^-k (sum over i of R_i (s - 1)^i) about s
+    = 1. Two cases of it are Eqs. (5), (6), with k = 2, and Eqs. (7), (8), with k = 3.
 
     Args:
         t: Times, shape (n,).

@@ -140,12 +140,12 @@ class _StopProgram:
         # the rate stays within [0, 1], and its slope in the trust region
         now = 1.0 + rate @ bend
         hard = np.pad(np.concatenate((rate, -rate, change, -change)), ((0, 0), (0, 1)))
-        most = np.concatenate((1.0 - now, now, np.full(2 * len(now), SLOPE_CHANGE * region)))
+        hard_bound = np.concatenate((1.0 - now, now, np.full(2 * len(now), SLOPE_CHANGE * region)))
         excess = np.append(np.ones(len(soft)), np.zeros(len(hard)))
         solution = linprog(
             [*np.zeros(STOP_PARTS), 1.0 / guess, EXCESS_PENALTY],
             A_ub=np.column_stack((np.concatenate((soft, hard)), -excess)),
-            b_ub=np.append(bound, most),
+            b_ub=np.append(bound, hard_bound),
             A_eq=np.pad(np.stack((rate[-1], change[-1])), ((0, 0), (0, 2))),
             b_eq=[-now[-1], -change[-1] @ bend],
             bounds=[(None, None)] * STOP_PARTS + [(-region * length, region * length), (0.0, None)],

@@ -99,22 +99,24 @@ def stop_on_path(
         tolerance: Maximum deviation of a joint from the path [rad or m].
 
     Returns:
-        The clock, which is the time of the curve over the time since the start of the stop [s], and
-        the motion; `None` if no such stop keeps the limits before the curve ends.
+        The clock and the motion; `None` if no such stop keeps the limits before the curve ends. The
+        clock is the time of the curve over the time since the start of the stop [s].
     """
     rest_time = first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
-    tried = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
+    later_starts = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
         :MOST_LATER_STARTS
     ]
-    for begin in (at, *tried.tolist()):
-        least = _least_duration(curve, begin, acceleration, jerk)
-        if begin - at + least >= (1.0 - MINIMUM_GAIN) * best:
+    for begin in (at, *later_starts.tolist()):
+        min_duration = _min_duration(curve, begin, acceleration, jerk)
+        if begin - at + min_duration >= (1.0 - MINIMUM_GAIN) * best:
             continue
         for share in LIMIT_SHARES:
             limits = share * acceleration, share * jerk
-            clock = shortest_stop(curve, begin, end, min(DURATION_GUESS * least, best), *limits)
+            clock = shortest_stop(
+                curve, begin, end, min(DURATION_GUESS * min_duration, best), *limits
+            )
             if clock is None or begin - at + clock.x[-1] >= best:
                 break
             clock = _start_earlier(clock, at, begin)
@@ -138,7 +140,7 @@ def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
     return None if moves.all() else float(times[np.argmin(moves)])
 
 
-def _least_duration(
+def _min_duration(
     curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
 ) -> float:
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""

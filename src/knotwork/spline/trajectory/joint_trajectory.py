@@ -262,7 +262,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """
         return self.polynomial(t, 3)
 
-    def sample(self, rate: float, *, most: int = MAX_SAMPLES) -> Samples:
+    def sample(self, rate: float, *, max_samples: int = MAX_SAMPLES) -> Samples:
         """Sample the trajectory at a fixed rate, including its start and its end.
 
         The samples are 1/rate apart, from the start on. The last one is exactly at the end time, so
@@ -270,7 +270,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
         Args:
             rate: Samples per second [Hz].
-            most: Maximum number of samples.
+            max_samples: Maximum number of samples.
 
         Raises:
             InputError: The rate is not positive and finite, gives too many samples, or a period
@@ -281,7 +281,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         >>> samples.time, samples.velocity.shape
         (array([0.  , 0.25, 0.5 , 0.75, 1.  ]), (5, 1))
         """
-        time = sample_times(self.start_time, self.end_time, rate, most)
+        time = sample_times(self.start_time, self.end_time, rate, max_samples)
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
 
     def extrema(self, quantity: int | str = 0) -> Extrema:

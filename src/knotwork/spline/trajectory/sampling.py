@@ -49,15 +49,18 @@ class Samples(Knots):
     jerk: FloatArray
 
 
-def sample_times(start: float, end: float, rate: float, most: int = MAX_SAMPLES) -> FloatArray:
+def sample_times(
+    start: float, end: float, rate: float, max_samples: int = MAX_SAMPLES
+) -> FloatArray:
     """Times 1/rate apart from the start on, and the end; see `JointTrajectory.sample`."""
     rate = finite_number(rate, "the sample rate", "Hz", positive=True)
     duration = end - start
     periods = duration * rate
-    if periods > most - 1:
+    if periods > max_samples - 1:
+        max_rate = 0.999 * (max_samples - 1) / duration
         raise InputError(
             f"a rate of {rate:g} Hz over {duration:g} s gives {periods:.3g} samples; at most "
-            f"{most} are taken: a rate up to {0.999 * (most - 1) / duration:.4g} Hz is accepted"
+            f"{max_samples} are taken: a rate up to {max_rate:.4g} Hz is accepted"
         )
     resolution = math.ulp(max(abs(start), abs(end)))
     if periods > 1.0 and 1.0 / rate < LEAST_PERIOD * resolution:

@@ -97,8 +97,8 @@ def upper_bounds(
         quantity: The quantity.
         limits: Upper limits, shape (c,); infinite for none.
         precision: Function from the largest samples and the largest bounds of |g|, shape (c,) each,
-            to the required tightness of the bound where no limit decides, shape (c,); by default a
-            fraction of the limit, or of the samples if they are larger.
+            to the required tightness of the bound where no limit decides, shape (c,). By default
+            the tightness is a fraction of the limit, or of the samples if they are larger.
         budget: Maximum evaluations after the first division, spent where the bounds are worst; the
             usual budget grows with the number of pieces.
     """

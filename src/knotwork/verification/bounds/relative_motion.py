@@ -4,8 +4,8 @@ Only the joints between two solids count, those that carry one of them and not t
 the maximum speed of a point of a solid for a unit velocity of joint i, a solid moves by at most Σᵢ
 |Δqᵢ| lᵢ (`RelativeMotion.largest`).
 
-Along a fixed direction n the velocity of a point is n·v at the middle of the interval, a linear
-function of the point, and it changes at most at the rate of the acceleration,
+Along a fixed direction n the velocity of a point at the middle of the interval is n·v, a linear
+function of the point. It changes at most at the rate of the acceleration,
 
     Σᵢ |q̈ᵢ| lᵢ + |q̇ᵢ| (|q̇ᵢ| + 2 Σⱼ |q̇ⱼ|) lᵢ,    j nearer to the base than i,
 

@@ -2,10 +2,10 @@
 
 At each sample the nearest point of the path is found, on the branch of the previous sample. Between
 two samples the tool is compared with a point that moves along the path from one to the other, so
-that the progress s(t) is continuous. The difference g(t) is within h²/8 · max |g''| of its chord,
-and |g''| is at most the sum of the tool's acceleration, bounded by the chain of joints, and of the
-point's, bounded by the curvature of the path. Orientations are compared as matrices: at an angle φ
-they differ by √8 sin(φ/2) in the Frobenius norm.
+that the progress s(t) is continuous. The difference g(t) is within h²/8 · max |g''| of its chord.
+|g''| is at most the sum of two accelerations: that of the tool, bounded by the chain of joints, and
+that of the point, bounded by the curvature of the path. Orientations are compared as matrices: at
+an angle φ they differ by √8 sin(φ/2) in the Frobenius norm.
 """
 
 from __future__ import annotations

@@ -90,8 +90,8 @@ class Alignment:
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     """Find the time shift between a log and its plan, and convert the log to the plan's time.
 
-    The log is compared with the plan at every shift, in steps of its sample period; then the best
-    shift is improved by least squares between all samples and the plan's polynomials. Before and
+    The log is compared with the plan at every shift, in steps of its sample period. Then least
+    squares between all samples and the polynomials of the plan improve the best shift. Before and
     after its time the plan is at rest. If there are delays within the log, the shift is that of its
     beginning.
 

@@ -6,10 +6,10 @@ the five values and from errors of their times. With independent errors its vari
 
     (1 + sum w²) (σ² + v² τ²)
 
-for the weights w of the neighbours, the noise σ of the joint, its velocity v and the jitter τ of
-the time stamps, which all joints share. σ and τ are found by non-negative least squares from the
-median sizes over the samples of each joint, in groups of like speed, so that jumps and wrong
-samples hardly count. σ is at least the rounding error, the last digit divided by √12.
+where w are the weights of the neighbours, σ is the noise of the joint, v its velocity, and τ the
+jitter of the time stamps, which all joints share. Non-negative least squares find σ and τ from the
+median sizes of the samples of each joint, in groups of similar speed. So jumps and wrong samples
+hardly count. σ is at least the rounding error, the last digit divided by √12.
 """
 
 from __future__ import annotations

@@ -144,8 +144,8 @@ def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit, tuple[tuple[floa
 def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
     """Intervals in which the curve misses the samples, from residuals relative to the noise.
 
-    There the mean square is too large, of one joint or of all, or the residuals have the
-    same sign from sample to sample; each by this many standard deviations of white noise.
+    There the mean square of one joint or of all joints is too large, or successive residuals have
+    the same sign too often. Each is measured in standard deviations of white noise.
     """
     sizes, joints = np.diff(cuts), shares.shape[1]
     means = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]
