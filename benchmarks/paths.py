@@ -32,7 +32,8 @@ import results
 from knotwork.kinematics.following.continuation import accelerations, continue_along
 from knotwork.tool_paths import TimedPath, ToolPath
 from knotwork.units import readable
-from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
+from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.stretch_bounds import path_bounds
 from knotwork.view import save_figure
 from knotwork.view.style import DARK, colour, dashes
 from results import Table

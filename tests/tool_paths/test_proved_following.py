@@ -11,7 +11,8 @@ import pytest
 import knotwork as kw
 from judged import judged, judged_along
 from knotwork.errors import PathError
-from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
+from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.stretch_bounds import path_bounds
 from seams import ON, task
 from sweeps import first_of
 

@@ -15,7 +15,8 @@ import seams
 from judged import judged
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divide, path_bounds
+from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.stretch_bounds import PathBound, _divide, path_bounds
 from sweeps import examples
 
 

@@ -48,7 +48,7 @@ class Draft:
         self._lock = threading.RLock()
 
     def document(self) -> Document:
-        """The data of the text, with places.
+        """The data of the text, with locations.
 
         Raises:
             DocumentError: The text is not YAML.
@@ -160,7 +160,7 @@ def _parse(text: str, file: Path) -> Document:
 def build(data: Any) -> str:
     """A short digest of a text's structure, without its numbers.
 
-    Names and places in one text are valid in any other with the same structure.
+    Names and locations in one text are valid in any other with the same structure.
     """
     words = json.dumps(_numberless(data), default=str)
     return hashlib.sha256(words.encode()).hexdigest()[:16]

@@ -113,7 +113,7 @@ class UnknownNameError(InputError):
     cubics ('modified-hermite', 'cubic')
 
     Attributes:
-        kind: Kind of the named thing, for example `"robot"` or `"joint"`.
+        kind: Kind of the named object, for example `"robot"` or `"joint"`.
         name: The given name.
         available: The accepted names.
     """

@@ -20,6 +20,7 @@ from knotwork.waypoints import FloatArray
 DEGREES = 180.0 / math.pi
 
 
+@np.errstate(over="ignore", invalid="ignore")  # refused with a reason
 def to_pvt(
     motion: JointTrajectory | Points,
     *,
@@ -33,9 +34,7 @@ def to_pvt(
 
     A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
 
-    >>> import knotwork as kw
-    >>> text = to_pvt(kw.plan("paper_case").trajectory, degrees=True)
-    >>> text.splitlines()[4]
+    >>> to_pvt(kw.plan("paper_case").trajectory, degrees=True).splitlines()[4]
     'time_from_start_s,joint_1.position_deg,joint_1.velocity_deg_per_s'
 
     Args:
@@ -44,8 +43,7 @@ def to_pvt(
         scale: Drive units per rad (deg, m) by joint name, not 0; 1 for joints left out.
         offset: Position of the drive at joint position 0, by joint name; 0 for joints left out.
         incremental: Give times since the previous row instead of since the start.
-        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
-            the knots must define it exactly.
+        fit: Tolerance [rad or m], met by inserted points; by default the knots must be exact.
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`.
@@ -57,8 +55,9 @@ def to_pvt(
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
     time = np.asarray(trajectory.breaks - trajectory.start_time)
-    since = "the previous row" if incremental else "the start"
-    columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
+    columns, since = {"time_from_start_s": time}, "the start"
+    if incremental:
+        columns, since = {"time_step_s": increments(time)}, "the previous row"
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
         f"{points.describe()}.",
@@ -66,22 +65,21 @@ def to_pvt(
     ]
     for i, name in enumerate(trajectory.joint_names):
         factor, shift, unit = factors[i], shifts[i], trajectory.joint_units[i]
-        if unit == "rad" and degrees:
-            unit = "deg"
-        per = factor * (DEGREES if unit == "deg" else 1.0)
-        with np.errstate(all="ignore"):
-            position = knots.position[:, i] * per + shift
-            velocity = knots.velocity[:, i] * per
+        per = factor
+        if degrees and unit == "rad":
+            unit, per = "deg", factor * DEGREES
+        position, velocity = knots.position[:, i] * per + shift, knots.velocity[:, i] * per
         if not np.isfinite([position, velocity]).all():
             raise InputError(f"scale of joint {name!r} is {factor!r}, which exceeds all numbers")
         is_joint_unit = factor == 1.0 and shift == 0.0
         label = unit if is_joint_unit else "drive"
         columns[f"{name}.position_{label}"] = position
         columns[f"{name}.velocity_{label}_per_s"] = velocity
-        text = f"joint {name!r} [{unit}], velocity [{unit}/s]"
-        if not is_joint_unit:
-            text += f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
-        about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
+        drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
+        about.append(
+            f"Columns {2 * i + 2}, {2 * i + 3}: position of joint {name!r} [{unit}], velocity "
+            f"[{unit}/s]{'' if is_joint_unit else drive}."
+        )
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)
 
 

@@ -63,7 +63,7 @@ class CheckedMotion(NamedTuple):
 
 
 class _Executed(NamedTuple):
-    """A task, or a part of it, that is executed in another way.
+    """A task, or a part of it, with another timing or path.
 
     Attributes:
         planned: The task and its planned motion.

@@ -51,8 +51,8 @@ def scene_from(
 ) -> Task:
     """The task with its scene from a time on, which becomes time 0.
 
-    Objects held at that time are held from the first waypoint on. Objects released before or
-    taken later belong to the scene. Moving frames and robots continue.
+    Objects that are held at that time are held from the first waypoint on. Objects released before
+    or taken later belong to the scene. Moving frames and robots continue.
 
     Args:
         scenario: The scenario of the motion.

@@ -30,7 +30,7 @@ ATTEMPTS = sorted(
     product((1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)),
     key=lambda attempt: 20.0 * (1.0 - attempt[0]) + attempt[1],
 )
-"""Maximum overrides, and factors of the durations of changes, tried where limits are exceeded.
+"""Candidates where limits are exceeded: maximum overrides, and factors on the durations of changes.
 
 A lower override counts more than a slower change of it.
 """

@@ -30,7 +30,7 @@ class Carriers:
 
     Args:
         file: Content of the file, in SI.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         frames: Its frames.
         frame: Function of a waypoint's index that gives the name of its pose's frame.
     """

@@ -35,7 +35,7 @@ class EventReader:
 
     Attributes:
         file: Content of the file, in SI.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         units: Units of the file, for errors.
         waypoints, paths, index: Waypoints, paths and indices of the scenario.
     """

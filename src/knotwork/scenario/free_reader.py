@@ -83,7 +83,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
 
     Args:
         file: Content of the file.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         index: Index in the file of each waypoint of the scenario; -1 for the start.
 
     Raises:

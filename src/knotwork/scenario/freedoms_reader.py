@@ -22,7 +22,7 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
 
     Args:
         file: Content of the file, in SI.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         normals: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:
@@ -153,7 +153,7 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
     Args:
         path: A path; its first waypoint is the file's.
         freedoms: Freedom at all waypoints.
-        places: Places in the file, for errors.
+        places: Locations in the file, for errors.
 
     Raises:
         DocumentError: The freedom changes along the path, includes the position, or the path begins

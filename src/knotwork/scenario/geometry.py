@@ -46,7 +46,7 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
 
     Args:
         placement: Placement as given in the file, in SI.
-        places: Places in the file, for errors.
+        places: Locations in the file, for errors.
         location: Location of the placement.
 
     Raises:
@@ -119,7 +119,7 @@ class Frames:
 
     Args:
         frames: Frames as given in the file, in SI.
-        places: Places in the file, for errors.
+        places: Locations in the file, for errors.
 
     Attributes:
         moving: Motion of each frame.
@@ -192,7 +192,7 @@ def move_frame(
     Args:
         frame: The frame without its own motion.
         motion: Its motion, in SI.
-        places: Places in the file, for errors.
+        places: Locations in the file, for errors.
         place: Location of the motion.
 
     Raises:

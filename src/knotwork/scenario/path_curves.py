@@ -49,7 +49,7 @@ class PathCurves:
 
     Attributes:
         file: Content of the file, in SI.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         length: The file's unit of length [m].
         frames: Placement of the frame of each waypoint's path, by index.
         axes: Axes of the orientations of each waypoint's path, shape (3, 3), by index.

@@ -63,7 +63,7 @@ class PathReader:
             start: Start time [s].
 
         Raises:
-            DocumentError: The path can't be made as given.
+            DocumentError: The path is infeasible as given.
         """
         steps = self.curves.file.waypoints
         if first not in self.curves.poses:

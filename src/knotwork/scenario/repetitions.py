@@ -30,10 +30,11 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
 
     Args:
         task: The task, in its own units.
-        places: Places of its parts in the file, for errors.
+        places: Locations of its parts in the file, for errors.
 
     Returns:
-        The task without repeats, and the places of its parts: for a repetition, that of the block.
+        The task without repeats, and the locations of its parts: for a repetition, that of the
+        block.
 
     Raises:
         DocumentError: The locations of a block are wrong, or a name is not unique.

@@ -58,7 +58,7 @@ def resolve_task(
 
     Args:
         task: The task, in its own units.
-        places: Places of its parts in its file, for messages.
+        places: Locations of its parts in its file, for messages.
         expected: Expected times of waypoints with a chosen time [s], by their index
             in the task.
 
@@ -70,7 +70,7 @@ def resolve_task(
 
 
 class _Resolver:
-    """Resolves a task; the steps share its units, frames and places."""
+    """Resolver of a task. The steps share its units, frames and locations."""
 
     def __init__(self, task: PlainTask, places: Places, expected: Mapping[int, float]) -> None:
         self.task, self.places = task, places

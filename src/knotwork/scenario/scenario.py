@@ -40,7 +40,7 @@ class JointTarget:
         joints: Joint positions by name, or the name of a configuration, in the task's units.
         velocity: Joint velocities by name, in the task's units; none at rest.
         location: Location of the joint positions in the task.
-        where: Place of the waypoint's definition, for messages.
+        where: Location of the waypoint's definition, for messages.
 
     >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
@@ -152,7 +152,7 @@ class Scenario:
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and rules of the collision check.
         source: Its file, or `None`.
-        places: Places of its parts in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         under_way: The motion that it continues, and the time in it [s], or `None`.
 
     >>> from knotwork import load_scenario
@@ -197,7 +197,7 @@ class Scenario:
             raise
 
     def where(self, *location: str | int) -> str:
-        """Place of a field for messages, with file and line where known.
+        """Location of a field for messages, with file and line where known.
 
         Args:
             location: Keys and indices of the field.

@@ -102,7 +102,7 @@ def neighbours_twist(
 
     Args:
         file: Content of the file, in SI.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         i: Index of the waypoint.
         speed: Speed of the TCP [m/s].
         poses: Poses of all waypoints that have one.

@@ -42,7 +42,7 @@ class WaypointReader:
 
     Args:
         file: Content of the file, in SI but for joint values.
-        places: Its places in the file, for errors.
+        places: Locations of its parts in the file, for errors.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
         expected: Expected times of waypoints with a chosen time [s], by index.

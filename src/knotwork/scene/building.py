@@ -200,7 +200,7 @@ class _Builder:
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
-        """Links, tool and held objects of another robot, moving with it."""
+        """Links, tool and held objects of another robot, which move with it."""
         robot = self.robot
         try:
             motion = other_motion(placed)

@@ -15,7 +15,7 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 MAX_COAL_POINTS = 1000
-"""Largest number of points whose hull is made by Coal: it takes minutes for 20,000."""
+"""Maximum number of points of a hull by Coal, which takes minutes for 20,000 points."""
 MAX_NEIGHBOURS = 250
 """Largest number of neighbours of a corner."""
 WIDTHS = np.geomspace(1e-6, 1e-3, 16)
@@ -34,7 +34,7 @@ def convex_hull(points: FloatArray) -> Any:
     inside.
 
     Raises:
-        InputError: The hull can't be made.
+        InputError: The points have no hull.
     """
     points = points[np.lexsort(points.T)]
     points = points[np.append(True, np.any(points[1:] != points[:-1], axis=1))]

@@ -1,4 +1,4 @@
-"""Waypoints that are repeated at several places."""
+"""Waypoints that are repeated at several locations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from knotwork.task.task_waypoints import (
 
 
 class PlacesFile(TaskPart):
-    """Places in a CSV file."""
+    """Locations in a CSV file."""
 
     file: Text = required(
         "Path of a CSV file, relative to this file, with the columns x, y, z, and "
@@ -33,7 +33,7 @@ class PlacesFile(TaskPart):
 
 
 class Repeat(TaskPart):
-    """Waypoints that are repeated, once at each place."""
+    """Waypoints that are repeated, once at each location."""
 
     over: Annotated[
         Text

@@ -51,7 +51,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """Run of a task, or of a part of it, with another clock.
+    """Execution of a task, or of a part of it, with another clock.
 
     Attributes:
         clock: Time of the task over that of the motion [s].

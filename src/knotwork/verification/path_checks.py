@@ -15,11 +15,8 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.units import Units
-    from knotwork.verification.bounds.stretch_bounds import (
-        PathBound,
-        PathLimits,
-        StretchBounds,
-    )
+    from knotwork.verification.bounds.path_criteria import PathLimits
+    from knotwork.verification.bounds.stretch_bounds import PathBound, StretchBounds
 
 TOOL_PATHS = "Tool paths"
 POSE_TOLERANCE = 1e-9
@@ -34,10 +31,10 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 def path_geometry(
     motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
 ) -> Iterator[Finding]:
-    """Compare the tool with the paths of the scenario at any speed: its places, turns and progress.
+    """Compare the tool with the paths of the scenario at any speed: positions, turns and progress.
 
     Args:
-        motion: A motion that runs the task, or a part of it, with another clock.
+        motion: A motion that executes the task, or a part of it, with another clock.
         scenario: The task, with its own times.
         space: The joints and their robot.
         execution: The clock of the motion.
@@ -154,7 +151,8 @@ def _follow_from(
     turn: float,
 ) -> list[_FollowedStretch]:
     """Bounds on each stretch, the first of which begins at about a turn [rad]."""
-    from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
+    from knotwork.verification.bounds.path_criteria import PathLimits
+    from knotwork.verification.bounds.stretch_bounds import path_bounds
 
     allowed, followed = scenario.si.tolerances, []
     clock = None if execution is None else execution.clock

@@ -42,9 +42,10 @@ def plot_joints(
 ) -> Figure:
     """Draw joint motions over time, one row of panels per quantity.
 
-    Joints of one motion share a panel, with the limits of the joint nearest to its own.
-    Several motions of at most three joints have one column per joint, else one per motion. Jumps,
-    waypoints and knots are marked, and the parts of curves whose exact extrema exceed a limit.
+    Joints of one motion share a panel, with the limits of the joint nearest to its own. Several
+    motions have one column per joint if there are at most three joints, otherwise one per motion.
+    Jumps, waypoints and knots are marked, and the parts of curves whose exact extrema exceed a
+    limit.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them.

@@ -150,7 +150,7 @@ def _mark_code(text: object) -> Markup:
 
 
 def asset(name: str) -> str:
-    """Text of a file that pages are made of."""
+    """Text of a file of which pages consist."""
     return (ASSETS / name).read_text(encoding="utf-8")
 
 

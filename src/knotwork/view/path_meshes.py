@@ -172,6 +172,6 @@ def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mes
 
 
 def _runs(on: NDArray[Any]) -> list[slice]:
-    """Runs of true values."""
+    """Ranges of consecutive true values."""
     runs: list[slice] = np.ma.clump_unmasked(np.ma.masked_equal(on, value=False))  # type: ignore[no-untyped-call]
     return runs

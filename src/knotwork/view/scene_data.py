@@ -39,7 +39,7 @@ def scene_of(
 ) -> dict[str, Any]:
     """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
 
-    Colours of tool speeds go up to the `fastest` one at least [m/s].
+    The scale of tool speeds includes at least the `fastest` one [m/s].
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.

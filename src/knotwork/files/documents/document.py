@@ -1,4 +1,4 @@
-"""Plain data, with the place of each part in its file."""
+"""Plain data, with the location of each part in its file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Location = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Places:
-    """Place of each part of the data in its file, for messages.
+    """Location of each part of the data in its file, for messages.
 
     Attributes:
         file: The file, or `None`.
@@ -72,7 +72,7 @@ class Places:
         return path
 
     def document(self, data: Any, location: Location) -> Document:
-        """Data at a location as a document of its own, with places in the same file."""
+        """Data at a location as its own document, with locations in the same file."""
         size = len(location)
         lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
         line = self.line(location)
@@ -83,7 +83,7 @@ class Places:
 
 @dataclass(frozen=True, init=False)
 class Document(Places):
-    """Plain data, and the place of each part in its file.
+    """Plain data, and the location of each part in its file.
 
     Attributes:
         data: Mappings, lists, text, numbers, booleans and `None`.
@@ -104,11 +104,11 @@ class Document(Places):
 
     @property
     def places(self) -> Places:
-        """Places of the parts, without the data."""
+        """Locations of the parts, without the data."""
         return Places(self.file, self.lines, self.prefix, self.origins)
 
     def part(self, location: Location) -> Document:
-        """Take a part as a document of its own, with places in the same file."""
+        """Take a part as its own document, with locations in the same file."""
         data = self.data
         for key in location:
             data = data[key]

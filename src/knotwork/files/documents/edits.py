@@ -77,7 +77,7 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
 
 
 def part_of(data: Any, place: Location) -> Any:
-    """The value at a place, or `None`."""
+    """The value at a location, or `None`."""
     for key in place:
         if isinstance(data, dict):
             data = data.get(key)
@@ -118,7 +118,7 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
         insert: Insert an item into a list, before the item with its index.
 
     Raises:
-        InputError: The place does not exist, or the change can't be written into this text, for
+        InputError: The location does not exist, or the change can't be written into this text, for
             example because an alias shares the value.
 
     >>> print(changed_text("a: [1, 2] # two", ("a", 1), 5, insert=True))

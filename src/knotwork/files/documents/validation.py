@@ -1,4 +1,4 @@
-"""Plain data against a model, with the place of every problem."""
+"""Validation of plain data against a model, with the location of every problem."""
 
 from __future__ import annotations
 
@@ -89,12 +89,12 @@ def field_at(model: type[BaseModel], data: Any, location: Location) -> FieldInfo
 
 
 class _Place(NamedTuple):
-    """The place of an error in the data, and its possible models.
+    """The location of an error in the data, and its possible models.
 
     Attributes:
         location: Keys and indices.
         owners: Models that may own the last key.
-        inner: Possible models of the place itself.
+        inner: Possible models of the location itself.
         field: The last field on the path, or `None`.
     """
 
@@ -126,7 +126,7 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
 
 
 def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
-    """Find pydantic's place of an error, without its names for parts of a union."""
+    """Find pydantic's location of an error, without its names for parts of a union."""
     location: list[str | int] = []
     inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]

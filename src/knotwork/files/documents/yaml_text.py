@@ -68,8 +68,8 @@ class Dumper(yaml.SafeDumper):
 class _Reader:
     """Turns a tree of YAML nodes into a `Document`'s data and lines.
 
-    A line is recorded only if it differs from that of the enclosing part, since most numbers of a
-    long file share one. `Document` uses the line of the enclosing part for the others.
+    A line is recorded only if it differs from that of the enclosing part, because most numbers of a
+    long file share a line. `Document` uses the line of the enclosing part for the others.
     """
 
     def __init__(self, file: Path | None, own_values: int) -> None:

@@ -17,8 +17,9 @@ from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]
-"""Function of row, quantity and joint (or `None`) that gives a maker of errors for that place,
-from a message and the accepted input."""
+"""Function of row, quantity and joint (or `None`) that gives a maker of errors for that location,
+from a message and the accepted input.
+"""
 
 QUANTITIES = DERIVATIVES[:3]
 """Quantities by which a controller interpolates points."""
@@ -50,7 +51,7 @@ class PointTable:
         values: By the name of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in the
             rows without it.
         has: Rows that have each of them, shape (n,).
-        place: Maker of errors with the place of a value in the file.
+        place: Maker of errors with the location of a value in the file.
     """
 
     joints: Joints

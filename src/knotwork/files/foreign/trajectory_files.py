@@ -59,7 +59,7 @@ def read_trajectory(
         The trajectory, and faults of the file for the report.
 
     Raises:
-        DocumentError: The file can't be read or is not a trajectory; the message has the place.
+        DocumentError: The file can't be read or is not a trajectory. The message has the location.
 
     >>> characters = Path("motion.csv").write_text("time,lift\n0,0\n1,0.5\n")
     >>> trajectory, faults = read_trajectory("motion.csv", ["lift"], ["m"])

@@ -164,7 +164,7 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
 def read_trajectory_document(path: Path | str) -> Document:
     """Read the JSON of a stored trajectory.
 
-    Numbers may be infinite or NaN; later checks refuse them with their place.
+    Numbers may be infinite or NaN. Later checks refuse them with their location.
 
     >>> characters = Path("motion.json").write_text('{"planner": "cubic"}')
     >>> read_trajectory_document("motion.json").data
@@ -210,7 +210,7 @@ def read_trajectory_document(path: Path | str) -> Document:
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
-    `set_disagreement` tells whether it belongs to the `report.json` in its folder.
+    `set_disagreement` reports whether it belongs to the `report.json` in its folder.
 
     >>> import tempfile, knotwork as kw
     >>> with tempfile.TemporaryDirectory() as folder:

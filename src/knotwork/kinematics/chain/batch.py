@@ -176,7 +176,7 @@ def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
 
 
 def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
-    """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, joints held at limits, shape (d, n)."""
+    """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, with joints fixed at limits, shape (d, n)."""
     gradient = np.einsum("kin,kn->in", states.J, states.error)
     held = held_joints(states.q, gradient, limits)
     gradient[held] = 0.0

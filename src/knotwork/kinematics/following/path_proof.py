@@ -10,7 +10,8 @@ from knotwork.errors import PathError
 from knotwork.robot import Robot
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths import TimedPath
-from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds, path_rounding
+from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
 
 # Fraction by which the tolerances of the proof are narrower. The check rounds differently, and must

@@ -147,7 +147,7 @@ def choose_times(
 
 
 SLOWER_SHARE = 0.4
-"""Fraction of the maximum speeds along paths that is tried if these are infeasible.
+"""Fraction of the maximum speeds along paths that is used if these are infeasible.
 
 Of some cases the fastest motions had fractions from 0.25 to 0.4.
 """

@@ -29,7 +29,7 @@ MIN_SPEED = 1e-3
 """Speed below which no speed is lowered to keep a limit [m/s]."""
 
 FIT_ROUNDS = 100
-"""Largest number of rounds until rounded speeds leave room for changes of speed."""
+"""Maximum number of rounds until rounded speeds allow the changes of speed."""
 
 EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
 """Largest used share of each limit, as expected and as planned: between samples it may be more."""
@@ -123,7 +123,7 @@ class PathSpeeds:
         return np.asarray((used * self._ratio / EXPECTED_SHARE).max(axis=1))
 
     def _slow_down(self, used: FloatArray) -> None:
-        """Lower the speed where a limit is exceeded most.
+        """Lower the speed where the excess over a limit is largest.
 
         A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
         speeds.
@@ -148,10 +148,10 @@ class PathSpeeds:
             self.limiting[j] = limit
 
     def _fit(self) -> None:
-        """Round the speeds, and lower them until there is room for changes of speed.
+        """Round the speeds, and lower them until they allow the changes of speed.
 
         Raises:
-            NoSpeedsError: The given speeds leave no room.
+            NoSpeedsError: The given speeds do not allow the changes of speed.
         """
         for k, speed in self.speeds.items():
             if math.isinf(speed):

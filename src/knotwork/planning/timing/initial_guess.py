@@ -74,8 +74,8 @@ def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
 def short_durations(problem: TimingProblem) -> FloatArray:
     """Durations that all joints can take without stopping [s], shape (n-1,).
 
-    They are the middle of the common interval; NaN if no joint is limited in this way, or if
-    there is no common interval.
+    They are the middle of the common interval. NaN if no joint has such a limit, or if there is no
+    common interval.
     """
     durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known

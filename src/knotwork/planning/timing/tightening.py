@@ -48,7 +48,10 @@ class Tightening:
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
-    """Tightening of a first solution: with efforts only if nothing else limits a joint."""
+    """Tightening of a first solution.
+
+    It includes efforts only if no other quantity limits a joint.
+    """
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():

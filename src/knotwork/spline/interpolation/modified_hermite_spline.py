@@ -87,7 +87,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             )
         trailing = values.shape[1:]
         flat = times.size, math.prod(trailing)
-        known, known_values = np.zeros(times.size, bool), np.empty((0, flat[1]))
+        given = np.full(flat, np.nan)
         if acceleration is not None:
             array, _ = _along_time(acceleration, times.size, axis, "acceleration", unknown=True)
             if array.shape != values.shape:
@@ -95,19 +95,19 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                     f"acceleration must have the shape of y; with the time axis first they have "
                     f"{array.shape} and {values.shape}"
                 )
-            known = known_rows(array.reshape(flat)) & (flat[1] > 0)
-            known_values = array.reshape(flat)[known]
+            given[:] = array.reshape(flat)
+        known = known_rows(given) & (flat[1] > 0)
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:
-            known_values = known_values if known[0] else np.vstack((ends[0], known_values))
-            known_values = known_values if known[-1] else np.vstack((known_values, ends[1]))
-            known[0] = known[-1] = True
+            for row, end_value in zip((0, -1), ends, strict=True):
+                if not known[row]:
+                    given[row], known[row] = end_value, True
         # contiguous rows, because NumPy would keep the order of a transposed view
         y_rows, v_rows = (
             np.ascontiguousarray(rows.reshape(flat).T) for rows in (values, derivatives)
         )
         data = Waypoints(times, y_rows, v_rows, *place_knots(times, knots, known), known)
-        a, left, right = solve_knot_accelerations(data, known_values.T)
+        a, left, right = solve_knot_accelerations(data, given[known].T)
         breaks, c = assemble_pieces(data, a, left, right)
         _check_range(a, c)
         self._assign(c.reshape(*c.shape[:2], *trailing), breaks, own_axis)

@@ -17,9 +17,9 @@ If preset values do not suit the positions and velocities, the velocity oscillat
 waypoints. Higher degrees have higher peaks: from rest to rest, with zeros preset, the peak velocity
 is 3/2 times the mean one for the cubic, then 15/8, 35/16 and 315/128 times.
 
-A B-spline is the same curve in another basis. A knot of multiplicity r leaves a cubic B-spline with
-C^(3-r) smoothness: single knots at the waypoints give the complete cubic spline, double knots the
-cubic Hermite spline, so `bspline-velocity` is made by `cubic`.
+A B-spline is the same curve in another basis. At a knot of multiplicity r a cubic B-spline is
+C^(3-r) smooth. Single knots at the waypoints give the complete cubic spline, and double knots give
+the cubic Hermite spline. So `bspline-velocity` is made by `cubic`.
 
 Sources: the paper, which takes 3-5-3 from Xiangrong Xu and 4-3-4 from Saeed B. Niku, Introduction
 to Robotics; C. de Boor, A Practical Guide to Splines, chapters IV and IX.

@@ -32,7 +32,7 @@ def checked_order(nu: Any, name: str = "derivative order nu") -> int:
 
 
 def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
-    """Check that the sum of the terms' magnitudes leaves room for derivatives.
+    """Check that the sum of the terms' magnitudes is small enough for derivatives.
 
     Raises:
         InputError: The sum of the terms is too large within a piece, or within 1 s.

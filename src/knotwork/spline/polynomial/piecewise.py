@@ -37,8 +37,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
     (array([0.25, 1.  , 2.  ]), array(1.))
 
     Args:
-        c: Coefficients, shape (k+1, m, ...), highest power first; with `axis` = p > 0, the axes
-            of length k+1 and m stand at p and p + 1.
+        c: Coefficients, shape (k+1, m, ...), highest power first; with `axis` = p > 0, the axes of
+            length k+1 and m are p and p + 1.
         x: Breaks, shape (m+1,), strictly increasing.
         axis: Axis of the values along which time runs.
 

@@ -64,7 +64,7 @@ class Continuity:
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory(ReadOnlyArrays, Exportable):
-    """Motion of named joints over time (as smooth as its planner made it; see `continuity`).
+    """Motion of named joints over time. Its smoothness depends on its planner; see `continuity`.
 
     It is only defined on [start_time, end_time], and not even one rounding outside.
 
@@ -138,7 +138,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             position: [rad or m], shape (m, d).
             velocity: [rad/s or m/s], shape (m, d).
             joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-            planner: Name of the planner that made it.
+            planner: Name of its planner.
             waypoint_times: Times of the waypoints [s].
 
         Raises:

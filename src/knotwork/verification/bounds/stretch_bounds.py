@@ -19,7 +19,12 @@ from knotwork.robot import Robot
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.rotations import angle_of, gap_of
-from knotwork.verification.bounds.path_rows import PathRows, path_rows
+from knotwork.verification.bounds.path_criteria import (
+    PathCriteria,
+    PathCriterion,
+    PathLimits,
+    path_errors,
+)
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
 from knotwork.waypoints import FloatArray, PoseFreedom
 
@@ -40,14 +45,6 @@ BOUND_SHARE = 0.05
 
 MOST_DIVISION = 16
 MOST_ROUNDS = 12
-
-
-class PathLimits(NamedTuple):
-    """Tolerances of a stretch: distance [m], angle [rad], and difference of speed [m/s]."""
-
-    position: float
-    orientation: float
-    speed: float
 
 
 class PathBound(NamedTuple):
@@ -158,33 +155,32 @@ def path_bounds(
     if budget >= SAMPLE_BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
         budget = max(budget, SAMPLES_PER_PIECE * int(inside.sum()))
-    angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
-    most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
     # the bounds alone give the required density of samples
     sizes = stretch.sizes(t)
     for _ in range(4):
-        rough = np.diff(t) ** 2 / 8.0 * np.array([sizes[0], sizes[2], sizes[1]])
-        needed = np.sqrt((rough / (BOUND_SHARE * most[:3, None])).max(axis=0))
+        angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
+        shares = np.maximum(sizes.acceleration / limits.position, sizes.turn / angle)
+        shares = np.maximum(shares, sizes.jerk / limits.speed)
+        needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
         finer, old = _divide(t, np.clip(np.ceil(needed), 1, MOST_DIVISION), needed, budget // 4)
         if old.all():
             break
         t, sizes = finer, stretch.sizes(finer)
     samples = stretch.sample(t)
     for remaining in range(MOST_ROUNDS, -1, -1):
-        rows = path_rows(motion.path, samples, t, sizes, full_speed, speed, freedom, turn)
-        is_open = (rows.upper > most[:, None]) & ~(rows.ends.max(axis=1) > most)[:, None]
-        if not remaining or not is_open.any():
+        errors = path_errors(
+            motion.path, samples, t, sizes, full_speed, speed, limits, freedom, turn
+        )
+        needed = np.max([error.parts for error in errors.criteria], axis=0)
+        if not remaining or not needed.any():
             break
-        gap = np.maximum(most[:, None] - rows.ends, 1e-3 * most[:, None])
-        excess = np.maximum(rows.upper - rows.ends, 0.0)
-        needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
-        parts = np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_DIVISION), 1)
+        parts = np.where(needed > 0.0, np.clip(np.ceil(needed), 2, MOST_DIVISION), 1)
         finer, old = _divide(t, parts, needed, budget)
         if old.all():
             break
         t, samples = finer, stretch.sample_more(finer, old, samples)
         sizes = stretch.sizes(t)
-    return _summarize(stretch, t, samples, rows, most)
+    return _summarize(stretch, t, samples, errors)
 
 
 def _first_times(
@@ -221,34 +217,30 @@ def _divide(
 
 
 def _summarize(
-    stretch: PathStretch, t: FloatArray, samples: PathSamples, rows: PathRows, most: FloatArray
+    stretch: PathStretch, t: FloatArray, samples: PathSamples, errors: PathCriteria
 ) -> StretchBounds:
-    broken = (rows.ends.max(axis=1) > most)[:, None]
-    use = (np.where(broken, rows.ends, rows.upper) / most[:, None]).max(axis=0)
-    position, orientation, speed, ramp, turn = (
-        _worst_bound(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
-    )
+    orientation = _worst_bound(t, errors.orientation)
     value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
-    in_full, in_ramps = rows.rows[2], np.isfinite(rows.samples[3])
+    in_full = errors.speed.judged
     return StretchBounds(
-        position=position,
+        position=_worst_bound(t, errors.position),
         orientation=orientation._replace(value=value, bound=bound),
         progress=_path_progress(stretch, t, samples.s),
-        speed=speed if in_full.any() else None,
-        turn=turn if rows.rows[4].any() else None,
-        turned=rows.turned,
-        ramp=ramp if in_ramps.any() else None,
-        slowest=float(rows.least[in_full].min(initial=np.inf)),
-        fastest=float(rows.greatest[in_full].max(initial=-np.inf)),
+        speed=_worst_bound(t, errors.speed) if in_full.any() else None,
+        turn=_worst_bound(t, errors.turn) if errors.turn.judged.any() else None,
+        turned=errors.turned,
+        ramp=_worst_bound(t, errors.ramp) if errors.ramp.judged.any() else None,
+        slowest=float(errors.least[in_full].min(initial=np.inf)),
+        fastest=float(errors.greatest[in_full].max(initial=-np.inf)),
         times=t,
-        use=use,
+        use=np.max([error.use for error in errors.criteria], axis=0),
     )
 
 
-def _worst_bound(t: FloatArray, samples: FloatArray, upper: FloatArray, most: float) -> PathBound:
-    i, j = int(samples.argmax()), int(upper.argmax())
-    value, bound = float(samples[i]), float(upper[j])
-    proved = bound <= most or value > most
+def _worst_bound(t: FloatArray, error: PathCriterion) -> PathBound:
+    i, j = int(error.samples.argmax()), int(error.upper.argmax())
+    value, bound = float(error.samples[i]), float(error.upper[j])
+    proved = bound <= error.limit or value > error.limit
     return PathBound(value, float(t[i]), bound, proved, (float(t[j]), float(t[j + 1])))
 
 

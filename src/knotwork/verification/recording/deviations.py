@@ -64,7 +64,7 @@ def deviation_findings(
         alignment: The smoothed log, by the plan's clock.
         robot: Robot, for the deviation of the tool.
         units: Units of the messages.
-        tolerances: Required tolerances; nothing else is required.
+        tolerances: The only required tolerances.
     """
     motion = alignment.trajectory if tolerances.late is None else alignment.on_time()
     joints = list(_joint_findings(motion, alignment, units, tolerances))

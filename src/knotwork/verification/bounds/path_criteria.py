@@ -1,4 +1,4 @@
-"""Comparison of a motion with its path, at samples and between them: one row per criterion.
+"""Comparison of a motion with its path, at samples and between them, by each criterion.
 
 The velocity along the path is that of the tool times the tangent at the nearest point. In a ramp
 every value from zero to the full speed is accepted.
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.tool_paths.rotations import gap_of
 from knotwork.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
@@ -20,38 +21,91 @@ if TYPE_CHECKING:
     from knotwork.tool_paths import ToolPath
 
 
-class PathRows(NamedTuple):
-    """Errors of the tool on the path: distance, orientation, full speed, ramps, excess turn.
+class PathLimits(NamedTuple):
+    """Tolerances of a stretch: distance [m], angle [rad], and difference of speed [m/s]."""
+
+    position: float
+    orientation: float
+    speed: float
+
+
+class PathCriterion(NamedTuple):
+    """An error of the tool on the path by one criterion.
 
     Attributes:
-        samples: Errors at each time, minus infinity where a row does not apply, shape (5, n + 1).
-        ends: The worse end of each interval, zero where a row does not apply, shape (5, n).
-        upper: Upper bound over each interval, shape (5, n).
-        least: Lower bound of the velocity along the path, shape (n,).
-        greatest: Upper bound of the speed, shape (n,).
-        rows: Whether a row applies to each interval, shape (5, n).
-        turned: Turn of the tool at the start and at the end of the stretch [rad].
+        limit: Its limit.
+        samples: Error at each time, minus infinity where it is not judged, shape (n + 1,).
+        ends: Error at the worse end of each interval, zero where it is not judged, shape (n,).
+        upper: Upper bound over each interval, likewise, shape (n,).
+        judged: Whether it is judged in each interval, shape (n,).
     """
 
+    limit: float
     samples: FloatArray
     ends: FloatArray
     upper: FloatArray
+    judged: NDArray[np.bool_]
+
+    @property
+    def is_broken(self) -> bool:
+        """Whether a sample is beyond the limit."""
+        return bool(self.ends.max() > self.limit)
+
+    @property
+    def use(self) -> FloatArray:
+        """Error of each interval relative to the limit: its bound, or if broken, its samples."""
+        return (self.ends if self.is_broken else self.upper) / self.limit
+
+    @property
+    def parts(self) -> FloatArray:
+        """Number of parts of each interval that would decide it; zero if it is decided."""
+        if self.is_broken:
+            return np.zeros_like(self.upper)
+        gap = np.maximum(self.limit - self.ends, 1e-3 * self.limit)
+        parts = np.sqrt(np.maximum(self.upper - self.ends, 0.0) / gap)
+        return np.where(self.upper > self.limit, parts, 0.0)
+
+
+class PathCriteria(NamedTuple):
+    """Errors of the tool on the path by all criteria.
+
+    Attributes:
+        position: Distance [m].
+        orientation: Frobenius norm of the difference of the rotations.
+        speed: Difference from the full speed [m/s].
+        ramp: Excess over the full speed in ramps, or backward speed [m/s].
+        turn: Excess of the free turn over its range [rad].
+        least: Lower bound of the velocity along the path in each interval [m/s], shape (n,).
+        greatest: Upper bound of the speed in each interval [m/s], shape (n,).
+        turned: Turn of the tool at the start and at the end of the stretch [rad].
+    """
+
+    position: PathCriterion
+    orientation: PathCriterion
+    speed: PathCriterion
+    ramp: PathCriterion
+    turn: PathCriterion
     least: FloatArray
     greatest: FloatArray
-    rows: NDArray[np.bool_]
     turned: tuple[float, float]
 
+    @property
+    def criteria(self) -> tuple[PathCriterion, ...]:
+        """The errors by each criterion."""
+        return self.position, self.orientation, self.speed, self.ramp, self.turn
 
-def path_rows(
+
+def path_errors(
     path: ToolPath,
     samples: PathSamples,
     t: FloatArray,
     sizes: PathSizes,
     full: tuple[float, float],
     speed: float,
+    limits: PathLimits,
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
-) -> PathRows:
+) -> PathCriteria:
     """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
 
     Args:
@@ -61,6 +115,7 @@ def path_rows(
         sizes: Bounds on the intervals between them.
         full: Interval of full speed [s].
         speed: Full speed [m/s].
+        limits: Tolerances.
         freedom: Freedom of the poses.
         turn: Turn of the tool at the first time, approximately [rad].
     """
@@ -69,29 +124,51 @@ def path_rows(
     turn_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
     change = square * sizes.jerk / 8.0 + sizes.rounding
     size = np.linalg.norm(samples.velocity, axis=1)
-    too_fast, floors = size - speed, np.array([[speed], [0.0]])
-    speeds = np.maximum(too_fast, floors - samples.along)
-    beyond, most_beyond, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
-    errors = np.vstack((samples.distance, samples.gap, speeds, beyond))
-    ends = np.maximum(errors[:, :-1], errors[:, 1:])
     least = _least_velocity(samples, bend, change)
-    greatest = np.maximum(size[:-1], size[1:]) + change
-    upper = np.vstack(
-        (
-            ends[0] + (square * sizes.acceleration + bend) / 8.0 + sizes.rounding,
-            ends[1] + (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding,
-            np.maximum(greatest - speed, floors - least),
-            most_beyond,
-        )
+    greatest = _worse_end(size) + change
+    apart = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
+    turned_apart = (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding
+    beyond, most_beyond, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
+    everywhere = np.ones(len(square), dtype=bool)
+    in_full = (t[:-1] >= full[0]) & (t[1:] <= full[1])
+
+    def speed_error(slowest: float, judged: NDArray[np.bool_]) -> PathCriterion:
+        errors = np.maximum(size - speed, slowest - samples.along)
+        upper = np.maximum(greatest - speed, slowest - least)
+        return _error(limits.speed, errors, upper, judged)
+
+    return PathCriteria(
+        position=_error(
+            limits.position, samples.distance, _worse_end(samples.distance) + apart, everywhere
+        ),
+        orientation=_error(
+            gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt)),
+            samples.gap,
+            _worse_end(samples.gap) + turned_apart,
+            everywhere,
+        ),
+        speed=speed_error(speed, in_full),
+        ramp=speed_error(0.0, ~in_full),
+        turn=_error(limits.orientation, beyond, most_beyond, np.isfinite(_worse_end(beyond))),
+        least=least,
+        greatest=greatest,
+        turned=turned,
     )
-    rows = np.ones(upper.shape, dtype=bool)
-    rows[2] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
-    rows[3] = ~rows[2]
-    rows[4] = np.isfinite(ends[4])
-    ends[~rows] = upper[~rows] = 0.0
-    known = np.pad(rows, ((0, 0), (0, 1))) | np.pad(rows, ((0, 0), (1, 0)))
-    errors[~known] = -np.inf
-    return PathRows(errors, ends, upper, least, greatest, rows, turned)
+
+
+def _worse_end(errors: FloatArray) -> FloatArray:
+    """The larger of the errors at both ends of each interval, shape (n,)."""
+    return np.maximum(errors[:-1], errors[1:])
+
+
+def _error(
+    limit: float, errors: FloatArray, upper: FloatArray, judged: NDArray[np.bool_]
+) -> PathCriterion:
+    """An error that is judged in some intervals, from all samples and bounds."""
+    known = np.append(judged, False) | np.append(False, judged)
+    ends = np.where(judged, _worse_end(errors), 0.0)
+    upper = np.where(judged, upper, 0.0)
+    return PathCriterion(limit, np.where(known, errors, -np.inf), ends, upper, judged)
 
 
 def _follow_turn(
