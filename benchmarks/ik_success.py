@@ -113,7 +113,7 @@ def _micrometre_short(poses: int) -> list[float]:
             try:
                 kw.solve_pose_ik(robot, there, generator.uniform(lower, upper))
             except UnreachablePoseError as error:
-                size = np.hypot(error.position_shortfall, error.orientation_shortfall)
+                size = np.hypot(error.closest_distance, error.closest_angle)
                 said.append(1e6 * float(size))
     return said
 

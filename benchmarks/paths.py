@@ -91,7 +91,8 @@ def compared(case: str, arm: kw.Robot, start: np.ndarray, motion: TimedPath) -> 
     rows = []
     for count in POINTS:
         times = np.linspace(0.0, motion.end_time, count)
-        q = continue_along(arm, motion, start[None], times, step=0.02).q[:, 0]
+        path = continue_along(arm, motion, start[None], times, step=0.02)
+        q = path.position[path.at, 0]
         rates = np.empty((2, *q.shape))
         for side, own in (("right", slice(0, -1)), ("left", slice(-1, None))):
             rates[:, own] = accelerations(arm, motion, q[own], times[own], side)

@@ -311,7 +311,7 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     assert "pinocchio" in loaded
     for name in (*DRAWING, "rich", "difflib", "html", "xml.etree", "numpy.ma", "numpy.polynomial"):
         assert name not in loaded
-    unused = ("cli.export", "cli.sweep", "files.storage.files", "kinematics.diagnosis.reason")
+    unused = ("cli.export", "cli.sweep", "files.storage.files", "kinematics.solutions.diagnosis")
     unused += ("kinematics.solutions.pose", "planning.choosing")
     assert not loaded & {f"knotwork.{name}" for name in unused}
 

@@ -9,6 +9,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -203,14 +204,45 @@ def test_csv_and_json_agree(paper: Comparison, tmp_path: Path) -> None:
         assert float(line["peak_velocity.value"]) == row["peak_velocity"]["value"]
 
 
+class TestPresets:
+    def scenario(self, **options: Any) -> dict[str, Any]:
+        return {
+            "units": {"angle": "deg"},
+            "planner": "quintic",
+            "planner_options": options,
+            "waypoints": [
+                {"joints": {"j": 0}},
+                {"joints": {"j": 30}, "velocity": {"j": 6}, "time": 5},
+                {"joints": {"j": 70}, "time": 15},
+            ],
+        }
+
+    def test_accelerations_are_met_in_the_units_of_the_file(self) -> None:
+        given = [{"j": 1}, {"j": -2}, {"j": 0}]
+        plan = kw.plan(self.scenario(accelerations=given))
+        found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
+        np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
+
+    @pytest.mark.parametrize(
+        ("option", "rows", "says"),
+        [
+            ("accelerations", [{"j": 0}] * 2, ": .*quintic.* 2 rows.*3"),
+            ("accelerations", [{"j": 0}] * 4, ": .*quintic.* 4 rows.*3"),
+            ("accelerations", [{"j": 0}, {}, {"j": 1}], r"\[1\]: gives no value for joint j"),
+            ("accelerations", [{"j": 0}, {"k": 1}, {"j": 0}], r"\[1\]\.k: unknown joint 'k'"),
+        ],
+    )
+    def test_wrong_ones_are_named_with_their_place(self, option: str, rows: Any, says: str) -> None:
+        with pytest.raises(InputError, match=rf"planner_options\.{option}{says}"):
+            kw.plan(self.scenario(**{option: rows}))
+
+
 class TestOverriddenPlanner:
     def test_keeps_the_presets_of_the_same_planner(self) -> None:
-        presets = {"planner": "quintic", "planner_options": {"accelerations": "estimated"}}
-        scenario = {**kw.Task.load("paper_case").to_dict(), **presets}
-        scenario.pop("knots", None)
+        scenario = TestPresets().scenario(accelerations=[{"j": 1}, {"j": 0}, {"j": 2}])
         plan = kw.plan(scenario, planner="quintic")
         assert plan.left_out == ()
-        assert np.abs(plan.trajectory.acceleration(plan.scenario.times)).max() > 1e-3
+        assert np.degrees(plan.trajectory.acceleration(0.0)[0]) == pytest.approx(1)
 
     def test_knots_together_with_a_rule_of_knots_are_an_error(self) -> None:
         for knots in ([0, 1], "paper", "balanced", 0.3):

@@ -84,7 +84,7 @@ def test_an_error_of_another_process_is_raised_here(pool: ProcessPoolExecutor) -
     assert "ur5_deburring" in unknown.value.available
     with pytest.raises(UnreachablePoseError) as unreachable:
         pool.submit(kw.plan, FAILING / "unreachable_far.yaml").result()
-    assert unreachable.value.position_shortfall > 0.1
+    assert unreachable.value.closest_distance > 0.1
     with pytest.raises(KnotworkError, match="waypoints"):
         pool.submit(kw.plan, FAILING / "several_problems.yaml").result()
     assert pool.submit(kw.robot_names).result() == kw.robot_names()  # the pool still works

@@ -99,7 +99,7 @@ class Checks:
 
 
 def _fail_if_any(findings: Any) -> None:
-    from knotwork.verification.worst import failure_lines
+    from knotwork.verification.brief import failure_lines
 
     failed = [finding for finding in findings if not finding.ok]
     if failed:

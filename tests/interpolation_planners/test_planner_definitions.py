@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from planner_cases import COUNTS, DenseSpline, inside, random_waypoints
@@ -40,7 +38,7 @@ def test_high_degrees_meet_all_that_is_given_at_both_ends(name, orders, n):
             dense.meet(i, waypoints.time[i], nu, values[i])
             dense.meet(i, waypoints.time[i + 1], nu, values[i + 1])
     dense.solve()
-    trajectory = get_planner(name)(replace(waypoints, acceleration=a), PlannerOptions())
+    trajectory = get_planner(name)(waypoints, PlannerOptions(accelerations=a))
     assert trajectory.polynomial.degree == 2 * orders - 1
     assert_same(trajectory, dense, orders - 1)
 
@@ -91,11 +89,8 @@ def test_353_is_cubic_quintics_cubic(n, rule):
         dense.rows.append(dense.row(i, t[i], 2) - dense.row(i - 1, t[i], 2))
         dense.values.append(np.zeros(3))
     dense.solve()
-    known = np.full(y.shape, np.nan)
-    if rule == "given":
-        known[2 : 2 + len(middle)] = middle
-    options = PlannerOptions(accelerations=None if rule == "given" else rule)
-    trajectory = get_planner("3-5-3")(replace(waypoints, acceleration=known), options)
+    asked = middle if rule == "given" else rule
+    trajectory = get_planner("3-5-3")(waypoints, PlannerOptions(accelerations=asked))
     assert_same(trajectory, dense)
     assert not trajectory.polynomial.c[:-4, [0, -1]].any()
     if rule == "estimated":

@@ -54,11 +54,16 @@ def test_end_accelerations_take_the_place_of_presets(name):
     trajectory = plan(name, accelerations="estimated", end_acceleration=(1.5, [1, 2, 3]))
     np.testing.assert_allclose(trajectory.acceleration(CASE.time[0]), 1.5, atol=1e-9)
     np.testing.assert_allclose(trajectory.acceleration(CASE.time[-1]), [1, 2, 3], atol=1e-8)
+    with pytest.raises(OptionError, match=r"planner.*end_acceleration gives .*accelerations"):
+        plan(name, accelerations=np.zeros((6, 3)), end_acceleration="zero")
 
 
 @pytest.mark.parametrize(
     ("name", "options", "says"),
     [
+        ("quintic", {"accelerations": np.zeros((5, 3))}, r"5 rows \(shape \(5, 3\)\).*6, 3"),
+        ("quintic", {"accelerations": 1.0}, r"accelerations has no rows \(shape \(\)\)"),
+        ("3-5-3", {"accelerations": np.zeros((6, 3))}, r"\(6, 3\).*take 2 \(shape \(2, 3\)\)"),
         ("4-3-4", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
         ("modified-hermite", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
         ("modified-hermite", {"end_acceleration": ([1, 2], 0)}, r"end_acceleration has the start"),
@@ -78,7 +83,9 @@ def test_options_of_the_wrong_shape_are_an_error_that_names_planner_and_option(n
     ("options", "says"),
     [
         ({"accelerations": "guessed"}, "estimated"),
-        ({"accelerations": [[0.0, 1.0]]}, "accepted: zero, estimated"),
+        ({"accelerations": [[0.0, float("nan")]]}, r"accelerations at \[0, 1\] is nan.*finite"),
+        ({"accelerations": [[1.0], [2.0, 3.0]]}, "differ in length"),
+        ({"accelerations": [[1j]]}, "real numbers"),
     ],
 )
 def test_values_that_can_not_be_are_an_error(options, says):
@@ -87,16 +94,16 @@ def test_values_that_can_not_be_are_an_error(options, says):
 
 
 def test_options_with_arrays_can_be_compared_and_are_kept():
-    given = np.array([0.0, 1.0, 2.0])
-    one, same = PlannerOptions(knots=given), PlannerOptions(knots=[0, 1, 2])
+    given = np.ones((2, 1))
+    one, same = PlannerOptions(accelerations=given), PlannerOptions(accelerations=[[1], [1]])
     assert one == same
     assert hash(one) == hash(same)
     assert one != PlannerOptions()
-    assert one != PlannerOptions(knots=[0, 1, 3])
+    assert one != PlannerOptions(accelerations=[[1], [2]])
     assert one != "options"
     given[0] = 5.0
     assert one == same
-    assert one.requested == ("knots",)
+    assert one.requested == ("accelerations",)
 
 
 class TestRules:
@@ -139,9 +146,11 @@ class TestRules:
             get_planner(name)
 
 
-def test_353_refuses_three_waypoints():
+def test_353_refuses_three_waypoints_and_presets_where_none_are_free():
     with pytest.raises(InputError, match=r"three waypoints.*modified-hermite"):
         plan("3-5-3", random_waypoints(3))
+    with pytest.raises(InputError, match=r"4 waypoints of 3 joints take 0 \(shape \(0, 3\)\)"):
+        plan("3-5-3", random_waypoints(4), accelerations=np.zeros((4, 3)))
 
 
 @pytest.mark.parametrize("name", ["parabolic-blend", "trapezoidal"])

@@ -175,22 +175,23 @@ def test_result_is_reproducible() -> None:
 def test_reports_distance_out_of_reach() -> None:
     """The two-link arm ends 0.9 m from its base."""
     pose = pin.SE3(pin.utils.rotate("z", 0.3), 1.5 * np.array([np.cos(0.3), np.sin(0.3), 0]))
-    with pytest.raises(UnreachablePoseError, match=r"0\.6 m away in any orientation") as caught:
+    with pytest.raises(
+        UnreachablePoseError, match=r"the nearest point found is 0\.6 m away"
+    ) as caught:
         solve_pose_ik(PLANAR, pose, [0.1, 0.1], waypoint="far", where="task.yaml:7")
     assert str(caught.value).startswith("task.yaml:7: waypoint 'far': the pose is out of reach")
-    assert caught.value.position_shortfall == pytest.approx(0.6, abs=1e-6)
-    assert caught.value.orientation_shortfall == pytest.approx(0, abs=1e-3)
+    assert caught.value.closest_distance == pytest.approx(0.6, abs=1e-6)
 
 
 def test_reports_unreachable_orientation() -> None:
     """Tilting the planar arm's tool out of its plane by 0.5 rad is never possible."""
     flat = PLANAR.forward([0.5, 1.2])
     pose = pin.SE3(pin.utils.rotate("x", 0.5) @ flat.rotation, flat.translation)
-    message = r"point is reachable, but not in this orientation: .* off by 0.5 rad \(28.6"
+    message = r"point is reachable, but not in this orientation: .* off by 0.5 rad$"
     with pytest.raises(UnreachablePoseError, match=message) as caught:
         solve_pose_ik(PLANAR, pose, [0.1, 0.1])
-    assert caught.value.position_shortfall <= 1e-8
-    assert caught.value.orientation_shortfall == pytest.approx(0.5, abs=1e-6)
+    assert caught.value.closest_distance <= 1e-8
+    assert caught.value.closest_angle == pytest.approx(0.5, abs=1e-6)
 
 
 def test_reports_blocking_limits() -> None:
@@ -306,7 +307,7 @@ def test_solves_poses_with_nearly_straight_wrist(
                     error = pin.log6(robot.forward(found.q).actInv(pose))
                     assert np.linalg.norm(error.linear) <= 1e-8
                     assert np.linalg.norm(error.angular) <= 1e-8
-                    if nearest and np.abs(start - q).max() <= 0.1:
+                    if nearest and bent > 1e-7 and np.abs(start - q).max() <= 0.1:
                         assert found.distance <= np.linalg.norm(start - q) + 0.02
 
 

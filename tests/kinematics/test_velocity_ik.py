@@ -58,16 +58,7 @@ def test_pull_to_middle_uses_null_space() -> None:
     assert (pull_to_middle(ROBOTS["kinova"], np.ones(6))[[0, 3, 5]] == 0).all()
 
 
-def test_message_has_feasible_values() -> None:
-    possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
-    lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
-    with pytest.raises(SingularityError, match=r"the closest attainable velocity is \(") as caught:
-        solve_velocity_ik(UR5, WRIST_STRAIGHT, possible + 0.1 * lost)
-    numbers = [
-        float(x)
-        for x in re.findall(r"-?[\d.]+(?:e-\d+)?", str(caught.value).split("velocity is")[1])
-    ]
-    np.testing.assert_allclose(numbers[:6], possible, rtol=0.01, atol=1e-8)
+def test_message_has_feasible_speed() -> None:
     near = WRIST_STRAIGHT.copy()
     near[4] = 5e-4
     lost = np.linalg.svd(UR5.jacobian(near))[0][:, -1]
@@ -96,7 +87,7 @@ def test_singular_arm_gives_attainable_twists() -> None:
 def test_reports_lost_direction() -> None:
     lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
     possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
-    with pytest.raises(SingularityError, match="singular here") as caught:
+    with pytest.raises(SingularityError, match="is unattainable here") as caught:
         solve_velocity_ik(
             UR5, WRIST_STRAIGHT, possible + 0.1 * lost, waypoint="w", where="task.yaml:9"
         )
@@ -112,12 +103,9 @@ def test_reports_lost_direction() -> None:
 def test_stretched_arm_cannot_move_outwards() -> None:
     q = [0.0, 0.0]
     solve_velocity_ik(PLANAR, q, [0, 0.9, 0, 0, 0, 1.0])
-    with pytest.raises(SingularityError, match="along x of the base frame") as caught:
-        solve_velocity_ik(PLANAR, q, [0.1, 0, 0, 0, 0, 0])
-    assert "no component is attainable" in str(caught.value)
-    with pytest.raises(SingularityError) as caught:
-        solve_velocity_ik(PLANAR, q, [0.1, 0.9, 0, 0, 0, 1.0])
-    assert "velocity is (0, 0.9, 0) m/s and (0, 0, 1) rad/s" in str(caught.value)
+    for twist in ([0.1, 0, 0, 0, 0, 0], [0.1, 0.9, 0, 0, 0, 1.0]):
+        with pytest.raises(SingularityError, match=r"0\.1 m/s along x of the base frame"):
+            solve_velocity_ik(PLANAR, q, twist)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +116,7 @@ def test_stretched_arm_cannot_move_outwards() -> None:
     ],
 )
 def test_refuses_twists_of_arm_with_few_joints(twist: list[float], lost: str) -> None:
-    with pytest.raises(SingularityError, match="an arm of 2 joints can't") as caught:
+    with pytest.raises(SingularityError, match="the arm can't") as caught:
         solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
     assert lost in str(caught.value)
     assert sum(caught.value.residual) == pytest.approx(sum(twist))

@@ -189,6 +189,7 @@ def test_refuses_infeasible_meetings() -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["position"] = [0.4, -3.0, 0.1]
     message = refused(task)
+    assert "out of reach" in message
     assert (
         "after: {fastest: true, at_least: seconds} delays the arrival until they are in reach"
         in message

@@ -96,6 +96,9 @@ def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
             "units": {"length": "mm", "angle": "deg"},
             "joint_units": {"slide": "m"},
             "limits": {"velocity": 180, "position": {"slide": [-400, 500]}, "effort": {"slide": 7}},
+            "planner_options": {
+                "accelerations": [{"turn": 1, "slide": 1}, {"turn": 2, "slide": 2}]
+            },
             "waypoints": [
                 {"joints": {"turn": 90, "slide": 250}, "velocity": {"slide": 10}},
                 {"joints": {"slide": 0, "turn": 0}, "after": 1},
@@ -114,6 +117,7 @@ def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
     np.testing.assert_allclose(space.upper_position_limit, [np.inf, 0.5])
     np.testing.assert_allclose(space.limits["velocity"], [np.pi, 0.18])
     np.testing.assert_allclose(space.limits["effort"], [np.inf, 7])
+    np.testing.assert_allclose(space.accelerations, [[np.pi / 180, 1e-3], [2 * np.pi / 180, 2e-3]])
 
 
 def test_a_configuration_is_named_and_copied() -> None:

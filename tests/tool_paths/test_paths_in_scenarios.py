@@ -131,16 +131,13 @@ def test_speed_changes_in_faster_stretch() -> None:
     assert np.abs(plan.trajectory.velocity(second.end)).max() < 1e-9
 
 
-def test_names_branches_that_follow_path() -> None:
+def test_path_not_followed_in_requested_branch() -> None:
     on = {**FIRST, "stop": True, "pose": {"position": [450, 300, 300], "rpy": [180, 60, 0]}}
     pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
     off = {**LINE, "speed": 250, "stop": True, "pose": pose}
     asked = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
-    with pytest.raises(FollowingError, match=r"in the requested branch at 'on'") as error:
+    with pytest.raises(FollowingError, match=r"in the requested branch at 'on'.* try branch: free"):
         kw.plan(task(on, off, branch=asked))
-    _, _, others = str(error.value).partition("a branch that follows it: ")
-    assert "shoulder right, elbow up, no flip; or " in others
-    assert "shoulder right, elbow down, flip" not in others
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
 
 

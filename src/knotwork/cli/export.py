@@ -35,8 +35,8 @@ from knotwork.files.foreign import is_foreign
 from knotwork.planning import Plan
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Finding, check
+from knotwork.verification.brief import failure_lines
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
-from knotwork.verification.worst import failure_lines
 
 _EXPORT_EPILOG = f"""
 Formats:

@@ -127,8 +127,8 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
 
 
 def _choice_table(choices: Sequence[Choice]) -> Table:
-    """Chosen solutions of poses, with reasons; equal waypoints share a row."""
-    columns = ["waypoints", "branch", "turns", "of", "why"]
+    """Chosen solutions of poses; equal waypoints share a row."""
+    columns = ["waypoints", "branch", "turns", "of"]
     table = plain_table("Solutions chosen", columns, len(columns))
     for column in table.columns:
         column.no_wrap, column.overflow = False, "fold"
@@ -145,4 +145,4 @@ def _choice_cells(choice: Choice) -> tuple[str, ...]:
     if choice.sampled:
         count = f"{choice.branches} samples of its self-motion"
     turns = ", ".join(f"{joint} {turn:+d}" for joint, turn in choice.turns)
-    return choice.branch or "-", turns or "-", count, choice.reason
+    return choice.branch or "-", turns or "-", count

@@ -29,7 +29,7 @@ from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.spline.interpolation import get_planner
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Report, check
-from knotwork.verification.worst import failure_lines
+from knotwork.verification.brief import failure_lines
 
 # Number of listed failures; more are counted.
 MOST_NOTED_FAILURES = 3

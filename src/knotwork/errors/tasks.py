@@ -8,6 +8,12 @@ from typing import Any
 
 from knotwork.errors.base import InputError
 from knotwork.errors.plain_text import waypoint_text
+from knotwork.units import SI, Units
+
+POINT_SHARE = 1e-5
+"""A point is reached if the closest pose is off by less than this distance an angle [m/rad]."""
+SMALL_EXCESS = 1e-4
+"""An excess of a joint below this is printed by itself [rad or m]."""
 
 
 class TaskError(InputError):
@@ -25,60 +31,93 @@ class TaskError(InputError):
 
 
 class OutOfReachError(TaskError):
-    """The arm can't reach the pose within its limits.
-
-    The closest pose has the minimum distance² + angle² found, where one metre counts as one radian.
-
-    Attributes:
-        closest: Joint positions of the closest pose inside the limits [rad or m].
-        closest_distance: Remaining distance [m].
-        closest_angle: Remaining angle [rad].
-        held: Names of the blocking joints. They are at a limit and would have to move beyond it.
-            Empty if the limits are not the cause.
-    """
-
-    closest: Sequence[float] = ()
-    closest_distance: float = 0.0
-    closest_angle: float = 0.0
-    held: Sequence[str] = ()
+    """The arm can't reach the pose within its limits."""
 
 
 class UnreachablePoseError(OutOfReachError):
-    """No configuration of the arm, inside its limits or outside, brings the tool to the pose.
+    """No configuration of the arm brings the tool to the pose.
 
-    Attributes, in addition to those of `OutOfReachError`:
+    The closest pose found within the limits is at the nearest point, and there turned as little as
+    possible: a metre counts as 1000 radians.
 
     >>> import pinocchio as pin
     >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
     >>> try:
     ...     kw.solve_pose_ik(kw.load_robot("ur5"), far, np.zeros(6))
     ... except UnreachablePoseError as error:
-    ...     print(round(error.point_shortfall, 3))
+    ...     print(round(error.closest_distance, 3))
     1.052
 
     Attributes:
-        position_shortfall: Remaining distance at the closest pose, without limits [m].
-        orientation_shortfall: Remaining angle there [rad].
-        point_shortfall: Remaining distance to the point in any orientation, without limits [m];
-            within the tolerance if the point is reached.
-        angle_at_point: Remaining angle where the point is reached, within the limits if reached
-            there [rad]; `None` if it is out of reach.
+        closest: Joint positions of the closest pose [rad or m].
+        closest_distance: Remaining distance [m].
+        closest_angle: Remaining angle [rad].
     """
 
-    position_shortfall: float = 0.0
-    orientation_shortfall: float = 0.0
-    point_shortfall: float = 0.0
-    angle_at_point: float | None = None
+    closest: Sequence[float] = ()
+    closest_distance: float = 0.0
+    closest_angle: float = 0.0
+
+    def __init__(
+        self,
+        waypoint: str,
+        *,
+        closest: Sequence[float],
+        closest_distance: float,
+        closest_angle: float,
+        where: str = "",
+        units: Units = SI,
+    ) -> None:
+        distance = units.text(closest_distance, "m", ".4g")
+        angle = units.text(closest_angle, "rad", ".4g")
+        if closest_distance > POINT_SHARE * closest_angle:
+            message = f"the pose is out of reach: the nearest point found is {distance} away"
+        else:
+            message = (
+                "the point is reachable, but not in this orientation: on the point the nearest "
+                f"found is off by {angle}"
+            )
+        super().__init__(
+            waypoint,
+            message,
+            where=where,
+            closest=closest,
+            closest_distance=closest_distance,
+            closest_angle=closest_angle,
+        )
 
 
 class OutsideLimitsError(OutOfReachError):
     """The pose is reachable only with joints outside their position limits.
 
-    Attributes, in addition to those of `OutOfReachError`:
+    Attributes:
         joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
     """
 
     joints: Sequence[tuple[str, float, float, float]] = ()
+
+    def __init__(
+        self,
+        waypoint: str,
+        joints: Sequence[tuple[str, float, float, float]],
+        *,
+        joint_units: Mapping[str, str],
+        where: str = "",
+        units: Units = SI,
+    ) -> None:
+        parts = []
+        for name, value, lower, upper in joints:
+            unit = joint_units[name]
+            bounds = ", ".join(f"{units.shown(limit, unit)[0]:.6g}" for limit in (lower, upper))
+            excess = max(lower - value, value - upper)
+            # too small to appear in the printed digits
+            by = f" by {units.text(excess, unit, '.3g')}" if excess < SMALL_EXCESS else ""
+            parts.append(f"{name} at {units.text(value, unit)}, outside [{bounds}]{by}")
+        message = (
+            "the pose is reachable only outside the joint limits: the solution found that is least "
+            f"outside has {'; '.join(parts)}"
+        )
+        super().__init__(waypoint, message, where=where, joints=joints)
 
 
 class BranchError(TaskError):
@@ -111,14 +150,16 @@ class FollowingError(TaskError):
     Attributes:
         arc_length: Length that can be followed [m].
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
-        joint: Name of the joint that would exceed its limit; empty without one.
-        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
+        joint: Name of the joint that would be beyond its limit; empty without one.
+        value: Position or speed that the joint would have [rad or m, or per second], or `None`.
+        bound: Limit that it exceeds, likewise.
     """
 
     arc_length: float = 0.0
     cause: str = ""
     joint: str = ""
-    part_of_speed: float | None = None
+    value: float | None = None
+    bound: float | None = None
 
 
 class NoWayFoundError(InputError):

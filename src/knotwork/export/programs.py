@@ -51,7 +51,7 @@ MAX_TRIGGERS = 8
 
 
 @dataclass(frozen=True)
-class Step:
+class ProgramStep:
     """The step from one point to the next.
 
     Attributes:
@@ -111,7 +111,7 @@ def to_krl(
     def switch(event: Event) -> str:
         return f"$OUT[{_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
 
-    def move(step: Step) -> Iterator[str]:
+    def move(step: ProgramStep) -> Iterator[str]:
         if step.first:
             yield from ("PTP_SPLINE", "  TIME_BLOCK START")
         for event in step.flying:
@@ -153,7 +153,7 @@ def to_rapid(
     def switch(event: Event) -> str:
         return f"SetDO {_signal(event)}, {int(bool(event.value))};"
 
-    def move(step: Step) -> Iterator[str]:
+    def move(step: ProgramStep) -> Iterator[str]:
         if len(step.flying) > MAX_TRIGGERS:
             raise ExportError(f"ABB switches {MAX_TRIGGERS} signals at a time at most")
         first, *others = [triggers[event] for event in step.flying] or [""]
@@ -197,7 +197,7 @@ def to_ls(
     def switch(event: Event) -> str:
         return f"  DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
 
-    def move(step: Step) -> Iterator[str]:
+    def move(step: ProgramStep) -> Iterator[str]:
         end = "FINE" if step.last else "CNT100"
         # one output can be switched with a move, and others after it
         first = f" TB .00sec,{switch(step.flying[0]).lstrip()}" if step.flying else ""
@@ -223,7 +223,7 @@ def _body(
     remark: str,
     wait: str,
     switch: Callable[[Event], str],
-    move: Callable[[Step], Iterable[str]],
+    move: Callable[[ProgramStep], Iterable[str]],
 ) -> list[str]:
     """Lines after the move to the first point: names of segments, moves, waits, and outputs."""
     lines = [switch(event) for event, i in _events_by_point(points) if i == 0]
@@ -250,7 +250,7 @@ def _axes(
     return np.degrees(q[:, arm]), q[:, outer] * factors, written
 
 
-def _steps(points: Positions) -> Iterator[Step]:
+def _steps(points: Positions) -> Iterator[ProgramStep]:
     """The steps between the points, with the events at their ends."""
     motion, time = points.trajectory, points.time
     switched: list[list[Event]] = [[] for _ in time]
@@ -276,7 +276,7 @@ def _steps(points: Positions) -> Iterator[Step]:
         is_flying = not (stands[i] or last)
         flying, resting = (switched[i], []) if is_flying else ([], switched[i])
         texts = tuple(notes[before + 1]), tuple(flying), tuple(resting)
-        yield Step(i, duration, moving_time, stands[i], first, last, *texts)
+        yield ProgramStep(i, duration, moving_time, stands[i], first, last, *texts)
 
 
 def _stands(points: Positions) -> list[bool]:

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
-from knotwork.planning.task_to_joint import Step, TaskSolution
+from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.scenario import FreeTimes
 from knotwork.spline.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.verification.checked_motion import AT_WAYPOINT
@@ -36,7 +36,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
     first_error: NoWayFoundError | None = None
     solution: TaskSolution | None = None
     blocked: Sequence[int] | None = None
-    avoided: list[Step] = []
+    avoided: list[SequenceStep] = []
     known: list[FloatArray] = []
     tried = 0
     while True:

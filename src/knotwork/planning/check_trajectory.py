@@ -12,10 +12,9 @@ from knotwork.errors import InputError
 from knotwork.files import documents
 from knotwork.files.documents import Document, Places, validate
 from knotwork.files.foreign import read_trajectory
-from knotwork.planning.remaining_scene import by_joint
 from knotwork.robot import load_robot
 from knotwork.scenario import Scenario, resolve_task
-from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
 from knotwork.task.places import read_document

@@ -12,11 +12,11 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
-from knotwork.planning.remaining_scene import by_joint, on_moving_frames, scene_from
+from knotwork.planning.remaining_scene import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.event_reader import action_of, segments
-from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.retiming import first_rest, inverse_time, joint_stop, stop_on_path

@@ -38,48 +38,53 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         InputError: An option names an unknown joint, or is out of range.
     """
     knots, ends = scenario.knots, scenario.task.end_acceleration
-    _refuse_knots_for_each(scenario)
+    _refuse_values_for_each(scenario, space)
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
         chosen=space.chosen,
-        accelerations=scenario.task.planner_options.accelerations,
+        accelerations=space.accelerations,
     )
 
 
-def _refuse_knots_for_each(scenario: Scenario) -> None:
-    """Raise an error if knot times are given and a path inserts further waypoints."""
+def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
+    """Raise an error if values are given for each waypoint and a path inserts further waypoints."""
     if not scenario.paths:
         return
+    text = "given one by one, but waypoints are inserted along the path"
     if not isinstance(scenario.knots, str | int | float):
         with scenario.error_context("knots"):
-            raise InputError(
-                "times are given one by one, but waypoints are inserted along the path; accepted: "
-                "paper, balanced or its constant"
-            )
+            raise InputError(f"times are {text}; accepted: paper, balanced or its constant")
+    if space.accelerations is not None and not isinstance(space.accelerations, str):
+        with scenario.error_context("planner_options", "accelerations"):
+            raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
 
 
 def supported_options(
-    options: PlannerOptions, planner: str
+    options: PlannerOptions, original: str, planner: str
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
     """Keep those options of one planner that another one supports.
 
+    Accelerations given for each waypoint are dropped, because they are meant for its own planner.
     Options that the rule of the other planner sets are dropped as well.
 
     Args:
         options: The options.
+        original: Their planner.
         planner: The other planner; a rule may follow after a colon.
 
     Returns:
         The supported options, and the names of the others.
     """
     base, ruled = planner_and_rule(planner)
+    same = base == planner_and_rule(original)[0]
     left_out = tuple(
         name
         for name in options.requested
         if name not in PLANNER_SPECS[base].supports
         or (name in ruled and options != replace(options, **{name: ruled[name]}))
         or (name == "chosen" and "knots" in ruled)
+        or (name == "accelerations" and not same and not isinstance(options.accelerations, str))
     )
     defaults = PlannerOptions()
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
@@ -124,7 +129,7 @@ class Interpolation:
         space = joint_space(scenario)
         options = planner_options(scenario, space)
         if scenario.si.planner != original:
-            options, left_out = supported_options(options, scenario.si.planner)
+            options, left_out = supported_options(options, original, scenario.si.planner)
         if knots is not None:
             if "knots" in planner_and_rule(scenario.si.planner)[1]:
                 raise InputError(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
 from knotwork.scenario import GraspedObject, Scenario
 from knotwork.task import SceneObject, Task
@@ -15,9 +13,7 @@ from knotwork.task.task_part import plain
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.scenario.joint_space import JointSpace
     from knotwork.spline.trajectory import JointTrajectory
-    from knotwork.waypoints import FloatArray
 
 
 def held_at(scenario: Scenario, at: float) -> list[str]:
@@ -132,11 +128,3 @@ def _put_down(
         parent=parent,
         allow=[*held.allow, *(["tool"] if near else [])],
     )
-
-
-def by_joint(
-    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
-) -> dict[str, float]:
-    """Values by joint in the units of a file."""
-    units = np.where(np.array(joints.joint_units) == "m", length, angle)
-    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))

@@ -9,10 +9,10 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
-from knotwork.planning.remaining_scene import by_joint, held_at
+from knotwork.planning.remaining_scene import held_at
 from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.event_reader import action_of
-from knotwork.scenario.joint_space import moved_robot
+from knotwork.scenario.joint_space import by_joint, moved_robot
 from knotwork.scenario.repetitions import expand_repeats
 from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.trajectory import JointTrajectory

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from knotwork.planning.infeasibility import infeasible
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation, Knots
-from knotwork.planning.task_to_joint import Step, TaskSolution, solve_task
+from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.scenario import Scenario
 from knotwork.scenario.event_reader import found_ways, segments
 from knotwork.scenario.joint_space import joint_space
@@ -56,7 +56,7 @@ class ScenarioPlanner:
     def _interpolation(self) -> Interpolation:
         return Interpolation.read(self.scenario, self.planner, self.knots)
 
-    def solve(self, avoided: Sequence[Step] = ()) -> TaskSolution:
+    def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
         if self.scenario.free is None:
             chosen = self._interpolation

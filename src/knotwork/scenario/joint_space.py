@@ -26,6 +26,7 @@ from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+    from knotwork.spline.trajectory import JointTrajectory
 
 
 SAME_PLACE_TOLERANCE = 1e-12
@@ -63,6 +64,7 @@ class JointSpace:
         near: Joint positions near which solutions are chosen [rad or m], shape (d,), or `None`.
         end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
+        accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
         tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
             shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
@@ -83,6 +85,7 @@ class JointSpace:
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
+    accelerations: str | FloatArray | None = None
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenRun, ...] | None = None
@@ -98,6 +101,21 @@ class JointSpace:
         if JOINT_QUANTITIES[quantity].limit == "range":
             return self.lower_position_limit, self.upper_position_limit
         return -self.limits[quantity], self.limits[quantity]
+
+
+def by_joint(
+    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+) -> dict[str, float]:
+    """Values by joint in the units of a file.
+
+    Args:
+        joints: The joints.
+        values: Their values in SI, shape (d,).
+        length: The unit of lengths of the file [m].
+        angle: Its unit of angles [rad].
+    """
+    units = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))
 
 
 def joint_space(scenario: Scenario) -> JointSpace:
@@ -306,6 +324,10 @@ class _JointReader:
             None if target is None or target.velocity.any() else target.position
             for target in targets
         ]
+        presets: Any = task.planner_options.accelerations
+        if isinstance(presets, tuple):
+            place = "planner_options", "accelerations"
+            presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
         chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
         return {
             "targets": tuple(targets),
@@ -313,6 +335,7 @@ class _JointReader:
             "waits": tuple(waits(self.scenario, at_rest)),
             "near": None if task.near is None else self.array(task.near, "near"),
             "end_acceleration": self._ends(),
+            "accelerations": presets,
             "chosen": chosen or None,
             "solutions": {
                 i: self.array(waypoint.near, "waypoints", k, "near")

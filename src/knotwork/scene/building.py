@@ -30,10 +30,8 @@ from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 
 WRONG_UNIT_RATIO = 20.0
-"""Ratio of mesh size and reach of the arm above which the unit is plausibly wrong.
-
-It is also wrong below a thousandth of it.
-"""
+"""Ratio of mesh size and reach of the arm above which the unit is plausibly wrong, as it is below
+a thousandth of it."""
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
@@ -101,9 +99,8 @@ def hold_between(
     def elsewhere(k: int, waypoint: int) -> bool:
         if standing and standing[k] != standing[waypoint]:
             return True
-        return bool(
-            np.abs(poses[k].translation - poses[waypoint].translation).max() > SAME_TCP_PLACE
-        )
+        moved = poses[k].translation - poses[waypoint].translation
+        return bool(np.abs(moved).max() > SAME_TCP_PLACE)
 
     coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
     gone = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
@@ -125,10 +122,8 @@ def collision_model(
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    scene, place = (
-        scenario.scene,
-        {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)},
-    )
+    scene = scenario.scene
+    place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
     seen = times, poses, [waypoint.standing for waypoint in scenario.waypoints]
     holds = {
         held.name: hold_between(place[held.take], place[held.leave], *seen) for held in scene.held
@@ -216,9 +211,8 @@ class _Builder:
             link = theirs.standing_frame
             standing, placement = self._joint_of_frame(placed.carrier)
             placement = placement * placed.placement
-        inverse, columns = inverse_chain(
-            motion.model.joints, *(base := _joint_of_link(theirs, link))
-        )
+        base_joint, base_placement = _joint_of_link(theirs, link)
+        inverse, columns = inverse_chain(motion.model.joints, base_joint, base_placement)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
         still = EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
@@ -229,7 +223,7 @@ class _Builder:
         self.known += known
         self.robots[placed.name] = motion.robot, root
         for body in motion.model.bodies:
-            if one_cell and body.joint == base[0]:
+            if one_cell and body.joint == base_joint:
                 continue
             if one_cell and body.link:
                 self.moved.add(body.link)

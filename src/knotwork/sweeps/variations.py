@@ -84,28 +84,20 @@ def make_axes(
     ]
     if samples is not None and not uniform:
         raise InputError("samples are given, but nothing is random; accepted: uniform(FROM, TO)")
-    if together and axes:
-        axes = [{path: values for axis in axes for path, values in axis.items()}]
-        samples = _common_length(axes[0], samples)
+    if samples is None and together and axes:
+        samples = len(next(iter(axes[0].values())))
     if uniform:
         if samples is None:
             first = next(iter(uniform))
             raise InputError(f"{first} is random, and the number of samples is not given")
-        drawn: dict[str, Sequence[Any]] = {
-            path: interval.draw(samples, seed, path) for path, interval in uniform.items()
-        }
-        axes = [axes[0] | drawn] if together and axes else [*axes, drawn]
+        axes.append({path: span.draw(samples, seed, path) for path, span in uniform.items()})
+    if together and axes:
+        axes = [{path: values for axis in axes for path, values in axis.items()}]
+        counts = {path: len(values) for path, values in axes[0].items()}
+        if len(set(counts.values())) > 1:
+            listed = ", ".join(f"{path} has {count}" for path, count in counts.items())
+            raise InputError(f"values that vary together must be equally many; {listed}")
     return _make_axes(axes)
-
-
-def _common_length(columns: Mapping[str, Sequence[Any]], samples: int | None) -> int:
-    lengths = {path: len(values) for path, values in columns.items()}
-    if samples is not None:
-        lengths["the random samples"] = samples
-    if len(set(lengths.values())) > 1:
-        counts = ", ".join(f"{path} has {length}" for path, length in lengths.items())
-        raise InputError(f"values that vary together must be equally many; {counts}")
-    return next(iter(lengths.values()))
 
 
 def _make_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:

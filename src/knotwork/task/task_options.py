@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from knotwork.files.documents.values import Number, Positive, optional, required
+from knotwork.files.documents.values import Forms, Number, Positive, Several, optional, required
 from knotwork.task.task_part import TaskPart
 
 
@@ -48,8 +48,17 @@ class Branch(TaskPart):
 class Presets(TaskPart):
     """Further options of some planners; `knotwork planners` lists which planner takes which."""
 
-    accelerations: Literal["zero", "estimated"] | None = optional(
-        "Accelerations at the waypoints: zero, or estimated from their neighbours"
+    accelerations: (
+        Annotated[
+            Literal["zero", "estimated"] | Several[dict[str, Number]],
+            Forms("zero, estimated, or a list of mappings of joint names to accelerations"),
+        ]
+        | None
+    ) = optional(
+        "Zero, estimated, or a mapping by joint for each waypoint in order, the "
+        "start included, each joint named; 3-5-3 takes none for the first two and "
+        "the last two",
+        unit="angle/s² or length/s²",
     )
 
 

@@ -129,13 +129,18 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
         )
         (_, unit), values = max(use.values.items(), key=lambda item: float(np.ptp(item[1])))
         size = np.ptp(values) if use.subject == "path" else np.abs(values).max()
-        fact = f"{use.name!r} leaves open, and the motion uses: {text}"
-        yield _sampled_finding(
-            use.subject, use.name, "free", fact, text, float(size), unit, use.time
-        )
+        yield _sampled_finding(use.subject, use.name, "free", text, float(size), unit, use.time)
+    if robot.external_axes:
+        yield from _external_axis_findings(motion, scenario, robot)
+
+
+def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
+    """Distances of external axes along each path, and of the arm's joint that moves most."""
     axes = [i for i, name in enumerate(robot.joint_names) if name in robot.external_axes]
     arm = [i for i in range(robot.dof) if i not in axes]
-    for path in scenario.paths if axes and arm else ():
+    if not axes or not arm:
+        return
+    for path in scenario.paths:
         times = _path_times(path)
         if not _covers(motion, times):
             continue
@@ -144,29 +149,21 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
             f"{name} {_size_text(size, unit, scenario.units)}"
             for name, unit, size in zip(robot.joint_names, robot.joint_units, moved, strict=True)
         ]
-        most = max(arm, key=moved.__getitem__)
-        text = f"{', '.join(texts[i] for i in axes)}; of the arm at most {texts[most]}"
-        begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
+        fastest = max(arm, key=moved.__getitem__)
+        text = f"{', '.join(texts[i] for i in axes)}; of the arm at most {texts[fastest]}"
         yield _sampled_finding(
-            "path", f"{begin} to {end}", "external_axes",
-            f"from {begin!r} to {end!r} joints move by: {text}", text, moved[axes[0]],
-            robot.joint_units[axes[0]], times,
+            "path", _path_name(path, scenario), "external_axes", text,
+            moved[axes[0]], robot.joint_units[axes[0]], times,
         )  # fmt: skip
 
 
 def _sampled_finding(
-    subject: str,
-    name: str,
-    quantity: str,
-    fact: str,
-    text: str,
-    value: float,
-    unit: str,
-    times: FloatArray,
+    subject: str, name: str, quantity: str, text: str, value: float, unit: str, times: FloatArray
 ) -> Finding:
+    fact = f"{name}: {text}"
     return Finding(
         FREEDOM, subject, name, quantity, "information", fact, value=value, unit=unit,
-        interval=(float(times[0]), float(times[-1])), proof="sampled", brief=f"{name}: {text}",
+        interval=(float(times[0]), float(times[-1])), proof="sampled", brief=fact,
     )  # fmt: skip
 
 

@@ -12,8 +12,12 @@ from knotwork.files.documents import read_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
-from knotwork.verification.worst import without_use, worst_failures
+from knotwork.verification.brief import (
+    NOTABLE_USE,
+    brief_texts_by_group,
+    without_use,
+    worst_failures,
+)
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours

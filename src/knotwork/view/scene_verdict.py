@@ -9,9 +9,8 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import brief_texts_by_group, short_text
+from knotwork.verification.brief import brief_texts_by_group, group_alike, short_text
 from knotwork.verification.checked_motion import OUTSIDE, place_of_time
-from knotwork.verification.worst import group_alike
 
 
 def verdict(

@@ -138,7 +138,7 @@ def _check_attained(
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > tolerances[0] * scale or angular > tolerances[1] * scale:
-        message = _unattainable_message(robot, smallest, wanted, residual, v, units)
+        message = _unattainable_message(smallest, residual, units)
     elif smallest < IMPLAUSIBLE_SINGULAR_VALUE and (np.abs(v) > _plausible_speeds(robot)).any():
         message = _speed_message(robot, J, smallest, v, units)
     else:
@@ -247,39 +247,18 @@ def joint_scales(robot: Robot) -> FloatArray:
     return scales
 
 
-def _unattainable_message(
-    robot: Robot,
-    smallest: float,
-    wanted: FloatArray,
-    residual: FloatArray,
-    v: FloatArray,
-    units: Units,
-) -> str:
+def _unattainable_message(smallest: float, residual: FloatArray, units: Units) -> str:
     """Message for a twist outside the Jacobian's range, with the unattainable component."""
-    # The feasible fraction of the component that is within the range.
-    slower = 1.0 / max(1.0, float((np.abs(v) / _plausible_speeds(robot)).max()))
-    possible = slower * (wanted - residual)
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
     amounts = [
         units.text(float(amount), unit, ".3g")
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
         if amount > 1e-12
     ]
-    nearest = f"the closest attainable velocity is {_twist_text(possible, units)}"
-    if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
-        nearest = "no component is attainable"
-    component = (
-        f"a component of {' and '.join(amounts)} {describe_direction(residual)} is unattainable "
-        f"here; {nearest}"
-    )
-    if robot.dof < 6 and smallest > IMPLAUSIBLE_SINGULAR_VALUE:
-        return (
-            f"an arm of {robot.dof} joints can't give the tool this velocity: {component} "
-            f"(smallest singular value {smallest:.3g})"
-        )
     return (
-        f"the arm is singular here (smallest singular value {smallest:.3g}) and can't give the "
-        f"tool this velocity: {component}"
+        f"the arm can't give the tool this velocity: a component of {' and '.join(amounts)} "
+        f"{describe_direction(residual)} is unattainable here (smallest singular value "
+        f"{smallest:.3g})"
     )
 
 
@@ -308,16 +287,6 @@ def _speed_message(
         f"{describe_direction(direction)}) and would need {needed}; {1 / use.max():.3g} of the "
         "speed is feasible"
     )
-
-
-def _twist_text(twist: FloatArray, units: Units) -> str:
-    """Text of a twist, without components that are rounding errors."""
-    parts = []
-    for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):
-        components = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]
-        values = ", ".join(f"{units.shown(value, unit)[0]:.3g}" for value in components)
-        parts.append(f"({values}) {units.shown(0.0, unit)[1]}")
-    return " and ".join(parts)
 
 
 def describe_direction(twist: FloatArray) -> str:

@@ -38,8 +38,6 @@ REPEAT_FACTOR = 2.0
 MIN_STEPS = 4
 # Number of steps for which the path is evaluated at once.
 STEPS_AT_ONCE = 16
-# Relative tolerance within which the tool is at full speed.
-FULL_SPEED_TOLERANCE = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
 ACCELERATION_DIFFERENCE = 2e-3
 
@@ -48,27 +46,24 @@ class Continuation(NamedTuple):
     """Joints along a path from m starts; NaN after the point where a start is blocked.
 
     Attributes:
-        q: Joint positions at the k given times [rad or m], shape (k, m, d).
+        at: Index of the step at each of the k given times, shape (k,).
         time: Time of every step [s], shape (n,).
         position: Joint positions at the steps [rad or m], shape (n, m, d).
         velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
-        full: Whether the tool has the full speed of its stretch at each step, shape (n,).
         lost: Time at which each start is blocked [s], shape (m,); infinite if it reaches the end.
         smallest_lost: Smallest singular values at those times, shape (m,).
     """
 
-    q: FloatArray
+    at: NDArray[np.intp]
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
-    full: NDArray[np.bool_]
     lost: FloatArray
     smallest_lost: FloatArray
 
     def select(self, start: int, turns: FloatArray) -> Continuation:
         """The continuation from one start, by index, with each joint turned by an angle [rad]."""
         return self._replace(
-            q=self.q[:, [start]] + turns,
             position=self.position[:, [start]] + turns,
             velocity=self.velocity[:, [start]],
             lost=self.lost[[start]],
@@ -110,7 +105,7 @@ class Continuation(NamedTuple):
         """
         steps = Steps(
             self.time, self.position[:, start], self.velocity[:, start], turns,
-            JointField(robot).smallest(self.position[:, start]), self.full,
+            JointField(robot).smallest(self.position[:, start]),
         )  # fmt: skip
         return limiting_constraint(
             robot, steps, float(self.lost[start]), float(self.smallest_lost[start])
@@ -139,8 +134,7 @@ def continue_along(
     field = JointField(robot, pull, path.full_speed)
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
     q = np.array(starts, dtype=float)
-    result = np.full((len(times), *q.shape), np.nan)
-    result[0] = q
+    at = np.zeros(len(times), dtype=np.intp)
     stops = distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
     steps: list[tuple[float, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
@@ -172,11 +166,9 @@ def continue_along(
                 if h * most > FASTER_FACTOR * step:
                     break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v))
-        result[times == end] = q
+        at[times == end] = len(steps) - 1
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
-    return Continuation(
-        result, time, positions, velocities, at_full_speed(path, time), lost, smallest_lost
-    )
+    return Continuation(at, time, positions, velocities, lost, smallest_lost)
 
 
 def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:
@@ -189,16 +181,6 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
     parts = min(parts, STEPS_AT_ONCE)
     last = end if now + (parts + 0.5) * h > end else now + parts * h
     return h, np.linspace(now, last, 2 * parts + 1)
-
-
-def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
-    """Whether the tool has the full speed of its stretch at times, shape (k,).
-
-    The speed of a carried path includes that of its frame, which does not depend on the stretch.
-    """
-    if path.carrier is not None:
-        return np.zeros(time.shape, dtype=bool)
-    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.requested_speed(time))
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:

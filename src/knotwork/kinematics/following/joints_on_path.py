@@ -11,7 +11,6 @@ from knotwork.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
     accelerations,
-    at_full_speed,
     continue_along,
 )
 from knotwork.kinematics.following.joint_field import JointField, Pull
@@ -145,8 +144,7 @@ class JointsOnPath:
         self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float
     ) -> LimitingConstraint | None:
         """The limiting constraint of a motion given at times."""
-        still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
-        steps = Steps(time, q, v, still, self.field.smallest(q), full)
+        steps = Steps(time, q, v, np.zeros(self.robot.dof), self.field.smallest(q))
         return limiting_constraint(self.robot, steps, np.inf, np.nan, slack)
 
     def _error(self, constraint: LimitingConstraint) -> FollowingError:
@@ -165,10 +163,16 @@ class JointsOnPath:
         before = np.searchsorted(self.time, times, "right") - 1
         for i in distinct(before[stray]):  # the nearest one could be of another branch
             rows = stray & (before == i)
-            asked = np.append(self.time[i], times[rows])
-            q[rows] = continue_along(
-                self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=self._step
-            ).q[1:, 0]
+            wanted = np.append(self.time[i], times[rows])
+            path = continue_along(
+                self.robot,
+                self.path,
+                self.position[[i]],
+                wanted,
+                pull=self.pull,
+                step=self._step,
+            )
+            q[rows] = path.position[path.at[1:], 0]
         return q
 
     def rates(self, times: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ have shape (n, 8, ...): poses and the eight combinations of shoulder, wrist and 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,32 +32,42 @@ SOLUTION_ERROR = 1e-11
 _SIGNS = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)]).T
 
 
-def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
+class ClosedForm(NamedTuple):
+    """Solutions of one pose.
+
+    Attributes:
+        q: Configurations, shape (b, 6).
+        certain: Whether these are all. Otherwise, near a singularity, they are approximate and may
+            not be solutions; and there are none if the arm has no closed form.
+    """
+
+    q: FloatArray
+    certain: bool
+
+
+def closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
     """All configurations for each pose, without regard to position limits.
 
     Args:
         robot: The arm.
         targets: n poses in the base frame.
-
-    Returns:
-        For each pose the configurations, shape (b, 6). `None` if the arm has no closed form, or is
-        so near a singularity that their number is uncertain.
     """
     equations = _equations(robot)
     if equations is None:
-        return [None] * len(targets)
-    with np.errstate(over="ignore", invalid="ignore"):  # a result that is not finite is uncertain
+        return [ClosedForm(np.empty((0, robot.dof)), certain=False)] * len(targets)
+    with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are not clear
         q, exists, clear = equations.solve(targets)
     n = len(q)
-    chain, flat = joint_axes(robot), q.reshape(8 * n, 6)
-    tip, rotation, *_ = chain.forward(np.where(np.isfinite(flat), flat, 0.0))
-    asked = targets.take(np.repeat(np.arange(n), 8))
-    _, distance, angle = pose_errors(tip, rotation, asked.position, asked.rotation)
+    finite = np.asarray(np.isfinite(q).all(axis=2))
+    chain, flat = joint_axes(robot), np.where(finite[..., None], q, 0.0).reshape(8 * n, 6)
+    tip, rotation, *_ = chain.forward(flat)
+    wanted = targets.take(np.repeat(np.arange(n), 8))
+    _, distance, angle = pose_errors(tip, rotation, wanted.position, wanted.rotation)
     met = (np.maximum(distance, angle) <= SOLUTION_ERROR).reshape(n, 8)
-    certain = clear & (met | ~exists).all(axis=1)
+    certain = np.asarray(clear & (met | ~exists).all(axis=1))
     return [
-        solutions[mask] if sure else None
-        for solutions, mask, sure in zip(q, exists, certain, strict=True)
+        ClosedForm(solutions[mask if sure else usable], certain=bool(sure))
+        for solutions, mask, usable, sure in zip(q, exists, finite, certain, strict=True)
     ]
 
 

@@ -4,8 +4,6 @@ from .cost import CostLevel as CostLevel
 from .cost import least_index as least_index
 from .cost import make_cost as make_cost
 from .nearness import weights as weights
-from .null_space_refinement import RefinementTask as RefinementTask
-from .null_space_refinement import refine_sequence as refine_sequence
 from .shortest_sequence import ConfigurationSequence as ConfigurationSequence
 from .shortest_sequence import choose_sequence as choose_sequence
 from .step_costs import CollidingStep as CollidingStep

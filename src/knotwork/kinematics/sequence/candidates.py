@@ -8,9 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
+from knotwork.kinematics.chain.joint_ranges import (
+    all_turns,
+    difference,
+    limits_of,
+    nearest_turns,
+)
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.kinematics.chain.velocity import joint_scales, solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
@@ -30,6 +36,8 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 TWIST_RESIDUAL = 1e-7
 # Number of samples of a self-motion.
 SELF_MOTION_SAMPLES = 24
+# Number of the nearest ones that are moved nearer to a configuration.
+NEARBY_SAMPLES = 2
 # Pose error of solutions [m, rad].
 CANDIDATE_ERROR = 1e-9
 
@@ -67,15 +75,6 @@ class Candidates(NamedTuple):
         return self._replace(**columns)
 
 
-def concatenate(parts: Sequence[Candidates]) -> Candidates:
-    """Candidates at one waypoint from several arrays of rows."""
-    fields = Candidates._fields[:-2]
-    columns: dict[str, Any] = {
-        key: np.concatenate([getattr(part, key) for part in parts]) for key in fields
-    }
-    return parts[0]._replace(**columns)
-
-
 def find_candidates(
     robot: Robot,
     waypoints: Sequence[CartesianWaypoint],
@@ -98,8 +97,8 @@ def find_candidates(
     targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
-    for i in hopeless[:1]:  # raise the error before the other poses are solved
-        _solution(robot, waypoints[i], references[i], units, nearest=False)
+    for i in hopeless[:1]:  # the reason, before the others are solved
+        _solution(robot, waypoints[i], references[i], units)
     solve = _track_self_motion if redundant else find_branches
     turns: list[tuple[list[FloatArray], bool]] = []
     previous: FloatArray | None = None
@@ -122,10 +121,13 @@ def find_candidates(
             solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
         copies = [all_turns(robot, q) for q in solutions]
         if sampled or not copies:
-            # It is refined later, so any solution nearby is sufficient.
-            near = reference if previous is None else previous
-            previous = _solution(robot, waypoint, near, units, nearest=not sampled)
-            copies.insert(0, all_turns(robot, previous))
+            for near in (reference,) if previous is None else (reference, previous):
+                if redundant and len(solutions):
+                    nearby = _nearest_samples(search, solutions, near)
+                else:
+                    nearby = [_solution(robot, waypoint, near, units)]
+                copies = [*(all_turns(robot, q) for q in nearby), *copies]
+                previous = nearby[0]
         turns.append((copies, sampled))
     return _evaluate(robot, waypoints, turns)
 
@@ -138,30 +140,49 @@ def nearest_candidate(
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
-    q = _solution(robot, waypoint, near, units, nearest=True)
+    q = _solution(robot, waypoint, near, units)
     return _evaluate(robot, [waypoint], [([q[None]], False)])[0]
 
 
-def candidates_of(robot: Robot, waypoint: CartesianWaypoint, q: FloatArray) -> Candidates:
-    """Candidates of one solution of a redundant arm at a waypoint, with its turns."""
-    return _evaluate(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
-
-
 def _solution(
-    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units, *, nearest: bool
+    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units
 ) -> FloatArray:
-    """A solution of a waypoint's pose near a configuration, shape (d,)."""
+    """The solution of a waypoint's pose nearest a configuration, shape (d,)."""
     from knotwork.kinematics.solutions.pose import solve_pose_ik
 
     return solve_pose_ik(
         robot,
         waypoint.pose,
         near,
-        nearest=nearest,
         waypoint=waypoint.name,
         where=waypoint.where,
         units=units,
     ).q
+
+
+def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) -> list[FloatArray]:
+    """The nearest of some solutions, moved along their self-motion to be nearer still.
+
+    Each joint is measured in three ways: by its velocity limit and weight; by its speed after a
+    ramp at the acceleration limit; and by the acceleration limit, which decides short moves.
+    """
+    robot, speed = search.robot, search.robot.velocity_limit
+    acceleration = robot.limits["acceleration"]
+    scales = [joint_scales(robot)]
+    if np.isfinite((speed + acceleration)[~robot.virtual]).all():
+        with np.errstate(invalid="ignore"):  # virtual joints have no limits
+            ramped = speed / (1.0 + speed / acceleration)
+        for limit in (ramped, acceleration):
+            usual = limit[~robot.virtual].mean()
+            scales.append(np.where(robot.virtual, scales[0], limit / usual))
+    result = []
+    for scale in scales:
+        gaps = difference(samples, near, joint_axes(robot).revolute) / scale
+        order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
+        for q in samples[order[:NEARBY_SAMPLES]]:
+            start = nearest_turns(robot, q, near)
+            result.append(nearest_by_self_motion(search, start, near, scale=scale)[0])
+    return result
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:

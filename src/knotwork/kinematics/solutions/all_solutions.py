@@ -10,10 +10,10 @@ import pinocchio as pin
 
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
 from knotwork.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
-from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits, sort_key
+from knotwork.kinematics.solutions.diagnosis import solution_or_reason
 from knotwork.kinematics.solutions.enumeration import MAX_BRANCHES
 from knotwork.kinematics.solutions.self_motion import farthest_apart
 from knotwork.robot import Robot
@@ -109,7 +109,7 @@ def solve_pose_ik_all(
         solutions = farthest_apart(robot, solutions, spread)
     if not len(solutions):
         centre = middle(limits_of(robot))
-        solutions = solution_or_reason(search, centre, waypoint, where).q[None]
+        solutions = solution_or_reason(search, centre, waypoint, where)[None]
     return tuple(_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
 
 

@@ -24,7 +24,7 @@ from knotwork.waypoints import FloatArray
 EDGE_DISTANCE = 1e-2
 
 
-def solutions_within_limits(search: PoseSearch) -> FloatArray:
+def solutions_within_limits(search: PoseSearch, near: FloatArray | None = None) -> FloatArray:
     """All solutions of a pose inside the limits, at the turns nearest their middle.
 
     For an arm of up to six joints these are the solutions that whole turns bring inside. For a
@@ -32,13 +32,15 @@ def solutions_within_limits(search: PoseSearch) -> FloatArray:
 
     Args:
         search: The pose, the robot and the tolerances.
+        near: Configuration near which more samples of a self-motion are taken, shape (d,).
 
     Returns:
         Shape (k, d).
     """
     robot, targets = search.robot, Targets.from_poses([search.pose])
-    find = sample_self_motion if robot.dof > 6 else find_branches
-    return turned_within_limits(search, find(robot, targets)[0])
+    if robot.dof <= 6:
+        return turned_within_limits(search, find_branches(robot, targets)[0])
+    return turned_within_limits(search, sample_self_motion(robot, targets, near)[0])
 
 
 def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArray:

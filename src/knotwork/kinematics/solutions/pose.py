@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,11 +17,10 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
-from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
+from knotwork.kinematics.solutions.diagnosis import solution_or_reason
 from knotwork.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
-from knotwork.kinematics.solutions.near_singular import CURVE_STEP, near_singular_solutions
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
@@ -30,13 +28,11 @@ from knotwork.waypoints import FloatArray, read_only
 
 # Maximum number of restarts for a first solution. After them one batch searches for all solutions.
 MAX_RESTARTS = 50
-# A solution of the local search within this distance of the start [rad or m] counts as the nearest.
-# Near a singularity a second solution is searched for first, within `TWIN_DISTANCE_FACTOR` times
-# the distance from the start. In theory a nearer one is within twice the distance.
+# A solution of the local search within this distance of the start [rad or m] counts as the nearest,
+# unless a second solution may lie within `TWIN_DISTANCE_FACTOR` times the distance from the start;
+# in theory a nearer one lies within twice the distance.
 NEAR_DISTANCE = 0.5
 TWIN_DISTANCE_FACTOR = 3.0
-# Number of searches from starts around the given one, for a redundant arm.
-NEARBY_RESTARTS = 8
 # A solution within this distance is the nearest one [rad or m].
 SAME_CONFIGURATION = 1e-6
 # Self-motion is followed from at most `MAX_FOLLOWED` solutions within `FOLLOW_DISTANCE_FACTOR`
@@ -135,11 +131,11 @@ def solve_pose_ik(
     kind = f"{'nearest' if nearest else 'first'} solution"
     hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
     if hopeless or not (best.is_nearest() if nearest else best.find_any(max_restarts)):
-        every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search)
+        every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search, goal)
         best.take_all(every)
         kind = f"nearest of {max(len(every), 1)} solutions"
         if best.best is None:
-            best.take(solution_or_reason(search, goal, waypoint, where, units).q)
+            best.take(solution_or_reason(search, goal, waypoint, where, units))
     return best.answer(kind)
 
 
@@ -150,7 +146,7 @@ class _NearestSolution:
         self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
         self._follow = nearest and search.robot.dof > 6
         self.best: FloatArray | None = None
-        self.distance = self._stuck = np.inf
+        self.distance = np.inf
         self.iterations, self.restarts = 0, -1
 
     def search_from(self, start: FloatArray, effort: Effort) -> None:
@@ -159,8 +155,6 @@ class _NearestSolution:
         self.restarts += 1
         if solution.converged:
             self.take(solution.q)
-        else:
-            self._stuck = math.dist(solution.q.tolist(), self.goal.tolist())
 
     def find_any(self, max_restarts: int) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
@@ -192,45 +186,27 @@ class _NearestSolution:
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
         for q in turned[: MAX_FOLLOWED if self._follow else 1]:
             self.take(q)
-        if self._follow:  # samples are incomplete, so another solution may be closer
-            self.is_nearest()
 
     def is_nearest(self) -> bool:
-        """Whether the solution counts as the nearest, after a search around it.
+        """Whether the solution counts as the nearest.
 
         Take a step t along a right-singular vector whose singular value is σ, and let κ be the
         acceleration of the tool along the left-singular vector. To second order the tool moves by
         σt + κt²/2, which is zero again at t = −2σ/κ. Near that step there is a second solution.
         """
-        if self.best is None and self._follow and self._stuck < NEAR_DISTANCE:
-            # A joint is at a limit that another path of the self-motion may avoid.
-            for start in self._around(NEAR_DISTANCE):
-                self.search_from(start, HASTY_EFFORT)
         if self.best is None or self.distance > NEAR_DISTANCE:
             return False
         if self.distance < SAME_CONFIGURATION:
             return True
         q, within = self.best, TWIN_DISTANCE_FACTOR * self.distance
         U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
-        for lost, value, along in zip(U.T, s, Vt, strict=True):
-            bend = float(lost @ self.search.bend(q, along))
-            if 2.0 * value < within * abs(bend):
-                self.search_from(q - (2.0 * value / bend) * along, HASTY_EFFORT)
         if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
-            for start in self._beside_singularity(q, within):
-                self.search_from(start, HASTY_EFFORT)
-        return True
-
-    def _beside_singularity(self, q: FloatArray, within: float) -> Iterable[FloatArray]:
-        """Starts of searches for other solutions near a singularity."""
-        if len(q) == 6:
-            return near_singular_solutions(self.search, [q], 2 + int(within / CURVE_STEP))
-        return self._around(self.distance)
-
-    def _around(self, radius: float) -> FloatArray:
-        """Starts around the goal."""
-        robot = self.search.robot
-        return spread_starts(robot, self.limits, NEARBY_RESTARTS, around=self.goal, radius=radius)
+            return False
+        bends = [
+            abs(float(lost @ self.search.bend(q, along)))
+            for lost, along in zip(U.T, Vt, strict=True)
+        ]
+        return bool((2.0 * s >= within * np.array(bends)).all())
 
     def answer(self, kind: str) -> IKSolution:
         """The nearest solution."""

@@ -12,24 +12,34 @@ from knotwork.waypoints import FloatArray
 
 SELF_MOTION_STARTS = 96
 SAMPLE_ITERATIONS = 18
+# Additional starts near a configuration, within this distance of a joint [rad or m].
+NEARBY_STARTS = 16
+NEARBY_DISTANCE = 0.25
 
 
-def sample_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
+def sample_self_motion(
+    robot: Robot, targets: Targets, near: FloatArray | None = None
+) -> list[FloatArray]:
     """Find solutions all over the self-motion of a redundant arm, inside its limits.
 
     Args:
         robot: The robot.
         targets: n poses.
+        near: Configuration near which more solutions are searched for, shape (d,).
 
     Returns:
         For each pose solutions, shape (b, d).
     """
     n, limits = len(targets), limits_of(robot)
-    owner = np.repeat(np.arange(n), SELF_MOTION_STARTS)
+    begin = spread_starts(robot, limits, SELF_MOTION_STARTS)
+    if near is not None:
+        close = spread_starts(robot, limits, NEARBY_STARTS, around=near, radius=NEARBY_DISTANCE)
+        begin = np.vstack([begin, close])
+    owner = np.repeat(np.arange(n), len(begin))
     ended = solve_batch(
         robot,
         targets.take(owner),
-        np.tile(spread_starts(robot, limits, SELF_MOTION_STARTS), (n, 1)),
+        np.tile(begin, (n, 1)),
         tolerance=1e-10,
         limits=limits,
         max_iterations=SAMPLE_ITERATIONS,

@@ -205,20 +205,17 @@ def _adjacent_stretches(segments: Iterable[FreeSegment], paths: TimedPaths) -> s
 def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[FreeSegment]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
-    Segments next to a path that exceeds a limit are left out: their velocity at the path
-    is not known.
+    Speeds along paths come first, as segments begin and end with them.
 
     Raises:
         InputError: A given value is infeasible.
     """
-    paths = task.scenario.paths
-    beyond = paths_beyond_limits(task, asked)
-    unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
-    errors = [error for path_errors in beyond.values() for error in path_errors]
+    errors = paths_beyond_limits(task, asked)
+    if errors:
+        raise together(errors)
     for segment in segments:
-        if not unknown & {segment.waypoints[0], segment.waypoints[-1]}:
-            problem = timing_problem(task, segment, Objective())
-            causes = infeasible_values(problem, direct=segment.way is None)
-            errors += located_in_segment(causes, task, segment)
+        problem = timing_problem(task, segment, Objective())
+        causes = infeasible_values(problem, direct=segment.way is None)
+        errors += located_in_segment(causes, task, segment)
     if errors:
         raise together(errors)

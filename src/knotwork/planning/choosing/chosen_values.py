@@ -12,6 +12,7 @@ from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion
 from knotwork.scenario import JointTarget, Scenario, resolve_task
+from knotwork.scenario.joint_space import by_joint
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -27,7 +28,7 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
         task: The task.
         motions: The segments and their motions.
     """
-    scenario, free, units = task.scenario, task.free, _Factors(task)
+    scenario, free = task.scenario, task.free
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
     for segment, motion in motions:
@@ -43,7 +44,7 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
                 after = float(motion.time[place] - motion.time[place - 1])
                 changes |= {"time": None, "after": after}
             q = positions[segment.rows[place]]
-            changes |= _chosen_speed(task, i, q, motion.velocity[place], units)
+            changes |= _chosen_speed(task, i, q, motion.velocity[place])
     optimal = scenario.task.knots == "optimal"
     numbers = scenario.task.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -51,24 +52,8 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
     timed = resolve_task(numbers, scenario.places)
     if not motions:
         return timed
-    runs = [_chosen_motion(timed, free.speed, *pair, units) for pair in motions]
+    runs = [_chosen_motion(task, timed, *pair) for pair in motions]
     return replace(timed, task=numbers.replace(chosen=runs))
-
-
-class _Factors:
-    """Converts values of joints and tool to the units of the task."""
-
-    def __init__(self, task: FreeTask) -> None:
-        space = task.space
-        self.length, self.angle = si_factors(task.scenario.task.units)
-        self.names = space.joint_names
-        self.scales = [self.angle if unit == "rad" else self.length for unit in space.joint_units]
-
-    def by_joint(self, values: FloatArray) -> dict[str, float]:
-        return {
-            name: float(value / scale)
-            for name, value, scale in zip(self.names, values, self.scales, strict=True)
-        }
 
 
 def solutions_near(
@@ -81,7 +66,8 @@ def solutions_near(
         positions: Joint positions of all rows [rad or m], by default those of its solution.
     """
     positions = task.waypoints.position if positions is None else positions
-    index, paths, units = task.scenario.index, task.scenario.paths, _Factors(task)
+    index, paths = task.scenario.index, task.scenario.paths
+    units = si_factors(task.scenario.task.units)
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
@@ -90,18 +76,19 @@ def solutions_near(
     for i, waypoint in enumerate(task.scenario.waypoints):
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
-    return {k: {"near": units.by_joint(positions[task.rows[i]])} for k, i in poses.items()}
+    return {
+        k: {"near": by_joint(task.space, positions[task.rows[i]], *units)} for k, i in poses.items()
+    }
 
 
-def _chosen_speed(
-    task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Factors
-) -> dict[str, Any]:
+def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it is chosen."""
     kind, robot, waypoint = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
+    length, angle = si_factors(task.scenario.task.units)
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": units.by_joint(v)}
+        return {"velocity": by_joint(task.space, v, length, angle)}
     robot, joints = robot.in_frame(standing=waypoint.standing)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
@@ -111,42 +98,43 @@ def _chosen_speed(
             spec = scenario.task.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.task.frame or "base"
             turn = scenario.frames[axes].rotation.T
-        linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
+        linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
-    return (
-        {"speed": None, "stop": True}
-        if speed < CHOSEN_STOP_SPEED
-        else {"speed": speed / units.length}
-    )
+    return {"speed": None, "stop": True} if speed < CHOSEN_STOP_SPEED else {"speed": speed / length}
 
 
 def _chosen_motion(
-    timed: Scenario,
-    kinds: tuple[str, ...],
-    segment: FreeSegment,
-    motion: TimedMotion,
-    units: _Factors,
+    task: FreeTask, timed: Scenario, segment: FreeSegment, motion: TimedMotion
 ) -> ChosenMotion:
-    """A segment for the task; its knots begin at the preceding waypoint of the task."""
+    """A segment for the task; its knots begin at the preceding waypoint of the task.
+
+    Args:
+        task: The task with unknowns.
+        timed: The scenario with numbers in their place.
+        segment: A segment.
+        motion: Its motion.
+    """
+    length, angle = si_factors(timed.task.units)
     x = motion.trajectory.breaks
-    a = motion.trajectory.acceleration(x)
     times = x.copy()
     for k, i in enumerate(segment.waypoints):
         later = x >= motion.time[k] - 1e-12
         times[later] = timed.waypoints[i].time + (x[later] - motion.time[k])
     velocities = {
-        timed.waypoints[i].name: units.by_joint(motion.velocity[k])
+        timed.waypoints[i].name: by_joint(task.space, motion.velocity[k], length, angle)
         for k, i in enumerate(segment.waypoints)
-        if kinds[i] != "given"
+        if task.free.speed[i] != "given"
     }
+    accelerations = [
+        by_joint(task.space, row, length, angle) for row in motion.trajectory.acceleration(x)
+    ]
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(
         times=times.tolist(),
-        room=None if motion.room is None else motion.room / units.length,
+        room=None if motion.room is None else motion.room / length,
         accelerations={
-            name: (a[:, j] / scale).tolist()
-            for j, (name, scale) in enumerate(zip(units.names, units.scales, strict=True))
+            name: [row[name] for row in accelerations] for name in task.space.joint_names
         },
         **{key: value for key, value in extra.items() if value},
     )

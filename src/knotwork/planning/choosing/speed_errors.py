@@ -15,22 +15,22 @@ LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
 
-def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
-    """Errors for given speeds that exceed a limit along a path, by the path's index.
+def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> list[InputError]:
+    """Errors for given speeds that exceed a limit along a path.
 
     Args:
         task: The task.
         asked: The unknowns; given speeds on paths with a chosen one are feasible.
     """
-    errors: dict[int, list[InputError]] = {}
-    for number, path in enumerate(task.scenario.paths):
+    errors: list[InputError] = []
+    for path in task.scenario.paths:
         if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
             continue
         shares = LimitShares(task, path)
         used = shares.of_motion(task, path).max(axis=1)
         for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
-            errors.setdefault(number, []).append(_path_error(task, path, k, limit, share))
+            errors.append(_path_error(task, path, k, limit, share))
     return errors
 
 

@@ -130,7 +130,7 @@ def compare(
     for name in names:
         options = own_options
         if name != scenario.si.planner:
-            options, _ = supported_options(own_options, name)
+            options, _ = supported_options(own_options, scenario.si.planner, name)
         try:
             trajectory, seconds = _time_planner(name, base.joint_waypoints, options)
         except InputError as error:

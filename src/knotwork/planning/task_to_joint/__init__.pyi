@@ -1,6 +1,6 @@
 from .solution import Choice as Choice
 from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart
-from .solution import Step as Step
+from .solution import SequenceStep as SequenceStep
 from .solution import TaskSolution as TaskSolution
 from .solve import solve_task as solve_task

@@ -15,11 +15,11 @@ from knotwork.kinematics.following.continuation import Continuation, continue_al
 from knotwork.kinematics.following.joint_field import Guide, Pull
 from knotwork.kinematics.following.limiting_constraint import LimitingConstraint, following_error
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates, concatenate
+from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
-from knotwork.planning.task_to_joint.requested_branch import branch_names, is_in_branch
+from knotwork.planning.task_to_joint.requested_branch import is_in_branch
 from knotwork.planning.task_to_joint.solution import PathStart
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.spline.polynomial.distinct import distinct
@@ -27,9 +27,9 @@ from knotwork.waypoints import FloatArray, IndexArray
 
 # Starts within this distance belong to the same continuation [rad or m].
 SAME_START = 1e-9
-# If no candidate can follow the paths with minimum-norm joint velocities, self-motion is planned
-# (`Ladder`) from up to `MAX_GUIDED` branches, the cheapest first, until `ENOUGH_GUIDED` succeed.
-MAX_GUIDED, ENOUGH_GUIDED = 12, 3
+# If no candidate can follow the paths with least-norm joint velocities, planned self-motion
+# (`Ladder`) is tried from this number of branches, the cheapest first, until one succeeds.
+MAX_GUIDED = 12
 # Factor on the number of collision tests along planned self-motion.
 GUIDED_SAMPLES_FACTOR = 4
 
@@ -60,24 +60,22 @@ class PathTrack(NamedTuple):
         path: The path.
         chain: The arm with the virtual joints of the path's freedom.
         rate: Rate at which self-motion moves joints to the middle of their ranges [1/s].
-        guides: Curves that self-motion follows in place of that, the nearest one.
+        guide: Curve that self-motion follows in place of that.
         continuation: Continuations of candidates along the path, if known.
     """
 
     path: ScenarioPath
     chain: FreedomChain
     rate: float
-    guides: tuple[Guide, ...] = ()
+    guide: Guide | None = None
     continuation: Continuation | None = None
 
     def pull(self, time: float, q: FloatArray) -> Pull:
         """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
-        if not self.guides:
+        if self.guide is None:
             return self.rate
         s = self.path.motion.arc_length(time)
-        gaps = q - np.array([guide.posture(s) for guide in self.guides])
-        nearest = int(np.abs(gaps - whole_turns(gaps)).max(axis=1).argmin())
-        return self.guides[nearest].offset(whole_turns(gaps[nearest]))
+        return self.guide.offset(whole_turns(q - self.guide.posture(s)))
 
     def start(self, q: FloatArray) -> PathStart:
         """Start of the path, from the positions of all joints [rad or m]."""
@@ -88,7 +86,7 @@ class PathTrack(NamedTuple):
         """The continuation from joint positions (d,) of the chain, if it is known."""
         if self.continuation is None:
             return None
-        gaps = start - self.continuation.q[0]
+        gaps = start - self.continuation.position[0]
         distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
         row = int(distance.argmin())
         if distance[row] > SAME_START:
@@ -118,7 +116,6 @@ class _BlockedPathError(Exception):
         branches: Index of the continuation of each candidate, shape (m,).
         turns: Offset of each candidate from its continuation [rad], shape (m, d).
         tried: Whether each is in the requested branch, shape (m,).
-        feasible: Whether each of the others can follow the path, shape (m,).
         contacts: Step of the first collision, by index of the continuation.
     """
 
@@ -130,12 +127,11 @@ class _BlockedPathError(Exception):
         branches: IndexArray,
         turns: FloatArray,
         tried: BoolArray,
-        feasible: BoolArray,
         contacts: Mapping[int, int],
     ) -> None:
         self.track, self.continuation, self.start = track, continuation, start
         self.branches, self.turns = branches, turns
-        self.tried, self.feasible, self.contacts = tried, feasible, contacts
+        self.tried, self.contacts = tried, contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +169,7 @@ class GroupSolver:
             blocked = error
         if guided := self._follow_guided(group, first, tracks):
             return guided
-        if any(track.chain.is_hard for track in tracks):
+        if any(track.chain.robot.virtual_joints for track in tracks):
             softened = [track._replace(chain=track.chain.with_soft_limits) for track in tracks]
             with contextlib.suppress(_BlockedPathError):
                 return self._follow(group, first, softened)
@@ -182,7 +178,7 @@ class GroupSolver:
     def _follow_guided(
         self, group: range, first: Candidates, tracks: list[PathTrack]
     ) -> GroupSolution | None:
-        """Solutions with planned self-motion, of a few feasible starts."""
+        """Solutions with planned self-motion, from the cheapest feasible start."""
         from knotwork.kinematics.following.ladder import Ladder
 
         moving = [track for track in tracks if not track.path.motion.stands]
@@ -195,30 +191,16 @@ class GroupSolver:
         is_clear = None if self.obstacles is None else self.obstacles.are_clear
         paths = [track.path.motion for track in moving]
         ladder = Ladder(chain.robot, paths, first.q[rows][:, chain.columns], is_clear)
-        solutions: list[GroupSolution] = []
         for start, curves in ladder.guided_starts(MAX_GUIDED):
             guides = iter(curves)
             guided = [
-                track if track.path.motion.stands else track._replace(guides=(next(guides),))
+                track if track.path.motion.stands else track._replace(guide=next(guides))
                 for track in tracks
             ]
             branch = first.select(first.branch == first.branch[rows[start]])
             with contextlib.suppress(_BlockedPathError):
-                solutions.append(self._follow(group, branch, guided))
-            if len(solutions) == ENOUGH_GUIDED:
-                break
-        if not solutions:
-            return None
-        return GroupSolution(
-            [concatenate(rows) for rows in zip(*(s.candidates for s in solutions), strict=True)],
-            [
-                same[0]._replace(
-                    guides=tuple(guide for track in same for guide in track.guides),
-                    continuation=None,
-                )
-                for same in zip(*(s.tracks for s in solutions), strict=True)
-            ],
-        )
+                return self._follow(group, branch, guided)
+        return None
 
     def _follow(self, group: range, first: Candidates, tracks: list[PathTrack]) -> GroupSolution:
         candidates, followed = [first], []
@@ -239,7 +221,7 @@ class GroupSolver:
         """Rows that can follow a path, candidates at its waypoints after the first, and the track.
 
         Raises:
-            _BlockedPathError: No candidate in the requested branch can follow it.
+            _BlockedPathError: No candidate in the requested branch can.
         """
         path, robot = track.path, track.chain.robot
         q = start.q[:, track.chain.columns]
@@ -255,13 +237,10 @@ class GroupSolver:
         contacts = self._contacts(track, continuation, distinct(branches[feasible]))
         feasible &= ~np.isin(branches, list(contacts))
         if not feasible[tried].any():
-            raise _BlockedPathError(
-                track, continuation, start, branches, turns, tried, feasible, contacts
-            )
+            raise _BlockedPathError(track, continuation, start, branches, turns, tried, contacts)
         rows, owner, onward = start.select(feasible), branches[feasible], []
-        steps = np.abs(continuation.time[:, None] - times).argmin(axis=0)
-        for position, step in zip(continuation.q[1:], steps[1:], strict=True):
-            q = track.chain.scatter(position[owner] + turns[feasible])
+        for step in continuation.at[1:]:
+            q = track.chain.scatter(continuation.position[step][owner] + turns[feasible])
             onward.append(
                 rows._replace(
                     q=q,
@@ -280,16 +259,15 @@ class GroupSolver:
         """Step of the first collision of each continuation that has one, by index."""
         if self.obstacles is None:
             return {}
-        count = COLLISION_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guides else 1)
+        count = COLLISION_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guide is not None else 1)
         steps = {int(b): self.obstacles.contact(continuation, int(b), count) for b in branches}
         return {branch: step for branch, step in steps.items() if step is not None}
 
     def _following_error(self, blocked: _BlockedPathError) -> FollowingError:
         """The error for a path that can't be followed.
 
-        It names the start for which a lower speed is sufficient, or otherwise the start that
-        reaches farthest. If another branch was requested, it names the branches that can follow the
-        path.
+        It names the start for which a lower speed may be sufficient, or else the start that gets
+        farthest.
         """
         path, robot = blocked.track.path, blocked.track.chain.robot
         tried = np.flatnonzero(blocked.tried)
@@ -299,29 +277,20 @@ class GroupSolver:
             **self._contacts(blocked.track, blocked.continuation, untested),
         }
         constraints = [self._constraint(blocked, int(row), contacts) for row in tried]
-        index = max(
-            range(len(tried)), key=lambda i: (constraints[i].part or 0.0, constraints[i].time)
-        )
-        constraint, robot_with_freedoms = constraints[index], self.chains.whole
-        k = next(k for k, part in enumerate(path.stretches) if constraint.time <= part.end)
+        best = max(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
+        k = next(k for k, part in enumerate(path.stretches) if best.time <= part.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
-        count = len(constraints)
-        solutions = "the only solution" if count == 1 else f"the best of all {count} solutions"
-        if not isinstance(self.scenario.branch, str):
-            solutions += " in the requested branch"
-        names = branch_names(robot_with_freedoms, blocked.start.select(tried[[index]]))
-        branch = "".join(f" ({name})" for name in names)
+        solution = f"the best of {len(constraints)} solutions"
         remedy = "begin a new path at a stop, before which the arm may change its branch"
-        if other_branches := branch_names(
-            robot_with_freedoms, blocked.start.select(blocked.feasible)
-        ):
-            remedy = f"request a branch that follows it: {'; or '.join(other_branches)}"
+        if not isinstance(self.scenario.branch, str):
+            solution += " in the requested branch"
+            remedy = "try branch: free"
         return following_error(
             robot,
             path.motion,
-            constraint,
-            f"the path from {begin.name!r} can't be followed: with {solutions} at "
-            f"{self.scenario.waypoints[path.first].name!r}{branch},",
+            best,
+            f"the path from {begin.name!r} can't be followed: with {solution} at "
+            f"{self.scenario.waypoints[path.first].name!r},",
             f"Move the path, turn the tool, or {remedy}",
             since=begin.time,
             units=self.scenario.units,

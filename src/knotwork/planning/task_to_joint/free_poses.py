@@ -46,16 +46,8 @@ class FreedomChain(NamedTuple):
     size: int
 
     @property
-    def is_hard(self) -> bool:
-        """Whether a virtual joint stops abruptly at its limits."""
-        joints = self.robot.virtual_joints
-        return any(not joint.soft and np.isfinite(joint.upper - joint.lower) for joint in joints)
-
-    @property
     def with_soft_limits(self) -> FreedomChain:
-        """If `is_hard`, the chain with virtual joints that slow down before their limits."""
-        if not self.is_hard:
-            return self
+        """The chain with virtual joints that slow down before their limits."""
         joints = [replace(joint, soft=True, ease=1.0) for joint in self.robot.virtual_joints]
         return self._replace(robot=self.robot.with_virtual_joints(*joints))
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from knotwork.kinematics.following.joint_field import Pull
     from knotwork.robot import Robot
 
-Step: TypeAlias = tuple[int, FloatArray, FloatArray]
+SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
 
 
@@ -28,7 +28,6 @@ class Choice:
         branches: Number of branches inside the limits; for a redundant arm, of samples.
         solutions: Number of solutions inside the limits, turns included.
         sampled: The arm is redundant at the pose.
-        reason: Reason for the choice.
     """
 
     waypoint: str
@@ -37,7 +36,6 @@ class Choice:
     branches: int
     solutions: int
     sampled: bool
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -55,8 +53,6 @@ class Infeasibility:
         velocity: The speed that the joint needs [rad/s or m/s].
         limit: The joint's velocity limit [rad/s or m/s].
         unit: `rad/s` or `m/s`.
-        fact: Sentence with every joint beyond its limit.
-        remedy: Feasible values, as a sentence.
     """
 
     waypoint: str
@@ -67,21 +63,11 @@ class Infeasibility:
     velocity: float
     limit: float
     unit: str
-    fact: str
-    remedy: str
 
     @property
     def fraction(self) -> float:
         """The feasible fraction of the velocity."""
         return self.limit / self.velocity
-
-    @property
-    def sentence(self) -> str:
-        """The fact with its remedy."""
-        return f"{self.fact}; {self.remedy}"
-
-    def __str__(self) -> str:
-        return self.sentence
 
 
 class PathStart(NamedTuple):

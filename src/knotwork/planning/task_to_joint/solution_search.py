@@ -13,14 +13,12 @@ from knotwork.kinematics.following.continuation import velocity_on_path
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import (
     Candidates,
-    candidates_of,
-    concatenate,
     find_candidates,
     nearest_candidate,
 )
 from knotwork.kinematics.sequence.cost import make_cost
 from knotwork.kinematics.sequence.nearness import weights
-from knotwork.kinematics.sequence.shortest_sequence import ConfigurationSequence, choose_sequence
+from knotwork.kinematics.sequence.shortest_sequence import choose_sequence
 from knotwork.kinematics.sequence.step_costs import Layer
 from knotwork.planning.task_to_joint.dependent_waypoints import (
     GroupSolver,
@@ -31,7 +29,7 @@ from knotwork.planning.task_to_joint.dependent_waypoints import (
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.obstacles import Obstacles
 from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check_branch, no_branch
-from knotwork.planning.task_to_joint.solution import Step
+from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
@@ -86,7 +84,7 @@ class SolutionSearch:
         scenario: Scenario,
         space: JointSpace,
         chains: FreedomChains,
-        avoided: Iterable[Step] = (),
+        avoided: Iterable[SequenceStep] = (),
     ) -> None:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
@@ -124,7 +122,7 @@ class SolutionSearch:
         blocked = sequence.blocked
         if blocked is not None:
             raise no_branch(self.scenario, self.robot, blocked, self.candidates[blocked])
-        positions = self._refine(sequence, layers)
+        positions = sequence.q
         velocities = [
             velocity_at(self.scenario, self.chains, track_of(self.tracks, i), i, q)
             if target is None
@@ -165,41 +163,12 @@ class SolutionSearch:
                 poses[i] = target
         references = [self._reference(i)[chain.columns] for i in poses]
         several = find_candidates(chain.robot, list(poses.values()), references, units)
-        for (i, target), candidates, near in zip(poses.items(), several, references, strict=True):
-            if candidates.redundant and (i in self._group_of or self.near is not None):
-                candidates = self._add_nearest(chain, target, candidates, near)
+        for i, candidates in zip(poses, several, strict=True):
             if i in self.free_velocity:
                 zero = np.zeros_like(candidates.velocity)
                 candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
             result[i] = candidates
         return result
-
-    def _add_nearest(
-        self,
-        chain: FreedomChain,
-        target: CartesianWaypoint,
-        candidates: Candidates,
-        near: FloatArray,
-    ) -> Candidates:
-        """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
-
-        The configuration at the start of a path or a wait is not refined later. Other ones are, but
-        a feasible motion between distant samples may not exist.
-        """
-        from knotwork.kinematics.sequence.null_space_refinement import (
-            RefinementTask,
-            refine_sequence,
-        )
-
-        joints = self.joints.select(chain.columns)
-        gaps = difference(candidates.q, near, joint_axes(chain.robot).revolute) / joints.scale
-        row = int(np.linalg.norm(gaps, axis=1).argmin())
-        task = RefinementTask(joints, (), [target], near)
-        q = refine_sequence(chain.robot, task, candidates.q[[row]], candidates.velocity[[row]])
-        nearest = candidates_of(chain.robot, target, q[0])
-        return concatenate(
-            [candidates, nearest._replace(branch=nearest.branch + candidates.branches)]
-        )
 
     def _reference(self, index: int) -> FloatArray:
         """The last known configuration before a waypoint, without a search."""
@@ -256,53 +225,6 @@ class SolutionSearch:
             group_row=None if group is None else rows,
             previous_q=None if previous is None else previous.q[rows],
         )
-
-    def _refine(self, sequence: ConfigurationSequence, layers: list[Layer]) -> FloatArray:
-        """Move waypoints of a redundant arm along its self-motion to improve the whole motion."""
-        if self.scenario.prefers_clearance:
-            return sequence.q
-        # refinement would move these back to the solution that collided
-        fixed = {k for i, step in enumerate(self.steps) if step.colliding for k in (i, i + 1)}
-        movable = {
-            i: target
-            for i, (target, c) in enumerate(
-                zip(self.scenario.waypoints, self.candidates, strict=True)
-            )
-            if isinstance(target, CartesianWaypoint)
-            and c is not None
-            and c.redundant
-            and i not in self._group_of
-            and i not in fixed
-        }
-        if not movable:
-            return sequence.q
-        from knotwork.kinematics.sequence.null_space_refinement import (
-            RefinementTask,
-            refine_sequence,
-        )
-
-        refined = sequence.q.copy()
-        v = np.array([layer.velocity[k] for layer, k in zip(layers, sequence.index, strict=True)])
-        for chain in self.chains:
-            targets = {i: t for i, t in movable.items() if self.chains.for_waypoint(t) is chain}
-            if not targets:
-                continue
-            columns = chain.columns
-            task = RefinementTask(
-                self.joints.select(columns),
-                self.steps,
-                [targets.get(i) for i in range(len(layers))],
-                None if self.near is None else self.near[columns],
-                home(self.space)[columns] if self.space.targets[0] is None else None,
-                self.free_velocity,
-            )
-            q = refine_sequence(chain.robot, task, refined[:, columns], v[:, columns])
-            refined[:, columns] = q
-        if self.obstacles is not None:
-            for i, target in movable.items():
-                if self.obstacles.collides(refined[i], target.time):
-                    return sequence.q
-        return refined
 
 
 def velocity_at(

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.planning.task_to_joint.inserted import complete_waypoints
-from knotwork.planning.task_to_joint.solution import Step, TaskSolution
+from knotwork.planning.task_to_joint.solution import SequenceStep, TaskSolution
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 
@@ -22,7 +22,7 @@ def solve_task(
     scenario: Scenario,
     space: JointSpace,
     knots: Any = "paper",
-    avoided: Sequence[Step] = (),
+    avoided: Sequence[SequenceStep] = (),
 ) -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
@@ -38,8 +38,7 @@ def solve_task(
 
     With `near`, the distance from that configuration replaces the travel, and whole turns are
     ignored. `branch` restricts the candidates. If no sequence is feasible, the one with the
-    smallest excess over the velocity limits is chosen. Samples of a redundant arm's self-motion are
-    refined later.
+    smallest excess over the velocity limits is chosen.
 
     Args:
         scenario: The task.
@@ -72,7 +71,7 @@ def solve_task(
 
 
 def _solve_poses(
-    scenario: Scenario, space: JointSpace, robot: Robot, knots: Any, avoided: Sequence[Step]
+    scenario: Scenario, space: JointSpace, robot: Robot, knots: Any, avoided: Sequence[SequenceStep]
 ) -> TaskSolution:
     """The solution if a waypoint is a pose."""
     from knotwork.kinematics.sequence.cost import CostLevel

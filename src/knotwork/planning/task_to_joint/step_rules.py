@@ -15,7 +15,7 @@ from knotwork.kinematics.sequence.step_costs import (
     StepRules,
 )
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
-from knotwork.planning.task_to_joint.solution import Step
+from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointState
@@ -45,7 +45,7 @@ def step_rules(
     chains: FreedomChains,
     targets: Iterable[JointState | None],
     free_velocity: Collection[int],
-    avoided: Iterable[Step],
+    avoided: Iterable[SequenceStep],
 ) -> list[StepRules]:
     """Rules for the cost of the step in each interval.
 

@@ -36,16 +36,17 @@ class PlannerOptions:
             `"zero"`, or a pair (start, end) of scalars or arrays of shape (d,)
             [rad/s² or m/s²].
         accelerations: Accelerations at the waypoints: `None` for the planner's default,
-            `"zero"`, or `"estimated"` from the neighbouring waypoints.
+            `"zero"`, `"estimated"` from the neighbouring waypoints, or an array of shape (n, d)
+            [rad/s² or m/s²].
         chosen: Segments whose motion was chosen beforehand, in order of time, or `None`.
 
     Raises:
-        OptionError: `accelerations` is not an accepted name.
+        OptionError: `accelerations` is neither an accepted name nor finite numbers.
     """
 
     knots: str | BalancedKnots | ArrayLike = "paper"
     end_acceleration: EndAcceleration = None
-    accelerations: str | None = None
+    accelerations: str | ArrayLike | None = None
     chosen: tuple[ChosenRun, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -54,12 +55,15 @@ class PlannerOptions:
 
         put("knots", _as_tuples(self.knots))
         put("end_acceleration", _as_tuples(self.end_acceleration))
-        if self.accelerations not in (None, *ACCELERATION_RULES):
-            raise OptionError(
-                "accelerations",
-                f"is {self.accelerations!r}; "
-                + did_you_mean(str(self.accelerations), ACCELERATION_RULES),
-            )
+        if isinstance(self.accelerations, str):
+            if self.accelerations not in ACCELERATION_RULES:
+                raise OptionError(
+                    "accelerations",
+                    f"is {self.accelerations!r}; "
+                    + did_you_mean(self.accelerations, (*ACCELERATION_RULES, "an array")),
+                )
+        else:
+            put("accelerations", _as_tuples(_numbers("accelerations", self.accelerations)))
 
     @property
     def requested(self) -> tuple[str, ...]:
@@ -74,6 +78,28 @@ def _as_tuples(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return tuple(_as_tuples(entry) for entry in value)
     return value
+
+
+def _numbers(option: str, values: Any) -> Any:
+    """Numbers as an array; `None` stays `None`.
+
+    Raises:
+        OptionError: Values are not real numbers, or not finite.
+    """
+    if values is None:
+        return None
+    try:
+        array = np.array(values)
+    except ValueError as error:
+        raise OptionError(option, f"is {values!r}; its rows differ in length") from error
+    if array.dtype.kind not in "iuf":
+        raise OptionError(option, f"is {values!r}; it must be real numbers")
+    array = array.astype(float)
+    bad = np.argwhere(~np.isfinite(array))
+    if bad.size:
+        index = tuple(int(i) for i in bad[0])
+        raise OptionError(option, f"at {list(index)} is {array[index]}; it must be finite")
+    return array
 
 
 class Planner(Protocol):

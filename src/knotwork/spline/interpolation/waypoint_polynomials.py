@@ -8,7 +8,7 @@ in where the values come from:
 | planner | velocities | accelerations | jerk, snap |
 |---|---|---|---|
 | cubic, bspline-velocity | waypoints | | |
-| quintic, septic, nonic | waypoints | options: zero, estimated | zero |
+| quintic, septic, nonic | waypoints | options: zero, estimated, given | zero |
 | 3-5-3 | waypoints | of the outer cubics, else options | |
 | bspline | ends; inner ones make accelerations continuous | | |
 | 4-3-4 | likewise | ends; inner ones of that curve | |
@@ -27,9 +27,11 @@ to Robotics; C. de Boor, A Practical Guide to Splines, chapters IV and IX.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, OptionError
 from knotwork.spline.interpolation.joining import join_pieces
 from knotwork.spline.interpolation.modified_hermite_spline import end_accelerations
 from knotwork.spline.interpolation.options import PlannerOptions
@@ -78,10 +80,12 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
 
     Args:
         waypoints: Positions and velocities, n = 2 or n >= 4.
-        options: `accelerations` of the waypoints 2 … n-3: estimated by default, or `"zero"`.
+        options: `accelerations` of the waypoints 2 … n-3: estimated by default (see
+            `estimated_accelerations`), `"zero"`, or an array of shape (n-4, d) [rad/s² or m/s²],
+            without rows for the two waypoints at each end, which the cubics determine.
 
     Raises:
-        InputError: There are three waypoints.
+        InputError: There are three waypoints, or an option has the wrong shape.
     """
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     if t.size == 3:
@@ -90,7 +94,15 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
             "meet all velocities, don't agree on the acceleration between them; add a waypoint or "
             "use planner 'modified-hermite'"
         )
-    a = preset_accelerations(waypoints, options, default="estimated")
+    requested = options.accelerations
+    a = np.zeros(y.shape)
+    if requested is None or isinstance(requested, str):
+        if requested != "zero":
+            a = estimated_accelerations(waypoints)
+    else:
+        rows = preset_rows(requested, waypoints, skipped=2)
+        a[2 : 2 + len(rows)] = rows
+    a = with_known(a, waypoints)
     start, end = cubic_accelerations(waypoints)
     a[0], a[-1] = start[0], end[-1]
     if t.size > 2:
@@ -203,20 +215,62 @@ def cubic_accelerations(waypoints: JointWaypoints) -> tuple[FloatArray, FloatArr
     return start, (4.0 * v[1:] + 2.0 * v[:-1] - 6.0 * slope) / h
 
 
-def preset_accelerations(
-    waypoints: JointWaypoints, options: PlannerOptions, default: str = "zero"
-) -> FloatArray:
-    """Accelerations at the waypoints by the rule of the options, or the default, shape (n, d).
+def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
+    """Accelerations at the waypoints given by the options, zeros by default, shape (n, d).
 
     Accelerations of the waypoints have priority over the options.
 
     Raises:
-        OptionError: End accelerations have another shape.
+        OptionError: An array has another shape, or end accelerations are given together with one.
     """
-    rule = options.accelerations or default
-    a = estimated_accelerations(waypoints) if rule == "estimated" else 0.0 * waypoints.position
+    asked = "zero" if options.accelerations is None else options.accelerations
     ends = end_accelerations(options.end_acceleration, (len(waypoints.joint_names),))
+    if not isinstance(asked, str):
+        if ends is not None:
+            raise OptionError(
+                "end_acceleration",
+                "gives the accelerations at the ends, and so do the first and last row of option "
+                "accelerations; give one of the two",
+            )
+        return with_known(preset_rows(asked, waypoints), waypoints)
+    if asked == "zero":
+        accelerations = np.zeros(waypoints.position.shape)
+    else:
+        accelerations = estimated_accelerations(waypoints)
     if ends is not None:
-        a[0], a[-1] = ends
+        accelerations[0], accelerations[-1] = ends
+    return with_known(accelerations, waypoints)
+
+
+def with_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArray:
+    """Replace the accelerations of an option by those that the waypoints have."""
     known = waypoints.acceleration
-    return a if known is None else np.where(np.isnan(known), a, known)
+    return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
+
+
+def preset_rows(rows: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> FloatArray:
+    """Accelerations given at the waypoints, shape (n, d).
+
+    Args:
+        rows: Value of the option `accelerations`.
+        waypoints: The waypoints.
+        skipped: Number of waypoints at either end without a row.
+
+    Raises:
+        OptionError: The shape is wrong.
+    """
+    n, joints = waypoints.position.shape
+    shape = max(n - 2 * skipped, 0), joints
+    where = "each waypoint, the start included"
+    if skipped:
+        where += f", but the first {skipped} and the last {skipped}, where nothing is free"
+    accepted = f"{n} waypoints of {joints} joints take {shape[0]} (shape {shape}), one for "
+    array = np.asarray(rows, dtype=float)
+    if array.size == shape[0] == 0:
+        return np.zeros(shape)
+    if array.shape != shape:
+        count = len(array) if array.ndim else "no"
+        raise OptionError(
+            "accelerations", f"has {count} rows (shape {array.shape}); {accepted}{where}"
+        )
+    return array

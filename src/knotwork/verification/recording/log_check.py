@@ -116,8 +116,6 @@ def compare_log(
     robot: Robot | None = None,
     units: Units = SI,
     tolerances: LogTolerances | None = None,
-    *,
-    required: bool = True,
 ) -> Report:
     """Report the deviations of a log from its plan, the assumptions about it, and jumps.
 
@@ -135,7 +133,6 @@ def compare_log(
         robot: Robot, for the deviation of the tool.
         units: Units of the messages.
         tolerances: Tolerances of the log relative to the plan, or `None`.
-        required: Without tolerances, a jump of the position fails.
 
     Raises:
         InputError: A tolerance has an unknown subject.
@@ -144,7 +141,7 @@ def compare_log(
     tolerances = tolerances or LogTolerances()
     _check_tolerances(tolerances, alignment.trajectory, robot)
     allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples
-    residuals = _residual_findings(alignment, allowed, units, required=required) if jumps else ()
+    residuals = _residual_findings(alignment, allowed, units) if jumps else ()
     return Report(
         scenario=alignment.curve.log.source,
         robot=robot.name if robot is not None else None,
@@ -221,7 +218,7 @@ def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _residual_findings(
-    alignment: Alignment, allowed: FloatArray, units: Units, *, required: bool
+    alignment: Alignment, allowed: FloatArray, units: Units
 ) -> Iterator[Finding]:
     """Report the residuals of the samples of each joint, relative to their noise.
 
@@ -229,7 +226,6 @@ def _residual_findings(
         alignment: The smoothed log, by the plan's clock.
         allowed: Residuals due to jumps of the jerk, beyond the noise [rad or m], shape (d,).
         units: Units of the messages.
-        required: A jump fails.
     """
     curve = alignment.curve
     sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
@@ -248,7 +244,7 @@ def _residual_findings(
                 fact += f"; if such errors are expected, use --noise {float(sizes.max()):.0e}"
         yield Finding.at_most(
             "Continuity", "joint", name, "sample_off_the_curve", fact, value, limit,
-            required=required, unit=unit, time=time,
+            unit=unit, time=time,
         )  # fmt: skip
 
 

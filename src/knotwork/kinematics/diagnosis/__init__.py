@@ -1,1 +1,0 @@
-"""Diagnosis of poses without a solution: the reason, and the closest pose."""
