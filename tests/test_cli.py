@@ -71,10 +71,9 @@ def test_what_can_be_done_next_shows_the_motion_that_was_judged(
     knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", "")  # it is changed
     monkeypatch.chdir(tmp_path)
     Path("a task.yaml").write_text(SWING)
-    given = "'a task.yaml' --planner quintic --budget 10s --package-path ."
+    given = "'a task.yaml' --planner quintic --budget 10s"
     ran = knotwork("plan", *shlex.split(given), "-o", "made")
     # there is no arm to view
     assert ran.out.splitlines()[-1] == (

@@ -332,7 +332,8 @@ class ChosenRun(ReadOnlyArrays):
     Attributes:
         times: Knot times [s], including its waypoints', shape (m,), m >= 4.
         acceleration: Accelerations at the knots [rad/s² or m/s²], shape (m, d).
-        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by name of the waypoint.
+        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by index of the task's
+            waypoint.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, or times not increasing.
@@ -340,7 +341,7 @@ class ChosenRun(ReadOnlyArrays):
 
     times: FloatArray
     acceleration: FloatArray
-    velocity: Mapping[str, FloatArray] = dataclasses.field(default_factory=dict)
+    velocity: Mapping[int, FloatArray] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "times", checked_times(self.times))

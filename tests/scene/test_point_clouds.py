@@ -229,7 +229,7 @@ def test_the_drawn_cells_are_those_that_are_checked_or_larger_ones(
     cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
     points = {"file": str(tmp_path / "cloud.csv"), "resolution": EDGE}
     for most, edge, cells in ((217, EDGE, 217), (216, 2 * EDGE, 8 * 65)):
-        monkeypatch.setattr("knotwork.view.surroundings.MOST_DRAWN", most)
+        monkeypatch.setattr("knotwork.view.surroundings.MAX_DRAWN", most)
         mesh = thing(scene(beside_an_arm({"points": points})), "objects")
         assert volume(mesh) == pytest.approx(cells * EDGE**3, rel=1e-4)
         assert vertices(mesh)[:, 0].min() == pytest.approx(-(4 if edge > EDGE else 3) * EDGE)

@@ -150,9 +150,8 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     )
     curves = [one for axis in figure.axes for one in lines(axis, "curve")]
     assert line.get_color() not in {one.get_color() for one in curves}
-    worst_time, worst = data(lines(figure.axes[1], "worst")[0])
-    assert (worst_time[0], worst[0]) == pytest.approx((0.45, np.pi / 0.6))
-    assert {"limit exceeded", "worst", "limit"} <= set(legend_words(figure))
+    assert value.max() == pytest.approx(np.pi / 0.6)
+    assert {"limit exceeded", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")
     said = notes(figure)[1]  # and of the others, which stand still
     assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s exceeds limit ±3.15 rad/s")
@@ -191,8 +190,6 @@ def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) ->
     assert notes(figure)[0] == "180 deg inside limit ±360 deg"
     levels = [float(data(line)[1][0]) for line in lines(velocity, "limit")]
     assert levels == pytest.approx([math.degrees(3.15)])
-    bands = [patch for patch in velocity.patches if patch.get_gid() == "band"]
-    assert len(bands) == 1
 
 
 def test_one_joint_overlays_planners_told_apart_without_colour(
@@ -217,16 +214,13 @@ def test_one_joint_overlays_planners_told_apart_without_colour(
     assert "check of cubic FAILED" in heading(figure)
 
 
-@pytest.mark.exhaustive
-def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
-    plans = [planned("ur10_spray"), planned("ur10_spray", planner="trapezoidal")]
-    figure = plot_joints(plans, quantities=["velocity", "acceleration"])
-    assert len(figure.axes) == 4
-    for left, right in (figure.axes[:2], figure.axes[2:]):
-        assert left.get_ylim() == right.get_ylim()
-        assert len(lines(left, "curve")) == len(lines(right, "curve")) == 6
-    headings = [text.get_text() for axis in figure.axes[:2] for text in axis.texts]
-    assert headings == ["modified-hermite", "trapezoidal"]
+def test_several_motions_have_a_column_for_each_joint(deburring: Plan) -> None:
+    motions = [deburring, deburring.trajectory]
+    figure = plot_joints(motions, quantities=["velocity"], labels=["plan", "motion"])
+    assert len(figure.axes) == 6
+    assert all(len(lines(axis, "curve")) == 2 for axis in figure.axes)
+    headings = [axis.get_title() or axis.texts[-1].get_text() for axis in figure.axes]
+    assert "elbow_joint" in headings
 
 
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
@@ -280,7 +274,6 @@ def test_motions_that_do_not_belong_together_are_an_error(
         ([], {}, "at least one"),
         ({"a": 1}, {}, "can't draw dict"),
         (paper_case.trajectory, {"scenario": deburring.scenario}, "the joints of the scenario are"),
-        ([deburring] * 5, {}, "at most 4 motions"),
         ([paper_case] * 8, {}, "at most 7"),
         (deburring, {"joints": ["joint_1"]}, "unknown joint"),
     ):

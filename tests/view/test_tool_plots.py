@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from itertools import pairwise
 
@@ -13,7 +12,6 @@ from figures import data, label, lines
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.verification.metrics.deviation import straight_path_deviation
 from knotwork.view import plot_joints, plot_tool
 from plans import arm, planned
 
@@ -22,12 +20,7 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
     deburring = deburring_by_waypoints
     figure = plot_tool(deburring)
     labels = [label(axis) for axis in figure.axes]
-    assert labels == [
-        "tool speed [mm/s]",
-        "turning speed [deg/s]",
-        "off straight path [mm]",
-        "turned off line [deg]",
-    ]
+    assert labels == ["tool speed [mm/s]", "turning speed [deg/s]"]
     time, speed = data(lines(figure.axes[0], "curve")[0])
     robot = arm(deburring)
     for i in range(0, len(time), 97):
@@ -95,20 +88,6 @@ def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:
         assert all(gap > 0.3 * boxes[0].height for gap in gaps)
 
 
-def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> None:
-    deburring = deburring_by_waypoints
-    figure = plot_tool(deburring, degrees=True)
-    robot = arm(deburring)
-    worst = straight_path_deviation(robot, deburring.trajectory, deburring.scenario.waypoints)
-    assert worst is not None
-    off, turned = (data(lines(axis, "curve")[0]) for axis in figure.axes[2:])
-    assert np.nanmax(off[1]) == pytest.approx(1e3 * worst.position, rel=0.01)
-    assert np.nanmax(turned[1]) == pytest.approx(math.degrees(worst.orientation), rel=0.01)
-    # from the start, which is given by joint values, there is no straight path
-    assert np.isnan(off[1][off[0] < 3]).all()
-    assert np.isfinite(off[1][off[0] >= 3]).all()
-
-
 def test_planners_lie_over_each_other(deburring: Plan) -> None:
     figure = plot_tool([deburring, planned("ur5_deburring", planner="trapezoidal")])
     for axis in figure.axes:
@@ -125,18 +104,8 @@ def test_planners_lie_over_each_other(deburring: Plan) -> None:
 def test_a_trajectory_needs_its_scenario(deburring_by_waypoints: Plan, paper_case: Plan) -> None:
     deburring = deburring_by_waypoints
     figure = plot_tool(deburring.trajectory, scenario=deburring.scenario)
-    assert len(figure.axes) == 4
+    assert len(figure.axes) == 2
     with pytest.raises(InputError, match="without a robot"):
         plot_tool(deburring.trajectory)
     with pytest.raises(InputError, match="without a robot"):
         plot_tool(paper_case)
-
-
-def test_without_poses_there_is_no_straight_path() -> None:
-    plan = kw.plan(
-        {
-            "robot": "ur5",
-            "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
-        }
-    )
-    assert len(plot_tool(plan).axes) == 2

@@ -92,13 +92,7 @@ def test_shapes_that_can_not_be_drawn_are_warnings(arm) -> None:
         assert len(warning) < 500
 
 
-def test_collision_shapes_and_lines_replace_missing_shapes(arm) -> None:
-    box = '<collision><geometry><box size="1 1 2"/></geometry></collision>'
-    lost = urdf('<mesh filename="lost.stl"/>').replace("</visual>", f"</visual>{box}", 1)
-    robot = arm(lost)
-    assert shape_warnings(robot)[0].endswith("drawn from its collision shape")
-    (base,) = scene(at_rest(robot))["shapes"][0]
-    assert vertices(base)[:, 2].max() == pytest.approx(1.0)
+def test_lines_replace_missing_shapes(arm) -> None:
     bare = arm(re.sub("<visual>.*?</visual>", "", urdf()))
     assert shape_warnings(bare)[-1].endswith("its links are drawn as lines")
     meshes = scene(at_rest(bare))["shapes"][0]  # up to the joint
@@ -144,7 +138,7 @@ def test_the_commands_show_what_is_left_of_the_arm(
 
 
 def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.view.links.MOST_DRAWN_TRIANGLES", 20)
+    monkeypatch.setattr("knotwork.view.links.MAX_DRAWN_TRIANGLES", 20)
     (warning,) = shape_warnings(arm(urdf()))
     assert "more than 20 triangles" in warning
 
@@ -156,9 +150,9 @@ def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
     names = ("good.stl", "./good.stl", "flat.stl", ".//flat.stl")
     shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
     robot = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
-    monkeypatch.setattr("knotwork.view.links.MOST_FILE_BYTES", len(GOOD) + len(FLAT))
+    monkeypatch.setattr("knotwork.view.links.MAX_FILE_BYTES", len(GOOD) + len(FLAT))
     assert not [line for line in shape_warnings(robot) if "is not read" in line]
-    monkeypatch.setattr("knotwork.view.links.MOST_FILE_BYTES", len(GOOD))
+    monkeypatch.setattr("knotwork.view.links.MAX_FILE_BYTES", len(GOOD))
     assert "flat.stl is not read" in shape_warnings(robot)[0]
 
 

@@ -85,7 +85,7 @@ def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time
     assert tab.locator("[data-part=contact]").count() == panels
 
     plot = tab.locator("#plot-2 .plot")
-    plot.scroll_into_view_if_needed()
+    plot.evaluate("one => one.scrollIntoView({block: 'end'})")
     tab.mouse.move(5, 5)
     scene = tab.locator("iframe").bounding_box()
     assert scene["y"] >= 0

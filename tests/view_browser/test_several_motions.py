@@ -197,7 +197,7 @@ def test_a_map_that_is_one_file_has_the_motions_that_fit(
     assert tab.inner_text("#why") == study["message"][refused]
     assert not tab.locator("#motion").is_visible()
 
-    monkeypatch.setattr("knotwork.view.study_map.MOST_MAP_BYTES", 1)
+    monkeypatch.setattr("knotwork.view.study_map.MAX_MAP_BYTES", 1)
     command = f"knotwork view {folder}"
     ran = knotwork("view", folder, "-o", page)
     assert f"the motions of 0 of 2 rows; {command} shows the others" in ran.out

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,6 @@ from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
     PASSED,
-    DecidingArgument,
-    DecidingOption,
     GivenPath,
     PlanOptions,
     bundle_options,
@@ -57,21 +55,20 @@ def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> 
     return robot, scene, limits
 
 
-_option = functools.partial(click.option, cls=DecidingOption)
 scene_options = bundle_options("alone", _scene_options, (
-    _option("--limits", metavar="YAML|FILE",
+    click.option("--limits", metavar="YAML|FILE",
             help="Without a scenario: limits in place of the robot's, such as "
             "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
-    _option("--scene", metavar="FILE", type=GivenPath(),
+    click.option("--scene", metavar="FILE", type=GivenPath(),
             help="Without a scenario: a scenario file without waypoints: scene, "
             "frames, tool, limits, units."),
-    _option("--robot", metavar="ROBOT",
+    click.option("--robot", metavar="ROBOT",
             help="Without a scenario: the name of a shipped robot, a URDF or a robot file."),
 ))  # fmt: skip
 
 
 @click.command(epilog=EXIT_CODES)
-@click.argument("trajectory", cls=DecidingArgument, type=GivenPath(path_type=Path))
+@click.argument("trajectory", type=GivenPath(path_type=Path))
 @scenario_option("to check it against")
 @scene_options
 @log_options
@@ -125,8 +122,9 @@ def check(
     else:
         print_short(report)
         echo(f"the motion: {report.planner}")
-        if alone is None:
-            print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
+        if reference is not None and log is None:
+            words = [os.path.join(".", trajectory), "-s", reference]  # no shipped scenario
+            print_next(words, with_robot=report.robot is not None)
     if log is None and not report.ok and _is_csv(trajectory):
         echo(f"hint: {LOG_HINT}", err=True)
     return PASSED if report.ok else FAILED

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import click
-from rich.table import Table
 
 from knotwork.cli import tables
 from knotwork.cli.parameters import (
@@ -27,16 +25,16 @@ from knotwork.spline.interpolation import PLANNER_SPECS, rules
 from knotwork.units import readable
 from knotwork.verification.metrics import Peak
 
-# Columns, by figure: heading and unit. "joint" is the unit of the joints.
 _COLUMNS = {
-    "position_miss": ("pos.\nmiss", "joint"),
-    "velocity_miss": ("vel.\nmiss", "joint"),
-    "acceleration_jump": ("accel.\njump", "joint"),
-    "peak_velocity": ("peak\nvel.", "joint"),
-    "peak_acceleration": ("peak\naccel.", "joint"),
-    "peak_jerk": ("peak\njerk", "joint"),
-    "tool_path_deviation": ("off path\n[{length}]", "m"),
+    "position_miss": "pos.\nmiss",
+    "velocity_miss": "vel.\nmiss",
+    "acceleration_jump": "accel.\njump",
+    "peak_velocity": "peak\nvel.",
+    "peak_acceleration": "peak\naccel.",
+    "peak_jerk": "peak\njerk",
+    "tool_path_deviation": "off path\n[{length}]",
 }
+"""Headings by figure."""
 
 
 @click.command()
@@ -106,54 +104,37 @@ def planners(as_json: bool) -> int:
 
 def print_comparison(comparison: Comparison) -> None:
     """Print the table of a comparison, followed by the failures and refusals."""
-    scores = comparison.scores
+    scores, units = comparison.scores, comparison.units
+    joint_factor, joint_unit = _joint_unit(comparison)
+    factors = dict.fromkeys(_COLUMNS, joint_factor)
+    factors["tool_path_deviation"] = units.shown(1.0, "m")[0]
+    shown = [name for name in _COLUMNS if any(getattr(row, name) is not None for row in scores)]
+    headings = [_COLUMNS[name].format(length=units.length) for name in shown]
     duration = f": {scores[0].duration:g} s" if scores else ""
-    out = tables.console()
-    shown = {
-        column: (heading.format(length=comparison.units.length), unit)
-        for column, (heading, unit) in _COLUMNS.items()
-        if any(getattr(score, column) is not None for score in scores)
-    }
-    tables.print_table(_table(comparison, shown, f"{comparison.scenario}{duration}"))
-    out.print()
-    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of all that pass")
+    title = f"{comparison.scenario}{duration}"
+    table = tables.plain_table(title, ["planner", "verdict", *headings], 2)
+    table.padding = (0, 0, 0, 0)  # cells end in a star or a space
+    winners, above = best(scores), ""
+    for row in comparison.rows:
+        planner, _, rule = row.planner.partition(":")
+        label = f"  :{rule}" if rule and planner == above else row.planner
+        above = planner
+        if isinstance(row, Refusal):
+            table.add_row(label, "refused: see below")
+            continue
+        stars = ["*" if row.planner in winners.get(name, ()) else " " for name in shown]
+        cells = [_cell(row, name, factors[name]) for name in shown]
+        verdict = "passed" if row.passed else f"{row.failed} fail"
+        table.add_row(label, verdict, *map("".join, zip(cells, stars, strict=True)))
+    tables.print_table(table)
+    echo(f"\n{joint_unit}, s; % of the limit; * best of all that pass")
     if comparison.times_chosen:
-        out.print("Free times were chosen once, for all planners.")
-        out.print("modified-hermite without a rule is the chosen motion.")
+        echo("Free times were chosen once, for all planners.")
+        echo("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
         if row.reason:
             verdict = "refused" if isinstance(row, Refusal) else "fails"
             tables.print_wrapped(row.reason, f"{row.planner} {verdict}: ", "    ", "red")
-
-
-def _table(comparison: Comparison, shown: dict[str, tuple[str, str]], title: str) -> Table:
-    table = tables.plain_table(
-        title, ["planner", "verdict", *(heading for heading, _ in shown.values())], 2
-    )
-    table.padding = (0, 0, 0, 0)  # cells end in a star or a space
-    winners = best(comparison.scores)
-    factors = {column: _factor(unit, comparison) for column, (_, unit) in shown.items()}
-    labels = _labels([row.planner for row in comparison.rows])
-    for label, row in zip(labels, comparison.rows, strict=True):
-        if isinstance(row, Refusal):
-            table.add_row(label, "refused: see below")
-        else:
-            verdict = "passed" if row.passed else f"{row.failed} fail"
-            table.add_row(
-                label, verdict, *(_cell(row, column, winners, factors[column]) for column in shown)
-            )
-    return table
-
-
-def _labels(planners: Sequence[str]) -> list[str]:
-    """Names of planners; under its planner a rule is shown alone."""
-    labels = []
-    above = ""
-    for name in planners:
-        planner, colon, rule = name.partition(":")
-        labels.append(f"  {colon}{rule}" if colon and planner == above else name)
-        above = planner
-    return labels
 
 
 def _joint_unit(comparison: Comparison) -> tuple[float, str]:
@@ -164,22 +145,15 @@ def _joint_unit(comparison: Comparison) -> tuple[float, str]:
     return comparison.units.shown(1.0, kinds.pop())
 
 
-def _factor(unit: str, comparison: Comparison) -> float:
-    """Factor from a figure in SI to the unit shown."""
-    return _joint_unit(comparison)[0] if unit == "joint" else comparison.units.shown(1.0, unit)[0]
-
-
-def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float) -> str:
-    value = getattr(score, column)
-    star = "*" if score.planner in winners.get(column, ()) else " "
+def _cell(score: Score, name: str, factor: float) -> str:
+    """A figure in the shown unit, or a peak in percent of its limit."""
+    value = getattr(score, name)
     if value is None:
-        return "inf " if "jerk" in column else "- "
-    if isinstance(value, Peak):
-        if value.use is not None:
-            percent = 100 * value.use
-            return f"{percent:.0f} %{star}" if percent >= 10 else f"{percent:.2g} %{star}"
-        return f"{_short(factor * value.value)}{star}"
-    return f"{_short(factor * value)}{star}"
+        return "inf" if "jerk" in name else "-"
+    if isinstance(value, Peak) and value.use is not None:
+        percent = 100 * value.use
+        return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %"
+    return _short(factor * (value.value if isinstance(value, Peak) else value))
 
 
 def _short(value: float) -> str:

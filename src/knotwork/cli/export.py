@@ -54,7 +54,7 @@ Exit codes:
 """
 
 
-MOST_EXPORT_FAILURES = 10
+MAX_EXPORT_FAILURES = 10
 
 
 def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) -> dict[str, float]:
@@ -308,7 +308,7 @@ def points_pass(
 
 
 def _show(failures: Sequence[Finding], whose: str, verdict: str) -> None:
-    for failure in failure_lines(failures, MOST_EXPORT_FAILURES):
+    for failure in failure_lines(failures, MAX_EXPORT_FAILURES):
         echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)
     sys.stderr.flush()

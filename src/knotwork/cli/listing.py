@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -151,24 +150,16 @@ def _number(value: float, unit: str) -> str:
 
 def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> None:
     """Print the checked and the excluded pairs of links, with reasons."""
-    out, wrapping = console(), console(wrap=True)
-    wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
-    _print_rows("Collision shapes", ["link", "shapes"], 1, list(data["links"].items()))
+    print_entry(robot.name, robot.description, {})
     for sentence in filter(None, notes):
         print_wrapped(sentence, "warning ", " " * 5, "yellow")
-    ignored = [tuple(pair.values()) for pair in data["ignored"]]
-    _print_rows("Excluded pairs", ["link", "link", "why"], 3, ignored)
-    _print_rows("Checked pairs", ["link", "link"], 2, data["checked"])
-    out.print("Links that are fixed to each other are not listed.")
-
-
-def _print_rows(
-    title: str, columns: list[str], text_columns: int, rows: Sequence[Sequence[Any]]
-) -> None:
-    table = plain_table(title, columns, text_columns)
-    for row in rows:
-        table.add_row(*(cell(str(value)) for value in row))
-    print_table(table)
+    print_entry("Collision shapes", "", {link: str(n) for link, n in data["links"].items()})
+    excluded = {f"{pair['first']}, {pair['second']}": pair["reason"] for pair in data["ignored"]}
+    print_entry("Excluded pairs", "", excluded)
+    print_entry("Checked pairs", "", {})
+    for pair in data["checked"]:
+        echo(f"  {', '.join(pair)}")
+    echo("Links that are fixed to each other are not listed.")
 
 
 def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import os
 import re
@@ -14,7 +13,7 @@ from typing import Any, ClassVar
 import click
 
 from knotwork import planning
-from knotwork.cli.parameters import DecidingOption, GivenPath, bundle_options
+from knotwork.cli.parameters import GivenPath, bundle_options
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -119,22 +118,21 @@ def _log(
     return None
 
 
-_option = functools.partial(click.option, cls=DecidingOption)
 log_options = bundle_options("log", _log, (
-    _option("--topic", metavar="NAME", help="For a log: topic to read, "
+    click.option("--topic", metavar="NAME", help="For a log: topic to read, "
             "for example /joint_states, if several have all joints."),
-    _option("--log-unit", type=click.Choice(["rad", "deg"]),
+    click.option("--log-unit", type=click.Choice(["rad", "deg"]),
             help="For a log: unit of revolute joints without one in their headings."),
-    _option("--tolerance", metavar="[JOINT=]SIZE", multiple=True, type=Tolerance(),
+    click.option("--tolerance", metavar="[JOINT=]SIZE", multiple=True, type=Tolerance(),
             help="For a log: tolerance relative to its plan: 0.5mm and 0.1deg of the tool, "
             "joints=0.1deg or elbow_joint=0.1deg of joints, 0.2s in time; may be repeated."),
-    _option("--noise", type=float, metavar="SIGMA",
+    click.option("--noise", type=float, metavar="SIGMA",
             help="For a log: standard deviation of its positions [rad or m]; by default "
             "it is estimated from the samples."),
-    _option("--against", metavar="PLAN", type=GivenPath(),
+    click.option("--against", metavar="PLAN", type=GivenPath(),
             help="TRAJECTORY is a log; compare it with this plan, a trajectory.json "
             "or its folder."),
-    _option("--log", "is_log", is_flag=True,
+    click.option("--log", "is_log", is_flag=True,
             help="TRAJECTORY is the log of a robot, CSV with noise: estimate the smooth "
             "motion behind it."),
 ))  # fmt: skip

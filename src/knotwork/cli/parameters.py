@@ -7,14 +7,12 @@ import inspect
 import math
 import os
 import re
-import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 import click
-from click.core import ParameterSource
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
 EXIT_CODES = """
@@ -87,52 +85,13 @@ class Listed(click.ParamType[Any]):
         return parts
 
 
-class _Deciding(click.Parameter):
-    """A parameter that selects the motion of a command: the commands after it need it."""
-
-    def consume_value(self, ctx: click.Context, opts: Mapping[str, Any]) -> tuple[Any, Any]:
-        """Take the value, and keep it as typed."""
-        value, source = super().consume_value(ctx, opts)
-        if source is ParameterSource.COMMANDLINE:
-            ctx.meta.setdefault(_TYPED, []).append((self, value))
-        return value, source
-
-
-class DecidingOption(_Deciding, click.Option):
-    """An option that selects the motion of a command."""
-
-
-class DecidingArgument(_Deciding, click.Argument):
-    """An argument that selects the motion of a command."""
-
-
-_TYPED = "knotwork.typed"
-
-
-def typed_arguments() -> str:
-    """Arguments and options of the command line that select its motion."""
-    arguments: list[str] = []
-    options: list[str] = []
-    for parameter, value in click.get_current_context().meta.get(_TYPED, []):
-        values = value if isinstance(value, (list, tuple)) else [value]
-        if isinstance(parameter, click.Argument):
-            arguments += values
-        elif parameter.is_flag:
-            options.append(parameter.opts[0])
-        else:
-            options += [word for text in values for word in (min(parameter.opts, key=len), text)]
-    return shlex.join([*arguments, *options])
-
-
 planner_option = click.option(
     "--planner",
-    cls=DecidingOption,
     metavar="NAME[:RULE]",
     help="Planner, in place of the scenario's; `knotwork planners` lists them and their rules.",
 )
 budget_option = click.option(
     "--budget",
-    cls=DecidingOption,
     metavar="TIME",
     type=Seconds(),
     help="For free times: computing time after which the best motion is taken, such as 10s.",
@@ -161,7 +120,6 @@ port_option = click.option(
 
 package_path_option = click.option(
     "--package-path",
-    cls=DecidingOption,
     metavar="DIR",
     multiple=True,
     type=GivenPath(exists=True, file_okay=False, resolve_path=True),
@@ -178,7 +136,6 @@ def scenario_option(use: str) -> Callable[[Command], Command]:
         "--scenario",
         "-s",
         "reference",
-        cls=DecidingOption,
         metavar="SCENARIO",
         help=f"For a TRAJECTORY: its scenario, {use}.",
     )

@@ -14,7 +14,6 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     WRONG_INPUT,
-    DecidingArgument,
     NewPath,
     budget_option,
     full_option,
@@ -31,7 +30,7 @@ from knotwork.planning import Plan
 
 
 @click.command(epilog=EXIT_CODES)
-@click.argument("scenarios", cls=DecidingArgument, metavar="SCENARIO...", nargs=-1, required=True)
+@click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True)
 @click.option(
     "--out",
     "-o",
@@ -97,7 +96,11 @@ def plan(
         echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
         return code
     for _, result, written in results:
-        print_plan(result, written, full, alone=len(results) == 1)
+        print_plan(result, written, full)
+    if len(results) == 1 and not full and isinstance(result, Plan):
+        words = [*scenarios, *(["--planner", planner] if planner else [])]
+        words += ["--budget", f"{budget:g}s"] if budget else []
+        print_next(words, with_robot=result.report.robot is not None)
     if len(results) > 1:
         echo("\nScenarios")
         for name, result, _ in results:
@@ -106,10 +109,8 @@ def plan(
     return code
 
 
-def print_plan(
-    result: Plan | KnotworkError, written: list[Path], full: bool, *, alone: bool
-) -> None:
-    """Print the verdict on a plan, the written files, and for a single plan the next commands."""
+def print_plan(result: Plan | KnotworkError, written: list[Path], full: bool) -> None:
+    """Print the verdict on a plan, and the written files."""
     if isinstance(result, KnotworkError):
         echo(f"error: {result}", err=True)
         return
@@ -121,8 +122,6 @@ def print_plan(
         print_short_plan(result)
     for path in written:
         echo(f"wrote {path}")
-    if alone and not full:
-        print_next(with_robot=result.report.robot is not None)
 
 
 def _verdict(result: Plan | KnotworkError) -> int:

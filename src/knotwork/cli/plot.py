@@ -20,9 +20,10 @@ from knotwork.cli.parameters import (
 from knotwork.cli.sources import Motion, print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.planning import Plan
 from knotwork.view.picture_files import checked_picture_path
-from knotwork.view.plotted_motions import choose_quantities
+from knotwork.view.plotted_motions import choose_names
 
 _PLOT_EPILOG = """
 Figures of the paper:
@@ -69,8 +70,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 @click.option(
     "--tool",
     is_flag=True,
-    help="Draw the tool: its speed, and its deviation from its path with the tolerances, or "
-    "from straight lines between poses without a path.",
+    help="Draw the tool: its speed, and its deviation from its path with the tolerances.",
 )
 @click.option(
     "--size",
@@ -108,7 +108,7 @@ def plot(
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
     if out is not None:
         checked_picture_path(out)
-    choose_quantities(look.get("quantities"))
+    choose_names("quantity", look.get("quantities"), DERIVATIVES)
     drawn = read_motions(source, reference, options, compare, log=log)
     print_failures(drawn)
     draw = view.plot_tool if tool else view.plot_joints

@@ -86,7 +86,7 @@ def replan(
         plans = [plan_to_dict(task, plan, written)]
         echo(json.dumps({"ok": code == PASSED, "plans": plans}, indent=1, allow_nan=False))
     else:
-        print_plan(plan, written, full, alone=False)
+        print_plan(plan, written, full)
     return code
 
 

@@ -10,7 +10,7 @@ from rich.padding import Padding
 from rich.table import Table
 
 from knotwork.cli.short_report import describe_left_out
-from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
+from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell
 from knotwork.scenario import Scenario
 from knotwork.units import Units, readable
@@ -70,7 +70,7 @@ def print_report(
             print_table(_findings_table(group, measured, report.units))
             out.print()
     if solution is not None and solution.choices:
-        print_table(_choice_table(solution.choices))
+        _print_choices(solution.choices)
         out.print()
     information = [f for f in report.findings if _is_sentence(f) and f.verdict == "information"]
     for head, style, findings in (
@@ -126,23 +126,19 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
     return table
 
 
-def _choice_table(choices: Sequence[Choice]) -> Table:
-    """Chosen solutions of poses; equal waypoints share a row."""
-    columns = ["waypoints", "branch", "turns", "of"]
-    table = plain_table("Solutions chosen", columns, len(columns))
-    for column in table.columns:
-        column.no_wrap, column.overflow = False, "fold"
-    for cells, group in itertools.groupby(choices, key=_choice_cells):
+def _print_choices(choices: Sequence[Choice]) -> None:
+    """Print the chosen solutions of poses; equal waypoints share an entry."""
+    entries = {}
+    for text, group in itertools.groupby(choices, key=_choice_text):
         names = [choice.waypoint for choice in group]
-        span = f"{names[0]} to {names[-1]}" if len(names) > 1 else names[0]
-        table.add_row(*map(cell, (span, *cells)))
-    return table
+        entries[f"{names[0]} to {names[-1]}" if len(names) > 1 else names[0]] = text
+    print_entry("Solutions chosen", "branch, turns, number of solutions", entries)
 
 
-def _choice_cells(choice: Choice) -> tuple[str, ...]:
+def _choice_text(choice: Choice) -> str:
     kind = "branch" if choice.branches == 1 else "branches"
     count = f"{choice.branches} {kind}, {choice.solutions} with turns"
     if choice.sampled:
         count = f"{choice.branches} samples of its self-motion"
-    turns = ", ".join(f"{joint} {turn:+d}" for joint, turn in choice.turns)
-    return choice.branch or "-", turns or "-", count
+    turns = (f"{joint} {turn:+d}" for joint, turn in choice.turns)
+    return "; ".join(part for part in (choice.branch, *turns, count) if part)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from knotwork.cli.parameters import typed_arguments
 from knotwork.cli.terminal import echo, echo_line
 
 if TYPE_CHECKING:
@@ -45,20 +46,17 @@ def print_short(report: Report) -> None:
         echo_line(line.text, word, **style)
 
 
-def print_next(*, with_robot: bool, with_scenario: bool = True) -> None:
-    """Print the commands that show the checked motion.
+def print_next(words: Sequence[str], *, with_robot: bool) -> None:
+    """Print the commands that show a motion.
 
     Args:
+        words: Arguments of these commands that select the motion.
         with_robot: Whether there is an arm to show.
-        with_scenario: Whether the motion has a task, which a page needs.
     """
-    arguments = typed_arguments()
-    first = f"next: knotwork {'view' if with_robot and with_scenario else 'plot'} {arguments}"
-    page = " | report {} --html FILE" if with_scenario else ""
-    pages = (page.format(arguments), page.format("…"), "")
-    forms = [f"{first}{page} | --full" for page in pages]
-    width = _width()
-    echo(next((form for form in forms if len(form) <= width), first))
+    arguments = shlex.join(words)
+    line = f"next: knotwork {'view' if with_robot else 'plot'} {arguments}"
+    forms = [f"{line} | report {text} --html FILE | --full" for text in (arguments, "…")]
+    echo(next((form for form in forms if len(form) <= _width()), line))
 
 
 def _width() -> int:

@@ -32,7 +32,7 @@ from knotwork.verification import Report, check
 from knotwork.verification.brief import failure_lines
 
 # Number of listed failures; more are counted.
-MOST_NOTED_FAILURES = 3
+MAX_NOTED_FAILURES = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,5 +203,5 @@ def print_failures(motions: Iterable[Motion]) -> None:
         if not report.ok:
             motion_name = f"{report.scenario}, {motion.trajectory.planner}"
             echo(f"note: {motion_name}: the check FAILS", err=True)
-            for failure in failure_lines(report.failures, MOST_NOTED_FAILURES):
+            for failure in failure_lines(report.failures, MAX_NOTED_FAILURES):
                 echo(f"  {failure}", err=True)

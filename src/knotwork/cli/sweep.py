@@ -27,7 +27,7 @@ from knotwork.sweeps.folder import is_study
 from knotwork.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
 
-MOST_REASONS = 12
+MAX_REASONS = 12
 
 
 @click.command(
@@ -191,12 +191,12 @@ def print_study(study: Study) -> None:
     done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
     table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
     counted = {"passed": study.passed, **study.reasons}
-    for reason, number in list(counted.items())[: 1 + MOST_REASONS]:
+    for reason, number in list(counted.items())[: 1 + MAX_REASONS]:
         style = "" if reason == "passed" else "[red]"
         table.add_row(f"{style}{cell(reason)}", str(number), f"{100 * number / max(1, count):.1f}")
     tables.print_table(table)
-    if len(study.reasons) > MOST_REASONS:
-        echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
+    if len(study.reasons) > MAX_REASONS:
+        echo(f"and {len(study.reasons) - MAX_REASONS} more reasons")
     for reason in (ROW_WRONG_INPUT, ROW_CRASHED):  # faults of the study, or of Knotwork
         if reason in study.reasons:
             row = study["reason"].index(reason)

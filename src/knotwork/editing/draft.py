@@ -19,7 +19,7 @@ from knotwork.files.documents.edits import changed_text
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 
-MOST_EDITS = 1000
+MAX_EDITS = 1000
 """Largest number of edits that can be undone."""
 
 
@@ -30,7 +30,6 @@ class Draft:
 
     Attributes:
         file: The file.
-        text: Edited text.
         revision: Number of changes so far.
     """
 
@@ -41,11 +40,15 @@ class Draft:
             DocumentError: The file can't be read.
         """
         self.file, self.revision = file, 0
-        self.text = self._disk = read_text(file)
-        self._past: list[str] = []
-        self._future: list[str] = []
+        self._disk = read_text(file)
+        self._texts, self._index = [self._disk], 0
         self._gesture = ""
         self._lock = threading.RLock()
+
+    @property
+    def text(self) -> str:
+        """The edited text."""
+        return self._texts[self._index]
 
     def document(self) -> Document:
         """The data of the text, with locations.
@@ -67,8 +70,8 @@ class Draft:
                 "file": self.file.name,
                 "data": _finite(data),
                 "build": build(data),
-                "undo": bool(self._past),
-                "redo": bool(self._future),
+                "undo": self._index > 0,
+                "redo": self._index + 1 < len(self._texts),
                 "unsaved": self.text != self._disk,
             }
 
@@ -92,11 +95,11 @@ class Draft:
 
     def undo(self) -> None:
         """Undo the last edit, if there is one."""
-        self._swap(self._past, self._future)
+        self._go_to(self._index - 1)
 
     def redo(self) -> None:
         """Redo the last undone edit, if there is one."""
-        self._swap(self._future, self._past)
+        self._go_to(self._index + 1)
 
     def reread(self) -> bool:
         """Reread the file; a change by another program is an edit. Returns whether it changed.
@@ -135,19 +138,17 @@ class Draft:
     def _set_text(self, text: str, gesture: str = "") -> None:
         if text == self.text:
             return
-        if not gesture or gesture != self._gesture:
-            self._past = [*self._past[-MOST_EDITS:], self.text]
-        self._future.clear()
+        same_gesture = bool(gesture) and gesture == self._gesture
+        past = self._texts[: self._index + (0 if same_gesture else 1)]
+        self._texts = [*past[-MAX_EDITS:], text]
+        self._go_to(len(self._texts) - 1)
         self._gesture = gesture
-        self.text = text
-        self.revision += 1
 
-    def _swap(self, source: list[str], target: list[str]) -> None:
+    def _go_to(self, index: int) -> None:
+        """Show one of the texts, if there is one of this index."""
         with self._lock:
-            if source:
-                target.append(self.text)
-                self.text = source.pop()
-                self._gesture = ""
+            if 0 <= index < len(self._texts):
+                self._index, self._gesture = index, ""
                 self.revision += 1
 
 

@@ -27,7 +27,7 @@ from knotwork.scenario.joint_space import joint_space
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
 from knotwork.task.si_units import si_factors
-from knotwork.view.live_server import EditServer
+from knotwork.view.live_server import LiveServer
 from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray, read_only
@@ -111,7 +111,7 @@ class Session:
             "save": lambda _: draft.save(),
         }
         answering = {name: partial(self._answer, action) for name, action in actions.items()}
-        self.server = EditServer(draft.file.name, answering, self._state, port)
+        self.server = LiveServer(draft.file.name, port, answering, self._state)
 
     def _answer(self, action: Callable[[Request], Answer | None], request: Request) -> Answer:
         return {**(action(request) or {}), "revision": self.draft.revision}

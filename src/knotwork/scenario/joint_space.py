@@ -360,7 +360,7 @@ class _JointReader:
             np.array(motion.times),
             self.array(motion.accelerations, *place, "accelerations").T,
             {
-                name: self.array(values, *place, "velocities", name)
+                names.index(name): self.array(values, *place, "velocities", name)
                 for name, values in motion.velocities.items()
             },
         )

@@ -19,8 +19,6 @@ ASIDE_ANGLE = np.radians(10.0)
 CLEAR_ANGLE, NEAR_ROBOT = np.radians(75.0), 0.15
 # Margin around a view of the task alone, as a fraction of its size.
 VIEW_MARGIN = 0.35
-# Fraction of a picture that its points may fill.
-FILLED_PART = 0.94
 
 
 def views(
@@ -57,33 +55,6 @@ def views(
     margin = VIEW_MARGIN * extent
     corners = box_corners(np.array([task.min(axis=0) - margin, task.max(axis=0) + margin]))
     return {"view": view, "work": {**view, "points": corners.tolist()}}
-
-
-def frame_points(
-    points: FloatArray, towards: Sequence[float], size: tuple[float, float]
-) -> tuple[float, FloatArray]:
-    """Distance of a camera that looks at the origin, and shift of its picture, for points in view.
-
-    Args:
-        points: Points in view [m], z up, shape (n, 3).
-        towards: Unit vector from the origin towards the camera.
-        size: Width and height of the picture at a distance of 1.
-
-    Returns:
-        The distance [m]; and the middle of the picture, to the right and up, relative to its size.
-    """
-    backwards = np.asarray(towards, float)
-    right = np.cross([0.0, 0.0, 1.0], backwards)
-    right /= max(float(np.linalg.norm(right)), 1e-9)
-    axes = np.column_stack([right, np.cross(backwards, right)])
-    across, depth = points @ axes, points @ backwards
-    distance = float(depth.max()) + 1e-3
-    while True:
-        seen = across / (distance - depth)[:, np.newaxis]
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        if np.all(high - low <= FILLED_PART * np.array(size)):
-            return distance, (low + high) / 2.0 / size
-        distance += 0.01 * (distance - float(depth.min()))
 
 
 def _turn_away(apart: FloatArray, around: float) -> float:

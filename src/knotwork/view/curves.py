@@ -13,7 +13,7 @@ from knotwork.spline.polynomial.jumps import measured_jumps
 from knotwork.waypoints import FloatArray
 
 # Number of points of a whole curve, and the minimum and maximum number of one piece.
-CURVE_POINTS, LEAST_POINTS, MOST_POINTS = 3000, 12, 400
+CURVE_POINTS, MIN_POINTS, MAX_POINTS = 3000, 12, 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
     degree = len(c) - 1
     unit = c * span ** np.arange(degree, -1, -1)[:, None]
     pieces = span.size
-    count = min(max(CURVE_POINTS // pieces, LEAST_POINTS), MOST_POINTS) if degree > 1 else 2
+    count = min(max(CURVE_POINTS // pieces, MIN_POINTS), MAX_POINTS) if degree > 1 else 2
     regular = np.broadcast_to(np.linspace(0.0, 1.0, count)[:, None], (count, pieces))
     fraction = np.sort(np.concatenate((regular, critical_points(unit))), axis=0)
     time = np.minimum(curve.x[:-1] + fraction * span, curve.x[1:])

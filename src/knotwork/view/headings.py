@@ -34,10 +34,10 @@ LETTER_WIDTH = 0.62
 """Width of a letter, as a fraction of the font size."""
 TIME_MARGIN = 0.012
 """Margin around the times of a motion, as a fraction of its duration."""
-LEAST_SPAN = 0.003
+MIN_SPAN = 0.003
 """Minimum drawn duration of a contact, as a fraction of the motion."""
 SEGMENTS = ("tool path", "way", "wait")
-LEAST_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
+MIN_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
 """Smallest height of a panel [in], of one of more rows than this, and this number of rows."""
 
 
@@ -48,7 +48,6 @@ def write_around(
     curves: Sequence[str],
     *,
     titles: Sequence[str] = ("",),
-    overlaid: bool = False,
     grows: bool = True,
 ) -> None:
     """Mark segments and contacts in drawn panels, and write titles, names and legends around them.
@@ -57,20 +56,18 @@ def write_around(
         figure: The picture.
         motions: The drawn motions; the waypoints of the first one are named.
         title: Title of the picture.
-        curves: Names of the curves, in the order of colours.
+        curves: Names of the curves, in the order of colours: of motions, if there are several.
         titles: Titles of the columns.
-        overlaid: The curves are motions, whose failures are named; otherwise each motion has its
-            own column.
-        grows: Whether the figure grows if its panels are too low because of names and legends.
+        grows: Let the figure grow if names and legends leave its panels too low.
     """
     columns = len(titles)
     tops = figure.axes[:columns]
-    reasons = [motion.failure_text for motion in motions] if overlaid else ()
+    reasons = [motion.failure_text for motion in motions] if len(motions) > 1 else ()
     _add_curve_legend(figure, curves, title, reasons)
     for axes in tops:
         _mark_segments(axes, motions[0])
-    for i, motion in enumerate(motions):
-        _mark_contacts(figure.axes if overlaid else figure.axes[i :: len(motions)], motion)
+    for motion in motions:
+        _mark_contacts(figure.axes, motion)
     _add_mark_legend(figure, motions[0])
     _set_times(figure.axes, motions)
     for axes in figure.axes[-columns:]:
@@ -89,7 +86,7 @@ def write_around(
     rows = len(figure.axes) // columns
     figure.draw_without_rendering()
     height = figure.axes[0].get_window_extent().height / figure.dpi
-    missing = (LEAST_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
+    missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
     if grows and missing > 0.0:
         figure.set_figheight(figure.get_figheight() + rows * missing)
         figure.draw_without_rendering()
@@ -136,7 +133,7 @@ def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
 def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
     """Mark contacts of bodies over the whole height of panels."""
     low, high = (float(end) for end in motion.curve.x[[0, -1]])
-    margin = 0.5 * LEAST_SPAN * (high - low)
+    margin = 0.5 * MIN_SPAN * (high - low)
     look: dict[str, Any] = MARK_LOOKS["contact"] | {"lw": 0.0, "gid": "contact"}
     shown = [(start, end) for start, end in motion.contacts if start <= high and end >= low]
     for panel, (start, end) in product(axes, shown):

@@ -33,9 +33,9 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has only joint plots"
     "; name a robot in the scenario to see it move"
 )
-MOST_ROWS = 6
+MAX_ROWS = 6
 """Number of rows of failures, and of the tightest findings."""
-MOST_USE = 100.0
+MAX_USE = 100.0
 """Use of a limit above which it is not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 """Verdicts with other words."""
@@ -73,7 +73,7 @@ def report_page(plan: PlanLike) -> Page:
         summary=report.summary,
         facts=brief_texts_by_group(report.groups),
         failures=failures(report, scenario),
-        most_use=MOST_USE,
+        most_use=MAX_USE,
         tightest=[_in_units(finding, report.units) for finding in _tightest(report)],
         verdicts=_VERDICTS,
         number=_number,
@@ -88,11 +88,11 @@ def report_page(plan: PlanLike) -> Page:
 
 def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
-    failing = worst_failures(report.failures)[:MOST_ROWS]
+    failing = worst_failures(report.failures)[:MAX_ROWS]
     used = [finding for finding in report.tightest if (finding.use or 0.0) >= NOTABLE_USE]
     unused = [finding for group in report.groups.values() for finding in without_use(group)]
     rows: dict[tuple[str, str], Finding] = {}
-    for finding in (*failing, *used[:MOST_ROWS], *unused):
+    for finding in (*failing, *used[:MAX_ROWS], *unused):
         rows.setdefault((finding.subject, finding.quantity), finding)
     failed = {(finding.subject, finding.quantity) for finding in failing}
     return [*failing, *(finding for key, finding in rows.items() if key not in failed)]

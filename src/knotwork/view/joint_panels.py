@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Number of marks above which they are small or left out, because they would hide the curve.
-MOST_KNOT_TICKS, MOST_LARGE_MARKS = 400, 60
+MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
 # Number of motions up to which each has its own row of knots.
-MOST_KNOT_ROWS = 3
+MAX_KNOT_ROWS = 3
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
     motions = {item.motion.label: item for item in series}
     if order < 2:
         _mark_given(panel, series, order, one_motion=len(motions) == 1)
-    for row, item in enumerate(motions.values() if len(motions) <= MOST_KNOT_ROWS else ()):
-        if len(item.motion.curve.x) <= MOST_KNOT_TICKS:
+    for row, item in enumerate(motions.values() if len(motions) <= MAX_KNOT_ROWS else ()):
+        if len(item.motion.curve.x) <= MAX_KNOT_TICKS:
             shade = DARK if len(motions) == 1 else colour(item.index)
             panel.mark_knots(row, item.motion.curve.x, shade)
     limited = [item for item in series if item.use(quantity) is not None]
@@ -94,14 +94,12 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
         alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
         one_curve = None if alike else colour(nearest.index)
         panel.levels = [LimitLine("limit", factor * end, span, colour=one_curve) for end in bounds]
-        if len({item.joint for item in series}) == 1:
-            panel.allowed = factor * bounds[0], factor * bounds[1]
         panel.note, panel.failed = _limit_note(nearest, limited, panel)
     return panel
 
 
 def _draw_curve(panel: Panel, series: Series, count: int) -> None:
-    """Draw one of `count` curves, its jumps, its parts beyond the limit, and its worst value.
+    """Draw one of `count` curves, its jumps, and its parts beyond the limit.
 
     Parts are only marked if the exact extrema exceed the limit.
     """
@@ -110,7 +108,7 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
     name = f"{motion.label}:{series.joint}:{quantity}"
     panel.draw_curve(name, series.index, *drawn.line(steps=quantity == "jerk"))
     if quantity != "jerk":
-        marker = "o" if drawn.jumps.size * count <= MOST_LARGE_MARKS else ""
+        marker = "o" if drawn.jumps.size * count <= MAX_LARGE_MARKS else ""
         panel.mark("jump", name, *drawn.jump_lines(), color=colour(series.index), marker=marker)
     use = series.use(quantity)
     if use is not None and not use.ok:
@@ -119,8 +117,6 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
             for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
         )
         panel.mark("broken", name, *drawn.beyond(lower, upper))
-        if use.value is not None and use.time is not None and np.isfinite(use.value):
-            panel.mark("worst", name, np.array([use.time]), np.array([factor * use.value]))
 
 
 def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
@@ -130,7 +126,7 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
         if marks is not None:
             value = panel.factor * marks.values[order][:, item.component]
             known = np.isfinite(value)
-            large = len(marks.time) * len(series) <= MOST_LARGE_MARKS
+            large = len(marks.time) * len(series) <= MAX_LARGE_MARKS
             look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
             look |= {"mec": colour(item.index)} if one_motion else {}
             panel.mark("asked", item.joint, marks.time[known], value[known], **look)

@@ -14,33 +14,29 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification import Finding
 from knotwork.verification.bounds.frame_speed import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
 FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
 """Order of the limited derivative of a position, by the quantity of its finding."""
-LEAST_SINGULAR_VALUE = "smallest_singular_value"
+MIN_SINGULAR_VALUE = "smallest_singular_value"
 
 
 def limit_shares(
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    space: JointSpace,
-    findings: Iterable[Finding],
-    time: FloatArray,
+    shown: ShownMotion, findings: Iterable[Finding], time: FloatArray
 ) -> Iterator[tuple[Finding, FloatArray]]:
     """Sample the use of each limit. The maximum is the finding's own, at the nearest sample.
 
     Args:
-        robot: The arm.
-        curve: Its motion, joints in the order of robot and space.
-        space: The limits of its joints.
-        findings: Findings of the check; those without a limit are ignored.
+        shown: The motion.
+        findings: Findings of its check; those without a limit are ignored.
         time: Sample times, ascending [s], shape (n,).
 
     Yields:
         A finding, and the used fraction of its limit at each time, shape (n,). Above 1 the limit is
         exceeded. It is infinite at jumps and for a limit of 0.
     """
+    robot, curve, space = shown.robot, shown.curve, shown.space
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
     for finding in findings:
@@ -54,7 +50,7 @@ def limit_shares(
             lower, upper = _judged_sides(finding, i, space)
         elif finding.quantity in FRAME_ORDERS:
             values = frame_values(robot, finding.name, FRAME_ORDERS[finding.quantity], *states)
-        elif finding.quantity == LEAST_SINGULAR_VALUE:
+        elif finding.quantity == MIN_SINGULAR_VALUE:
             values, lower, upper = singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf

@@ -21,9 +21,9 @@ from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
 JOINT_COLOUR = (0.9, 0.45, 0.1, 1.0)
-MOST_DRAWN_TRIANGLES = 3_000_000
+MAX_DRAWN_TRIANGLES = 3_000_000
 """Largest number of triangles of a robot."""
-MOST_FILE_BYTES = 512_000_000
+MAX_FILE_BYTES = 512_000_000
 """Largest size of all mesh files of a robot [bytes]."""
 
 
@@ -49,8 +49,7 @@ class LinkShapes:
 def link_shapes(robot: Robot) -> LinkShapes:
     """Read the shapes of all links, including those of locked joints.
 
-    A shape that can't be drawn is a warning; the link is drawn from its collision shape, or as a
-    line to its child links.
+    A shape that can't be drawn is a warning; the link is drawn as a line to its child links.
     """
     urdf, drawn = UrdfShapes(robot.urdf_files), _Drawn(robot)
     frames = {f.name: f for f in robot.model.frames if f.type == pin.FrameType.BODY}
@@ -61,19 +60,12 @@ def link_shapes(robot: Robot) -> LinkShapes:
     for link in links:
         shapes, lost = urdf.link_shapes(link, "visual")
         parts, missing = drawn.meshes(shapes)
-        notes = [shape.fault for shape in shapes if shape.fault]
+        notes = [*(shape.fault for shape in shapes if shape.fault), *lost, *missing]
         if not all(part.coloured for part in parts):
             plain.append(link)
         if missing or lost:
-            notes += [*lost, *missing]
-            shapes, lost = urdf.link_shapes(link, "collision")
-            instead, missing = drawn.meshes(shapes)
-            if instead and not (lost or missing):
-                parts = instead
-                notes.append("drawn from its collision shape")
-            else:
-                parts += _lines(urdf.carried.get(link, ()))
-                notes.append("drawn as a line")
+            parts += _lines(urdf.carried.get(link, ()))
+            notes.append("drawn as a line")
         if notes:
             warnings.append(f"link {link!r}: {'; '.join(notes)}")
         by_link[link] = parts
@@ -115,9 +107,9 @@ class _Drawn:
             try:
                 meshes = self._shape_meshes(shape)
                 self._triangles += sum(len(mesh.faces) for mesh in meshes)
-                if self._triangles > MOST_DRAWN_TRIANGLES:
+                if self._triangles > MAX_DRAWN_TRIANGLES:
                     raise InputError(
-                        f"the robot's shapes have more than {MOST_DRAWN_TRIANGLES} triangles"
+                        f"the robot's shapes have more than {MAX_DRAWN_TRIANGLES} triangles"
                     )
                 filled = [mesh for mesh in meshes if len(mesh.faces)]
                 drawn += [mesh.move(shape.rotation, shape.translation) for mesh in filled]
@@ -148,9 +140,9 @@ class _Drawn:
     def _read(self, path: Path) -> list[Mesh]:
         status = path.stat()
         self._bytes += status.st_size
-        if self._bytes > MOST_FILE_BYTES:
+        if self._bytes > MAX_FILE_BYTES:
             raise InputError(
-                f"mesh {path} is not read: the robot's have more than {MOST_FILE_BYTES} bytes"
+                f"mesh {path} is not read: the robot's have more than {MAX_FILE_BYTES} bytes"
             )
         return _read_mesh(path, status.st_mtime_ns)
 

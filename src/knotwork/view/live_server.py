@@ -1,4 +1,4 @@
-"""Servers of pages that show the newest scene, and of the page of the editor."""
+"""The server of a page that follows its newest scene, and may edit its task."""
 
 from __future__ import annotations
 
@@ -19,31 +19,61 @@ PULSE = 15.0
 class LiveServer(PageServer):
     """Serves the last valid scene, and notifies browsers of new ones and of errors.
 
+    A page that edits its task is served to anyone with its address and token.
+
+    Args:
+        title: Title of the page until there is a scene.
+        port: Port; 0 for any free one.
+        actions: For an editor, handlers of the page's requests by name; each gets the page's JSON.
+        more_state: For an editor, gives the state of the page besides the scene, as plain data.
+
     Attributes:
         version: Number of the scene; 0 before the first one.
         scene: From `make_scene`; `None` before the first one.
-        editing: Whether the page can edit its task.
+
+    Raises:
+        InputError: The port is in use, or not permitted; or the package `meshcat` is not
+            installed.
     """
 
-    editing = False
-
-    def __init__(self, title: str, port: int = 0) -> None:
-        """Listen on a port, by default any free one.
-
-        Raises:
-            InputError: The port is in use, or not permitted; or the package `meshcat` is
-                not installed.
-        """
+    def __init__(
+        self,
+        title: str,
+        port: int = 0,
+        actions: Mapping[str, Action] | None = None,
+        more_state: Callable[[], Mapping[str, Any]] = dict,
+    ) -> None:
         meshcat_viewer()
         super().__init__("", port)
         self.routes = {"/": self._page, "/scene": self._newest_scene, "/changes": self._changes}
         self.version = self._robot_version = 0
         self.scene: dict[str, Any] | None = None
-        self._waiting = waiting_page(title).html
+        self._waiting, self._more_state = waiting_page(title).html, more_state
         self._error = ""
         self._busy = False
         self._changed = threading.Condition()
         self._count = 0
+        self._editing = actions is not None
+        if actions is not None:
+            self.actions = {name: self._notifying(action) for name, action in actions.items()}
+            self.token = secrets.token_urlsafe(24)
+            self.address += f"?token={self.token}"
+
+    def _notifying(self, action: Action) -> Action:
+        """An action after which the state is sent again, also after an error."""
+
+        def act(request: Mapping[str, Any]) -> Mapping[str, Any]:
+            try:
+                return action(request)
+            finally:
+                self.notify()
+
+        return act
+
+    @property
+    def scene_size(self) -> float:
+        """Size of the present scene [m]."""
+        return float(self.scene["size"]) if self.scene is not None else 1.0
 
     def show(self, scene: Mapping[str, Any]) -> None:
         """Serve another scene."""
@@ -74,14 +104,15 @@ class LiveServer(PageServer):
 
     def state(self) -> dict[str, Any]:
         """State for an open page."""
-        return {"version": self.version, "error": self._error, "busy": self._busy}
+        state = {"version": self.version, "error": self._error, "busy": self._busy}
+        return {**state, **self._more_state()}
 
     def _page(self, query: Query) -> Answer:
         """The page at the start of following."""
         version, scene = self.version, self.scene  # in this order, because a page may be newer
         if scene is None:
             return "text/html", self._waiting
-        page = scene_page(scene, live=version, editing=self.editing)
+        page = scene_page(scene, live=version, editing=self._editing)
         return "text/html", page.html
 
     def _newest_scene(self, query: Query) -> Answer | None:
@@ -108,52 +139,3 @@ class LiveServer(PageServer):
         with self._changed:
             changed = self._changed.wait_for(lambda: self._count != seen, timeout=PULSE)
             return self._count, changed
-
-
-class EditServer(LiveServer):
-    """Serves an editor page to anyone with its address and token.
-
-    Args:
-        title: Title of the page until there is a scene.
-        actions: Handlers of the page's requests by name; each gets the page's JSON.
-        more_state: Gives the state of the page besides the scene, as plain data.
-        port: Port; 0 for any free one.
-
-    Raises:
-        InputError: As for `LiveServer`.
-    """
-
-    editing = True
-
-    def __init__(
-        self,
-        title: str,
-        actions: Mapping[str, Action],
-        more_state: Callable[[], Mapping[str, Any]],
-        port: int = 0,
-    ) -> None:
-        super().__init__(title, port)
-        self._more_state = more_state
-        self.actions = {name: self._notifying(action) for name, action in actions.items()}
-        self.token = secrets.token_urlsafe(24)
-        self.address += f"?token={self.token}"
-
-    def _notifying(self, action: Action) -> Action:
-        """An action after which the state is sent again, also after an error."""
-
-        def act(request: Mapping[str, Any]) -> Mapping[str, Any]:
-            try:
-                return action(request)
-            finally:
-                self.notify()
-
-        return act
-
-    @property
-    def scene_size(self) -> float:
-        """Size of the present scene [m]."""
-        return float(self.scene["size"]) if self.scene is not None else 1.0
-
-    def state(self) -> dict[str, Any]:
-        """State of a live page, with the draft."""
-        return {**super().state(), **self._more_state()}

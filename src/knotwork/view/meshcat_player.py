@@ -11,7 +11,6 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
-from knotwork.view.camera import frame_points
 from knotwork.view.mesh import Mesh
 from knotwork.view.scene_parts import unpack_mesh, unpack_numbers
 from knotwork.waypoints import FloatArray
@@ -24,13 +23,9 @@ ANIMATION_RATE = 60.0
 """Frames per second of the animation; Meshcat interpolates between them."""
 VIEW_ANGLE = 45.0
 """Vertical field of view [deg]."""
-LEAST_ASPECT = 4.0 / 3.0
-"""Width of the narrowest window that shows all, relative to its height."""
-
-
 BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
 """Size of the board, in inches of its picture."""
-MOST_BOARD_LINES = 5
+MAX_BOARD_LINES = 5
 """Largest number of lines for failures."""
 LINE_LETTERS = 74
 """Number of letters in a line."""
@@ -72,19 +67,14 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
 def look_at(scene: Mapping[str, Any], viewer: Visualizer, board: FloatArray) -> None:
     """Turn the camera of a `meshcat.Visualizer` to a scene and its board's corners (4, 3).
 
-    The camera is as near as possible with all of the scene in view. Meshcat's camera always looks
-    at the origin, so its picture is shifted.
+    Meshcat's camera looks at the origin; it is so far away that all points are in view.
     """
-    points, towards = np.concatenate([scene["view"]["points"], board]), scene["view"]["from"]
-    height = 2.0 * np.tan(np.radians(VIEW_ANGLE) / 2.0)
-    distance, (right, up) = frame_points(points, towards, (LEAST_ASPECT * height, height))
-    x, y, z = (distance * float(part) for part in towards)
+    points = np.concatenate([scene["view"]["points"], board])
+    far = float(np.linalg.norm(points, axis=1).max()) / np.sin(np.radians(VIEW_ANGLE) / 2.0)
+    x, y, z = (far * float(part) for part in scene["view"]["from"])
     viewer["/Cameras/default"].set_transform(np.eye(4))
     eye = viewer["/Cameras/default/rotated/<object>"]
     eye.set_property("fov", VIEW_ANGLE)
-    shift = {"offsetX": float(right), "offsetY": -float(up)}
-    size = dict.fromkeys(("fullWidth", "fullHeight", "width", "height"), 1.0)
-    eye.set_property("view", {"enabled": True, **size, **shift})
     eye.set_property("position", [x, z, -y])
 
 
@@ -216,15 +206,12 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
 
 
 def board_lines(scene: Mapping[str, Any]) -> list[str]:
-    """Lines of the board below its title: the summary, and each failure with its remedy."""
+    """Lines of the board below its title: the summary, and failures with their remedies."""
     lines = [" · ".join(part for part in (scene["summary"], scene["duration"]) if part)]
     for failure in scene["failures"]:
-        lines += textwrap.wrap(
-            failure["line"], LINE_LETTERS, initial_indent="• ", subsequent_indent="   "
-        )
-        remedy = textwrap.wrap(failure["remedy"] or "", LINE_LETTERS - 3)
-        lines += [f"   {line}" for line in remedy]
-    return lines if len(lines) <= 1 + MOST_BOARD_LINES else [*lines[: 1 + MOST_BOARD_LINES], "   …"]
+        text = "; ".join(part for part in (failure["line"], failure["remedy"]) if part)
+        lines += textwrap.wrap(text, LINE_LETTERS, initial_indent="• ", subsequent_indent="   ")
+    return lines[: 1 + MAX_BOARD_LINES]
 
 
 def drawn_board(scene: Mapping[str, Any]) -> bytes:

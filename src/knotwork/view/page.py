@@ -86,7 +86,7 @@ def scene_page(
         embedded: The page is part of another, which has the title and the verdict.
         autoplay: Start the motion automatically.
         live: Number of this version, if a `LiveServer` serves further ones.
-        editing: The page is that of an `EditServer`, with handles and forms.
+        editing: The page edits its task, with handles and forms.
         scripts: Include the scripts of the scene; without them, the text only updates an open page.
 
     Raises:

@@ -24,7 +24,7 @@ HOST_NAMES = (HOST, "localhost", "[::1]")
 
 With others a foreign page could map its name to this address to read the page.
 """
-MOST_REQUEST_BYTES = 1_000_000
+MAX_REQUEST_BYTES = 1_000_000
 """Largest size of a request [bytes]."""
 
 Query: TypeAlias = Mapping[str, str]
@@ -101,7 +101,7 @@ class PageHandler(BaseHTTPRequestHandler):
                 self.send_error(HTTPStatus.NOT_FOUND)
             elif self.headers.get_content_type() != "application/json":
                 self.send_error(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
-            elif not size.isdecimal() or int(size) > MOST_REQUEST_BYTES:
+            elif not size.isdecimal() or int(size) > MAX_REQUEST_BYTES:
                 self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
             else:
                 answer = _act(self.server.actions[path[1:]], self.rfile.read(int(size)))

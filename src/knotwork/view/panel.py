@@ -21,7 +21,7 @@ PAGE_SIZES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
 """Upright A4, and a slide of 16 to 9 [in]."""
 PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
 """Width of a picture of one column, height of a row, and of titles and legends [in]."""
-MOST_ROW_HEIGHTS = 5
+MAX_ROW_HEIGHTS = 5
 """Number of rows above which they become lower."""
 # Range below which a curve is constant up to rounding, and width of its panel, both relative to the
 # values or to 1 of the unit.
@@ -30,7 +30,7 @@ CONSTANT_RANGE, SHOWN_RANGE = 1e-9, 0.2
 FOOT_MARGIN, HEAD_MARGIN = 0.12, 0.07
 LIMIT_DISTANCE = 0.35
 """Distance of a limit from the curves, relative to their range, above which it is not drawn."""
-MOST_WAYPOINT_LINES = 400
+MAX_WAYPOINT_LINES = 400
 """Number of waypoints above which their lines would hide the curves."""
 KNOT_HEIGHT = 0.035
 """Height of a row of knots as a fraction of the panel's."""
@@ -68,7 +68,6 @@ class Panel:
         unit: Displayed unit.
         factor: Factor from the SI unit to the displayed one.
         levels: Limits to draw as lines.
-        allowed: Values beyond these are shaded.
         note: Text above the panel.
         failed: Whether the note is a failure.
     """
@@ -78,7 +77,6 @@ class Panel:
     unit: str
     factor: float
     levels: list[LimitLine] = field(default_factory=list)
-    allowed: tuple[float, float] = (-np.inf, np.inf)
     note: str = ""
     failed: bool = False
 
@@ -95,7 +93,7 @@ class Panel:
 
     def mark_waypoints(self, times: FloatArray) -> None:
         """Draw a vertical line at each waypoint, unless there are too many."""
-        if 0 < len(times) <= MOST_WAYPOINT_LINES:
+        if 0 < len(times) <= MAX_WAYPOINT_LINES:
             self._draw_uprights(times, 0.0, 1.0, gid="waypoint", zorder=1, **MARK_LOOKS["waypoint"])
 
     def mark_knots(self, row: int, times: FloatArray, shade: str) -> None:
@@ -119,14 +117,9 @@ class Panel:
         return low, high
 
     def finish(self, low: float, high: float) -> None:
-        """Set the range of values, shade those beyond the allowed ones, and write the texts."""
+        """Set the range of values, and write the texts."""
         axes, span = self.axes, high - low
-        bottom, top = low - FOOT_MARGIN * span, high + HEAD_MARGIN * span
-        axes.set_ylim(bottom, top)
-        lower, upper = self.allowed
-        for start, end in ((bottom - span, lower), (upper, top + span)):
-            if bottom < end and start < top:
-                axes.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")
+        axes.set_ylim(low - FOOT_MARGIN * span, high + HEAD_MARGIN * span)
         label = f"{self.title} [{self.unit}]" if self.unit else self.title
         level: dict[str, Any] = {"rotation": 0, "ha": "right", "va": "center", "fontsize": SMALL}
         axes.set_ylabel(textwrap.fill(label, LABEL_LETTERS), **level)
@@ -139,18 +132,14 @@ class Panel:
         axes.set_title(note, loc="right", fontsize=SMALL, **look)
 
 
-def set_ranges(panels: Sequence[Panel]) -> None:
-    """Draw limits and texts of panels that share a range of values."""
-    spans = np.array([panel.axes.dataLim.intervaly for panel in panels])
-    low, high = float(spans[:, 0].min()), float(spans[:, 1].max())
+def finish_panel(panel: Panel) -> None:
+    """Set a panel's range of values, and draw its limits and texts."""
+    low, high = (float(end) for end in panel.axes.dataLim.intervaly)
     middle, scale = 0.5 * (low + high), max(1.0, 0.5 * abs(low + high))
-    limits = [abs(level.value) for panel in panels for level in panel.levels]
-    sizes = (panels[0].factor, scale, *(size for size in limits if np.isfinite(size)))
-    if high - low < CONSTANT_RANGE * max(sizes):
+    limits = [abs(level.value) for level in panel.levels if np.isfinite(level.value)]
+    if high - low < CONSTANT_RANGE * max(panel.factor, scale, *limits):
         low, high = middle - 0.5 * SHOWN_RANGE * scale, middle + 0.5 * SHOWN_RANGE * scale
-    with_limits = np.array([panel.draw_levels(low, high) for panel in panels])
-    for panel in panels:
-        panel.finish(float(with_limits[:, 0].min()), float(with_limits[:, 1].max()))
+    panel.finish(*panel.draw_levels(low, high))
 
 
 def page_size(name: str | None) -> tuple[float, float] | None:
@@ -170,7 +159,7 @@ def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None)
     from matplotlib.figure import Figure
 
     row = ROW_HEIGHT if columns == 1 else 1.25 * ROW_HEIGHT
-    height = HEAD_HEIGHT + max(1.6, row * min(1.0, MOST_ROW_HEIGHTS / rows)) * rows
+    height = HEAD_HEIGHT + max(1.6, row * min(1.0, MAX_ROW_HEIGHTS / rows)) * rows
     figure = Figure(
         figsize=page or (PICTURE_WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
         dpi=150,
@@ -181,18 +170,9 @@ def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None)
     return figure
 
 
-def new_axes(figure: Figure, rows: int, columns: int, *, shared: bool = False) -> Any:
-    """Make a grid of axes with common times, shape (rows, columns).
-
-    Args:
-        figure: The picture.
-        rows: Number of rows.
-        columns: Number of columns.
-        shared: The axes of a row share their range of values.
-    """
-    grid = figure.subplots(
-        rows, columns, sharex=True, sharey="row" if shared else False, squeeze=False
-    )
+def new_axes(figure: Figure, rows: int, columns: int) -> Any:
+    """Make a grid of axes with common times, shape (rows, columns)."""
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     for axes in grid.flat:
         dress(axes)
     return grid

@@ -13,9 +13,10 @@ from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.targets import given_velocities
 from knotwork.view.task_marks import RED
 from knotwork.view.tool_curves import full_speeds
-from knotwork.view.tool_trace import ToolTrace
+from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
@@ -34,17 +35,27 @@ def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict
         The colour of each sample, shape (n, 3); and the legend: the scale with its colours, and the
         given speeds as marks on it [m/s].
     """
-    given = {float(np.linalg.norm(target.linear)) for target in shown.given_velocities}
-    given |= {part.speed for _, part, *_ in full_speeds(shown)}
-    # A failing tool may be slower than required: the scale shows both speeds.
-    high = max([float(path.speed.max()), *given, shown.fastest])
+    high = max(max_speed(shown), shown.fastest)
     marks: list[float] = []
-    for speed in sorted(given, reverse=True):
+    for speed in sorted(_given_speeds(shown), reverse=True):
         if all(abs(speed - mark) > MIN_DISTANCE * high for mark in (0.0, *marks)):
             marks.append(speed)
     colours = mix_colours(path.speed / max(high, 1e-9), SPEED_COLOURS)
     css = ["#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)]
     return colours, {"high": high, "colours": css, "marks": marks[:MAX_MARKS]}
+
+
+def max_speed(shown: ShownMotion) -> float:
+    """Largest speed of the tool [m/s], or given one, as a failing tool may be slower."""
+    trace = tool_trace(shown)
+    speeds = () if trace is None else trace.speed
+    return float(max([0.0, *speeds, *_given_speeds(shown)]))
+
+
+def _given_speeds(shown: ShownMotion) -> set[float]:
+    """Given speeds at waypoints and along paths [m/s]."""
+    along = {part.speed for _, part, *_ in full_speeds(shown)}
+    return along | {float(np.linalg.norm(target.linear)) for target in given_velocities(shown)}
 
 
 def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
@@ -62,7 +73,7 @@ def draw_paths(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     Returns:
         The legend.
     """
-    robot, trace = shown.robot, shown.trace
+    robot, trace = shown.robot, tool_trace(shown)
     if trace is None:
         return {}
     colours, legend = speed_colours(trace, shown)
@@ -130,7 +141,7 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
 
 ASKED, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
 # Dashes along a path: number of points of each, largest number on a path; size relative to
-DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
+DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
 # Length of a dash in half periods: the path's colours must be visible between dashes.
 DASHED = 0.3
 WIDTH = 0.0045
@@ -148,7 +159,7 @@ def asked_points(
     for path in shown.scenario.paths:
         curve, dashes = path.motion.path, []
         carrier, base = shown.carrier_of(None if at_rest else path.motion.seam_carrier)
-        count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MOST_DASHES))
+        count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MAX_DASHES))
         starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
             high = low + DASHED * (far - low)

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES
 from knotwork.scenario import Scenario
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.shown_motion import Drawable, ShownMotion
@@ -84,8 +83,3 @@ def choose_names(kind: str, names: Sequence[str] | None, available: Sequence[str
     if not names:
         raise InputError(f"no {kind} is chosen; accepted: {', '.join(available)}")
     return names
-
-
-def choose_quantities(names: Sequence[str] | None) -> list[str]:
-    """Chosen quantities; see `choose_names`."""
-    return choose_names("quantity", names, DERIVATIVES)

@@ -11,55 +11,43 @@ from knotwork.view.mesh import Mesh, from_triangles, merge_meshes, normalise_row
 from knotwork.waypoints import FloatArray
 
 
-def box(size: Sequence[float], colour: Sequence[float]) -> Mesh:
-    """Make a box about the origin; size along x, y and z [m]."""
-    from trimesh import creation
-
-    return from_triangles(creation.box(extents=size).triangles, colour)
-
-
-def revolve_profile(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh:
-    """Turn a profile about the z axis.
+def solid(kind: str, size: Sequence[float], colour: Sequence[float], sides: int = 32) -> Mesh:
+    """Make a shape about the origin, along z.
 
     Args:
-        profile: Radius and height [m] from one end of the axis to the other, upwards, shape
-            (k, 2).
+        kind: `"box"`, `"sphere"`, `"capsule"`, `"cylinder"` or `"cone"`.
+        size: Its sides, or its radius and, but for a sphere, its length [m]; that of a capsule is
+            without its ends.
         colour: Red, green, blue and opacity.
         sides: Number of sides around.
     """
     from trimesh import creation
 
-    return from_triangles(creation.revolve(profile, sections=sides).triangles, colour)
-
-
-def cylinder(radius: float, length: float, colour: Sequence[float]) -> Mesh:
-    """Make a cylinder along z about the origin; radius and length [m]."""
-    half = length / 2
-    return revolve_profile([[0, -half], [radius, -half], [radius, half], [0, half]], colour)
+    radius, length = size[0], size[-1]
+    if kind == "box":
+        shape = creation.box(extents=size)
+    elif kind == "sphere":
+        shape = creation.uv_sphere(radius=radius, count=[sides, sides])
+    elif kind == "capsule":
+        shape = creation.capsule(radius=radius, height=length, count=[sides, sides // 2])
+    elif kind == "cylinder":
+        shape = creation.cylinder(radius=radius, height=length, sections=sides)
+    else:
+        shape = creation.cone(radius=radius, height=length, sections=sides)
+        shape.apply_translation([0.0, 0.0, -length / 2])
+    return from_triangles(shape.triangles, colour)
 
 
 def sphere(radius: float, colour: Sequence[float], sides: int = 24) -> Mesh:
     """Make a sphere about the origin; radius [m]."""
-    return capsule(radius, 0.0, colour, sides)
+    return solid("sphere", [radius], colour, sides)
 
 
-def capsule(radius: float, length: float, colour: Sequence[float], sides: int = 32) -> Mesh:
-    """Make a cylinder along z with half spheres at both ends; its radius and length [m]."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 2 * (sides // 4) + 2)
-    profile = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    profile[[0, -1], 0] = 0.0
-    profile[:, 1] += np.where(angle < 0, -length / 2, length / 2)
-    return revolve_profile(profile, colour, sides)
+def _revolve_profile(profile: ArrayLike, colour: Sequence[float]) -> Mesh:
+    """Turn a profile about the z axis: radius and height [m], upwards, shape (k, 2)."""
+    from trimesh import creation
 
-
-def solid(kind: str, size: Sequence[float], colour: Sequence[float]) -> Mesh:
-    """Make a `"box"`, `"sphere"`, `"capsule"` or `"cylinder"` of a size [m]."""
-    if kind == "box":
-        return box(size, colour)
-    if kind == "sphere":
-        return sphere(size[0], colour)
-    make = capsule if kind == "capsule" else cylinder
-    return make(size[0], size[1], colour)
+    return from_triangles(creation.revolve(profile, sections=12).triangles, colour)
 
 
 def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
@@ -82,7 +70,7 @@ def _revolve_along(
     axis = np.asarray(end, dtype=float) - foot
     length = float(np.linalg.norm(axis))
     heights = [[radius, along * length] for radius, along in profile]
-    return revolve_profile(heights, colour, 12).move(frame_along(axis / length), foot)
+    return _revolve_profile(heights, colour).move(frame_along(axis / length), foot)
 
 
 def frame_along(axis: FloatArray) -> FloatArray:

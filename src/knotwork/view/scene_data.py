@@ -24,8 +24,10 @@ from knotwork.view.scene_parts import SceneParts, pack_mesh
 from knotwork.view.scene_verdict import verdict
 from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.view.surroundings import draw_surroundings
+from knotwork.view.targets import tool_targets
 from knotwork.view.task_marks import draw_frames, draw_marks
 from knotwork.view.time_strip import time_strip
+from knotwork.view.tool_trace import tool_trace
 from knotwork.waypoints import FloatArray
 
 ROBOT_PARTS = ("joints", "shapes")
@@ -34,17 +36,13 @@ OUTLINE_SAMPLES = 100
 """Number of samples of the arm along the motion, all of which are in view."""
 
 
-def scene_of(
-    plan: PlanLike, before: Mapping[str, Any] | None = None, fastest: float = 0.0
-) -> dict[str, Any]:
+def scene_of(plan: PlanLike, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
-
-    The scale of tool speeds includes at least the `fastest` one [m/s].
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
-    return make_scene(ShownMotion.of_plan(plan, fastest), before=before)
+    return make_scene(ShownMotion.of_plan(plan), before=before)
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory) -> Page:
@@ -110,7 +108,7 @@ def make_scene(
     Raises:
         InputError: The motion is too long.
     """
-    robot, base = shown.robot, base_joints(shown.robot)
+    base = base_joints(shown.robot)
     outlines = _outlines(shown)
     task = _at_start(shown, _task_points(shown))
     points = np.concatenate([outlines, task, _at_start(shown, _fixed_points(shown))])
@@ -119,7 +117,7 @@ def make_scene(
     same_robot = before is not None and robot_parts["joints"] is before["joints"]
     parts = SceneParts([*warnings, *shown.shapes.warnings])
     legend = draw_paths(parts, shown, size)
-    if shown.trace is not None:
+    if tool_trace(shown) is not None:
         legend |= draw_marks(parts, shown, size)
         draw_frames(parts, shown, size)
     draw_surroundings(parts, shown, size)
@@ -128,7 +126,7 @@ def make_scene(
     return {
         **_description(shown),
         **robot_parts,
-        "arm": arm_frames(shown.curve, robot, shown.model, shown.scenario.paths),
+        "arm": arm_frames(shown),
         "first_joint": base.count,
         "things": base.carry(parts.things),
         "labels": base.carry(_merge_labels(parts.labels)),
@@ -143,7 +141,7 @@ def make_scene(
             _at_start(shown, joint_origins(shown)[1]),
             before["view"]["from"] if same_robot and before is not None else None,
         ),
-        **verdict(shown.report, shown.scenario, robot, base.count),
+        **verdict(shown),
         "warnings": parts.warnings,
     }
 
@@ -156,14 +154,15 @@ def _at_start(shown: ShownMotion, points: FloatArray) -> FloatArray:
 
 def _task_points(shown: ShownMotion) -> FloatArray:
     """The tool's path and the waypoints [m], shape (n, 3)."""
-    path = [] if shown.trace is None else [shown.trace.position]
-    targets = [target.pose.translation[np.newaxis] for target in shown.targets]
+    trace = tool_trace(shown)
+    path = [] if trace is None else [trace.position]
+    targets = [target.pose.translation[np.newaxis] for target in tool_targets(shown)]
     return np.concatenate([np.zeros((0, 3)), *path, *targets])
 
 
 def _fixed_points(shown: ShownMotion) -> FloatArray:
     """Fixed points in the base frame [m], shape (n, 3)."""
-    paths = asked_points(shown, 1.0, at_rest=True) if shown.trace is not None else ()
+    paths = asked_points(shown, 1.0, at_rest=True) if tool_trace(shown) is not None else ()
     base = shown.robot.base_placement
     frames = [(base * frame).translation for frame in shown.scenario.frames.values()]
     points = [joint_origins(shown)[0], np.reshape(frames, (-1, 3))]

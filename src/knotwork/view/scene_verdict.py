@@ -11,12 +11,13 @@ from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import brief_texts_by_group, group_alike, short_text
 from knotwork.verification.checked_motion import OUTSIDE, place_of_time
+from knotwork.view.base_joints import base_joints
+from knotwork.view.shown_motion import ShownMotion
 
 
-def verdict(
-    report: Report | None, scenario: Scenario, robot: Robot, first_joint: int
-) -> dict[str, Any]:
-    """The findings of the check; the robot's joints are counted from `first_joint`."""
+def verdict(shown: ShownMotion) -> dict[str, Any]:
+    """The findings of the check."""
+    report = shown.report
     if report is None:
         nothing: dict[str, Any] = {"failures": [], "facts": {}, "contacts": []}
         return {"ok": None, "summary": "", "duration": "", **nothing}
@@ -25,8 +26,8 @@ def verdict(
         "summary": report.summary,
         "duration": f"{report.end_time - report.start_time:.5g} s",
         "facts": brief_texts_by_group(report.groups),
-        "failures": failures(report, scenario),
-        "contacts": _contacts(report, robot, first_joint),
+        "failures": failures(report, shown.scenario),
+        "contacts": _contacts(report, shown.robot),
     }
 
 
@@ -75,9 +76,9 @@ def _where(scenario: Scenario, time: float) -> str:
     return f", {place}" if place != OUTSIDE else ""
 
 
-def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:
+def _contacts(report: Report, robot: Robot) -> list[dict[str, Any]]:
     """Time intervals of contacts: joints that carry links, and other bodies."""
-    contacts = []
+    contacts, first_joint = [], base_joints(robot).count
     for failure in report.failures:
         links = [name for name in failure.bodies if robot.model.existBodyName(name)]
         frames = [robot.model.frames[robot.model.getBodyId(name)] for name in links]

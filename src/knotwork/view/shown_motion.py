@@ -24,11 +24,8 @@ from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, derivative_limits
-from knotwork.view.clearance_curve import nearest_around
 from knotwork.view.links import LinkShapes, link_shapes
-from knotwork.view.targets import targets
-from knotwork.view.tool_trace import ToolTrace, tool_trace
-from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
+from knotwork.waypoints import FloatArray, JointWaypoints
 
 
 class PlanLike(Protocol):
@@ -97,12 +94,10 @@ class ShownMotion:
     fastest: float = 0.0
 
     @classmethod
-    def of_plan(cls, plan: PlanLike, fastest: float = 0.0) -> ShownMotion:
+    def of_plan(cls, plan: PlanLike) -> ShownMotion:
         """The motion of a plan."""
         motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.space)
-        return replace(
-            motion, report=plan.report, joint_waypoints=plan.joint_waypoints, fastest=fastest
-        )
+        return replace(motion, report=plan.report, joint_waypoints=plan.joint_waypoints)
 
     @classmethod
     def of_trajectory(
@@ -260,27 +255,6 @@ class ShownMotion:
         return link_shapes(self.robot)
 
     @cached_property
-    def targets(self) -> Sequence[CartesianWaypoint]:
-        """The waypoints at the tool."""
-        has_tool = self.robot.tcp_frame_id is not None
-        return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
-
-    @property
-    def given_velocities(self) -> Sequence[CartesianWaypoint]:
-        """The waypoints at the tool whose velocity was given, not chosen by planning."""
-        chosen = self.chosen_velocities
-        return [target for target in self.targets if target.name not in chosen]
-
-    @cached_property
-    def trace(self) -> ToolTrace | None:
-        """The path of the tool; `None` without a tool."""
-        if self.robot.tcp_frame_id is None:
-            return None
-        times = [target.time for target in self.targets]
-        paths = self.scenario.paths
-        return tool_trace(self.robot, self.curve, self.space, self.failures, times, paths)
-
-    @cached_property
     def model(self) -> CollisionModel | None:
         """The collision model, if obstacles move.
 
@@ -308,3 +282,9 @@ def task_without_requirements(name: str) -> Scenario:
     """A task for a motion without one."""
     task = PlainTask.model_construct(waypoints=())
     return Scenario(name, (), task, task)
+
+
+def nearest_around(findings: Sequence[Finding]) -> Finding | None:
+    """The finding on the pair with the surroundings that is nearest to its margin."""
+    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.around]
+    return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
-from knotwork.view.scene_data import scene_of
-from knotwork.view.shown_motion import PlanLike
+from knotwork.view.path_meshes import max_speed
+from knotwork.view.scene_data import make_scene
+from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.waypoints import FloatArray
 
 DIFFERENCE_SAMPLES = 400
@@ -29,12 +31,11 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     Raises:
         InputError: A plan has no robot, or the robots differ.
     """
-    scenes = [scene_of(plan) for plan in plans]
-    fastest = max(scene["legend"].get("high", 0.0) for scene in scenes)
-    for i, scene in enumerate(scenes):  # the same colour is the same speed on both sides
-        if 0.0 < scene["legend"].get("high", 0.0) < fastest:
-            scenes[i] = scene_of(plans[i], fastest=fastest)
-        scenes[i]["legend"]["units"] = scenes[0]["units"]
+    shown = [ShownMotion.of_plan(plan) for plan in plans]
+    fastest = max(map(max_speed, shown))  # the same colour is the same speed on both sides
+    scenes = [make_scene(replace(motion, fastest=fastest)) for motion in shown]
+    for scene in scenes:
+        scene["legend"]["units"] = scenes[0]["units"]
     view = _common_view(scenes)
     pages = [scene_page({**scene, **view}, embedded=True, autoplay=False) for scene in scenes]
     parts = {"style": asset("beside.css"), "script": asset("beside.js")}

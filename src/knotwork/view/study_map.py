@@ -24,7 +24,7 @@ PASSED_ROW = "passed"
 PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
 # Reasons, most frequent first; distinct in lightness, too. Further ones share one colour.
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
-MOST_MAP_BYTES = 8_000_000
+MAX_MAP_BYTES = 8_000_000
 """Largest size of the motions in a map as one file, to be sent by mail."""
 
 _SceneOf = Callable[[int, Mapping[str, Any] | None], dict[str, Any]]
@@ -83,7 +83,7 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
         moving = {name: part for name, part in scene.items() if name not in ROBOT_PARTS}
         text = scene_page(moving, scripts=False).html
         size += len(text)
-        if size > MOST_MAP_BYTES:
+        if size > MAX_MAP_BYTES:
             break
         motions[row] = text
     more = {"command": command, "motions": motions, "page": page if motions else ""}

@@ -57,7 +57,6 @@ MARK_LOOKS: dict[str, dict[str, Any]] = {
     "band": {"color": "#009E73", "alpha": 0.35, "lw": 7.0, "zorder": 1.5},
     "jump": {"color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "marker": "o"},
     "broken": {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5},
-    "worst": {"ls": "", "marker": "X", "ms": 9, "mfc": WRONG, "mec": "white", "zorder": 5},
     "contact": {"color": WRONG, "lw": 7.0, "alpha": 0.22, "zorder": 0.5, "label": "collision"},
     # on the upper edge of the first row of panels
     "tool path": {"color": "#009E73", "lw": 3.0},

@@ -15,11 +15,11 @@ from knotwork.scenario import PlacedShape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merge_meshes
-from knotwork.view.primitive_meshes import box, frame_along, revolve_profile, solid, sphere
+from knotwork.view.primitive_meshes import frame_along, solid, sphere
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 
-MOST_DRAWN = 10_000
+MAX_DRAWN = 10_000
 """Largest number of drawn cells; above it, larger cells are drawn."""
 
 
@@ -33,7 +33,7 @@ def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
 
     changed = path.stat().st_mtime_ns
     cells = read_cells(path, changed, shape.scale[0], shape.resolution)
-    while len(cells.index) > MOST_DRAWN:
+    while len(cells.index) > MAX_DRAWN:
         cells = cells.coarser()
     cube = creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
     occupied = set(map(tuple, cells.index.tolist()))
@@ -67,7 +67,7 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
     if shape.kind == "half_space":
         normal, offset = np.array(shape.size[:3]), shape.size[3]
         thin = 0.004 * extent
-        plate = box([2 * extent, 2 * extent, thin], colour)
+        plate = solid("box", [2 * extent, 2 * extent, thin], colour)
         mesh = plate.move(frame_along(normal), (offset - thin / 2) * normal)
     elif shape.path is not None and shape.kind == "points":
         mesh = cloud_mesh(shape, shape.path, colour)
@@ -77,9 +77,6 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
         mesh = merge_meshes(painted).scale(shape.scale)
     elif shape.kind == "ellipsoid":
         mesh = sphere(1.0, colour).scale(shape.size)
-    elif shape.kind == "cone":
-        radius, half = shape.size[0], shape.size[1] / 2
-        mesh = revolve_profile([[0, -half], [radius, -half], [0, half]], colour)
     else:
         mesh = solid(shape.kind, shape.size, colour)
     return mesh.place(shape.placement)

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pinocchio as pin
 
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import arrow
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
-def targets(
-    scenario: Scenario, space: JointSpace, robot: Robot, curve: PiecewisePolynomial
-) -> list[CartesianWaypoint]:
-    """Find the given tool pose and velocity of each waypoint, in the axes of the URDF's root.
+@lru_cache(maxsize=2)
+def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
+    """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
 
     A wait appears once, at its start. If joints move the base, fixed poses are those at their
     times.
     """
+    scenario, space, robot, curve = shown.scenario, shown.space, shown.robot, shown.curve
+    if robot.tcp_frame_id is None:
+        return []
     base = robot.base_placement
     at_tool = []
     for i, (waypoint, state) in enumerate(zip(scenario.waypoints, space.targets, strict=True)):
@@ -43,6 +43,12 @@ def targets(
         target = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
         at_tool.append(replace(target, standing=waypoint.standing))
     return at_tool
+
+
+def given_velocities(shown: ShownMotion) -> list[CartesianWaypoint]:
+    """The waypoints at the tool whose velocity was given, not chosen by planning."""
+    chosen = shown.chosen_velocities
+    return [target for target in tool_targets(shown) if target.name not in chosen]
 
 
 def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:

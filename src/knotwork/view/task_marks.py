@@ -16,14 +16,14 @@ from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.targets import spacings, velocity_arrows
+from knotwork.view.targets import given_velocities, spacings, tool_targets, velocity_arrows
 from knotwork.waypoints import CartesianWaypoint
 
 ROUNDING_USE = 1e6
 """Factor on a tolerance above which the tolerance is one for rounding, and is not printed."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
-MOST_KNOTS = 2000
+MAX_KNOTS = 2000
 
 
 def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, float]:
@@ -35,11 +35,11 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     curve, robot = shown.curve, shown.robot
     _draw_waypoints(parts, shown, size)
     legend = {}
-    arrows = velocity_arrows(shown.given_velocities, size)
+    arrows = velocity_arrows(given_velocities(shown), size)
     if arrows is not None:
         mesh, legend["arrow_seconds"] = arrows
         parts.draw("speeds asked for", mesh)
-    if len(curve.x) <= MOST_KNOTS:
+    if len(curve.x) <= MAX_KNOTS:
         ball = sphere(0.0048 * size, KNOT, 12)
         places = [(robot.base_placement * robot.forward(q)).translation for q in curve(curve.x)]
         dots = merge_meshes([ball.shift(place) for place in places])
@@ -55,10 +55,10 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
     missed, units = {finding.name for finding in shown.failures}, shown.scenario.units
-    moving = [target for target in shown.targets if not target.standing]
+    moving = [target for target in tool_targets(shown) if not target.standing]
     standing = [
         replace(target, pose=frame.placement * waypoints[target.name].pose)  # type: ignore[union-attr]
-        for target in shown.targets
+        for target in tool_targets(shown)
         if target.standing
     ]
     for targets, carrier in ((moving, None), (standing, int(frame.parentJoint))):
@@ -109,7 +109,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
     robot, curve = shown.robot, shown.curve
     base = robot.base_placement
     wrong: list[Mesh] = []
-    poses = {target.name: target.pose for target in shown.targets}
+    poses = {target.name: target.pose for target in tool_targets(shown)}
     together: dict[tuple[str, str, float], list[Finding]] = {}
     for finding in report.failures:
         if finding.at is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import freedom_uses
-from knotwork.view.clearance_curve import clearance_curve, nearest_around
+from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, limit_shares
 from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray
 
 STRIP_SAMPLES = 800
 # Minimum drawn duration of a failure, as a fraction of the motion.
-LEAST_FAILURE_WIDTH = 0.003
+MIN_FAILURE_WIDTH = 0.003
 # Use of a limit below which it is not a limiting constraint.
 NOTABLE_SHARE = 0.01
 
@@ -33,7 +33,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     curve, trajectory, scenario = shown.curve, shown.trajectory, shown.scenario
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = np.linspace(start, end, STRIP_SAMPLES)
-    shares = list(limit_shares(shown.robot, curve, shown.space, shown.findings, time))
+    shares = list(limit_shares(shown, shown.findings, time))
     asked = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
@@ -84,7 +84,7 @@ def broken_spans(
     for finding, share in shares:
         over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not finding.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
-    least = 0.5 * LEAST_FAILURE_WIDTH * (end - start)
+    least = 0.5 * MIN_FAILURE_WIDTH * (end - start)
     wide = unite_intervals((max(a - least, start), min(b + least, end)) for a, b in spans)
     return [[a - start, b - start] for a, b in wide]
 
@@ -135,16 +135,13 @@ def _curve(
 
 def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
     """Clearance from the surroundings over time, the nearest pairs, and the required clearance."""
-    trajectory, scenario, nearest = shown.trajectory, shown.scenario, nearest_around(shown.findings)
-    also = [] if nearest is None or nearest.time is None else [nearest.time]
-    start, end = trajectory.start_time, trajectory.end_time
-    clearance = clearance_curve(trajectory, scenario, shown.space, (start, end), also)
+    clearance = clearance_curve(shown)
     if clearance is None:
         return None
     return {
-        "time": (clearance.time - start).tolist(),
+        "time": (clearance.time - shown.trajectory.start_time).tolist(),
         "distance": [round(d, 6) if np.isfinite(d) else None for d in clearance.distance.tolist()],
         "pair": clearance.pair,
         "names": clearance.names,
-        "margin": scenario.scene.margin,
+        "margin": shown.scenario.scene.margin,
     }

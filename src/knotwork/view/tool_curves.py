@@ -14,18 +14,14 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification.bounds.path_samples import follow_stretch
-from knotwork.verification.metrics.deviation import (
-    deviation_from_line,
-    straight_legs,
-)
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, singular_values
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
-SAMPLES, LINE_SAMPLES = 1500, 80
-"""Number of samples of a motion, and between two poses."""
-PATH_SAMPLES, PIECE_SAMPLES, MOST_PATH_SAMPLES = 240, 16, 12_000
+SAMPLES = 1500
+"""Number of samples of a motion."""
+PATH_SAMPLES, PIECE_SAMPLES, MAX_PATH_SAMPLES = 240, 16, 12_000
 """Number of samples of a stretch of a path, at least in each piece, and at most."""
 
 Curve = tuple[FloatArray, FloatArray]
@@ -91,10 +87,7 @@ def least_singular_values(motion: ShownMotion) -> Curve:
 
 def clearances(motion: ShownMotion) -> Curve:
     """Minimum clearance from the surroundings [m]."""
-    span = float(motion.curve.x[0]), float(motion.curve.x[-1])
-    nearest = [pair for pair in motion.tool_findings if pair.quantity == "clearance"]
-    times = [pair.time for pair in nearest if pair.time is not None]
-    clearance = clearance_curve(motion.trajectory, motion.scenario, motion.space, span, times)
+    clearance = clearance_curve(motion)
     if clearance is None:
         return np.empty(0), np.empty((0, 1))
     return clearance.time, clearance.distance[:, np.newaxis]
@@ -128,26 +121,12 @@ def path_deviations(motion: ShownMotion) -> Curve:
     return _join_curves(parts, 2)
 
 
-def straight_deviations(motion: ShownMotion) -> Curve:
-    """Distance [m] and angle [rad] from the straight line between poses, off tool paths."""
-    robot, parts = robot_of(motion), []
-    task = motion.scenario
-    for before, after in straight_legs(task.waypoints, task.paths):
-        start, end = max(before.time, motion.curve.x[0]), min(after.time, motion.curve.x[-1])
-        if start < end:
-            time = np.linspace(start, end, LINE_SAMPLES + 1)
-            poses = map(robot.forward, motion.curve(time))
-            off = [deviation_from_line(pose, before.pose, after.pose) for pose in poses]
-            parts.append((time, np.array(off)))
-    return _join_curves(parts, 2)
-
-
 def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatArray:
     """Times in an interval, some in each piece of a motion, with its breaks [s]."""
     x = curve.x
     edges = np.concatenate(([start], x[(x > start) & (x < end)], [end]))
     pieces = len(edges) - 1
-    count = min(max(PATH_SAMPLES // pieces, PIECE_SAMPLES), max(MOST_PATH_SAMPLES // pieces, 4))
+    count = min(max(PATH_SAMPLES // pieces, PIECE_SAMPLES), max(MAX_PATH_SAMPLES // pieces, 4))
     part = np.arange(count) / count
     return np.append((edges[:-1, None] + np.diff(edges)[:, None] * part).ravel(), end)
 
@@ -197,16 +176,13 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
         robot_of(motion)  # raises before the first row is drawn
     scenario = motions[0].scenario
     allowed, limits = scenario.si.tolerances, scenario.motion_limits
-    off, straight = path_deviations, straight_deviations
-    speed, speed_error = limits.tool_speed, allowed.path_speed
+    off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed
     rows = [
         ToolRow("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),
         ToolRow("turning speed", "rad/s", speeds, 1, "angular"),
         ToolRow("speed error", "%", speed_errors, limit=speed_error, tolerance=True),
         ToolRow("off tool path", "m", off, limit=allowed.path, tolerance=True),
         ToolRow("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
-        ToolRow("off straight path", "m", straight),
-        ToolRow("turned off line", "rad", straight, 1),
     ]
     places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     places += [

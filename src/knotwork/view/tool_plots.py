@@ -1,4 +1,4 @@
-"""The tool over time: its speed, and its deviation from its path or from a straight line."""
+"""The tool over time: its speed, and its deviation from its path."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.headings import picture_title, write_around
-from knotwork.view.panel import LimitLine, Panel, new_axes, new_figure, page_size, set_ranges
+from knotwork.view.panel import LimitLine, Panel, finish_panel, new_axes, new_figure, page_size
 from knotwork.view.plotted_motions import check_distinct, motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import MARK_LOOKS, rounded_text, settings
@@ -47,8 +47,7 @@ def plot_tool(
 
     Given velocities at waypoints are marked. Along tool paths the deviation in position,
     orientation and speed is shown with its tolerance, and limited quantities of tool and links with
-    their limits. Between two poses without a path, the deviation is that from the straight line
-    with constant angular velocity. All values are sampled.
+    their limits. All values are sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
@@ -63,7 +62,7 @@ def plot_tool(
 
     >>> figure = plot_tool(kw.plan("planar2_closed_form"))
     >>> [axis.get_ylabel().split()[0] for axis in figure.axes]
-    ['tool', 'turning', ...]
+    ['tool', 'turning', 'clearance']
 
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, or
@@ -77,11 +76,10 @@ def plot_tool(
     with settings():
         figure = new_figure(len(rows), 1, page)
         for axes, row in zip(new_axes(figure, len(rows), 1).flat, rows, strict=True):
-            set_ranges([_panel(axes, row, drawn, sample(row.curve), units)])
+            finish_panel(_panel(axes, row, drawn, sample(row.curve), units))
         heading = title if title is not None else f"{picture_title(drawn, 'motion')} · tool"
-        several = len(drawn) > 1
-        curves = [motion.label for motion in drawn] if several else ()
-        write_around(figure, drawn, heading, curves, overlaid=several, grows=page is None)
+        curves = [motion.label for motion in drawn] if len(drawn) > 1 else ()
+        write_around(figure, drawn, heading, curves, grows=page is None)
     return figure
 
 

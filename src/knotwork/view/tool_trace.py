@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from knotwork.robot import Robot
-from knotwork.scenario import ScenarioPath
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares
+from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.targets import tool_targets
 from knotwork.waypoints import FloatArray
 
 TRACE_SAMPLES = 1200
@@ -37,56 +34,43 @@ class ToolTrace:
     broken: FloatArray
 
 
-def tool_trace(
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    space: JointSpace,
-    failures: Sequence[Finding],
-    also: Sequence[float],
-    paths: Sequence[ScenarioPath],
-) -> ToolTrace:
-    """Sample the tool's path evenly in time, and at every break.
+@lru_cache(maxsize=2)
+def tool_trace(shown: ShownMotion) -> ToolTrace | None:
+    """Sample the tool's path evenly in time, at every break, and where something fails.
 
-    Args:
-        robot: The arm, with a tool.
-        curve: Its motion, joints in the robot's order.
-        space: Its limits.
-        failures: Failures of the check, whose times are sampled as well.
-        also: More times to sample [s].
-        paths: Tool paths of the task.
+    Returns:
+        The path, cached; `None` without a tool.
     """
-    failures = [failure for failure in failures if failure.subject != "path"]
+    if shown.robot.tcp_frame_id is None:
+        return None
+    robot, curve = shown.robot, shown.curve
+    failures = [failure for failure in shown.failures if failure.subject != "path"]
     limits = [failure for failure in failures if failure.group in LIMITS]
     spans = [span for failure in failures for span in failure.spans]
     start, end = float(curve.x[0]), float(curve.x[-1])
     worst = [failure.time for failure in limits if failure.time is not None]
-    inner = [at for at in (*also, *np.ravel(spans), *worst) if start <= at <= end]
-    breaks = (
-        curve.x if len(curve.x) <= TRACE_SAMPLES else curve.x[:: len(curve.x) // TRACE_SAMPLES + 1]
-    )
+    also = [*(target.time for target in tool_targets(shown)), *np.ravel(spans), *worst]
+    inner = [at for at in also if start <= at <= end]
+    breaks = curve.x[:: len(curve.x) // (TRACE_SAMPLES + 1) + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, TRACE_SAMPLES), breaks, inner]))
     base = robot.base_placement
     position = np.array([(base * robot.forward(row)).translation for row in curve(time)])
-    speed = tool_speeds(robot, curve, time, paths)
+    speed = tool_speeds(shown, time)
     broken = np.zeros(len(time), dtype=bool)
     for begin, end in spans:
         broken |= (time >= begin) & (time <= end)
-    for failure, share in limit_shares(robot, curve, space, limits, time):
+    for failure, share in limit_shares(shown, limits, time):
         slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
         broken |= share > 1.0 + slack
     return ToolTrace(time, position, speed, broken)
 
 
-def tool_speeds(
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    time: FloatArray,
-    paths: Sequence[ScenarioPath],
-) -> FloatArray:
+def tool_speeds(shown: ShownMotion, time: FloatArray) -> FloatArray:
     """Speed of the tool centre point [m/s], shape (n,), at times of shape (n,).
 
     On a path it is relative to the frame of the path, like the given speed.
     """
+    robot, curve, paths = shown.robot, shown.curve, shown.scenario.paths
     q, v = curve(time), curve(time, 1)
     velocity = np.array([robot.jacobian(a)[:3] @ b for a, b in zip(q, v, strict=True)])
     speed = np.linalg.norm(velocity, axis=1)

@@ -163,8 +163,9 @@ def _solution(
 def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) -> list[FloatArray]:
     """The nearest of some solutions, moved along their self-motion to be nearer still.
 
-    Each joint is measured in three ways: by its velocity limit and weight; by its speed after a
-    ramp at the acceleration limit; and by the acceleration limit, which decides short moves.
+    The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
+    speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
+    short moves.
     """
     robot, speed = search.robot, search.robot.velocity_limit
     acceleration = robot.limits["acceleration"]

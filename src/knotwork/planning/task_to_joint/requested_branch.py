@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from knotwork.errors import BranchError
 from knotwork.kinematics.geometry.configuration_flags import (
     FLAGS,
-    configuration_flags,
     describe_flags,
     geometry,
 )
@@ -27,23 +26,17 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
     wanted = scenario.branch
     if wanted == "free":
         return
-    if not isinstance(wanted, str):
-        has_branches, asked = geometry(robot) is not None, ", ".join(wanted)
-        why = (
-            "these flags are defined for arms of six joints with a spherical wrist, or with three "
-            "parallel axes, 2 to 4"
-        )
+    if isinstance(wanted, str):
+        requested, has_branches = wanted, robot.dof == 6
     else:
-        has_branches, asked = configuration_flags(robot, np.zeros((1, robot.dof))).size > 0, wanted
-        why = "they are distinguished for arms of six joints only"
-        if robot.dof > 6:
-            why = "self-motion leads from one solution of a pose to others without moving the tool"
+        requested, has_branches = ", ".join(wanted), geometry(robot) is not None
     if not has_branches:
         first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
         raise BranchError(
             first.name,
-            f"branch: {asked} has no meaning for {robot.name}, an arm of {robot.dof} joints: "
-            f"{why}; near: a configuration keeps the solutions near that",
+            f"branch: {requested} has no meaning for {robot.name}, an arm of {robot.dof} joints; "
+            "arms of six joints have branches, and those with a spherical wrist or parallel axes 2 "
+            "to 4 have names for them; near: a configuration keeps the solutions near that",
             branches=(),
             where=first.where,
         )

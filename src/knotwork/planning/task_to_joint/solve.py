@@ -27,14 +27,14 @@ def solve_task(
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
     Candidates are all solutions of all poses, including turns of ±2π within limits. The criteria,
-    in strict order, are
+    in strict order, are:
 
     1. feasibility: velocity limits hold at the waypoints, in the mean of each interval and, if
-      possible, halfway along cubics between the waypoints;
+       possible, halfway along cubics between the waypoints;
     2. changes of branch only where the tool is at rest;
     3. minimum joint travel relative to the velocity limits, with a weight of up to 3 near position
-      limits and singularities; from rest to rest in a time that is chosen later, the minimum time
-      of the slowest joint.
+       limits and singularities; from rest to rest in a time that is chosen later, the minimum time
+       of the slowest joint.
 
     With `near`, the distance from that configuration replaces the travel, and whole turns are
     ignored. `branch` restricts the candidates. If no sequence is feasible, the one with the
@@ -116,12 +116,10 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
 
 def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
     """The solution with the velocities that were chosen."""
-    chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
-    if not chosen:
-        return solution
     velocity = solution.waypoints.velocity.copy()
-    for name, values in chosen.items():
-        velocity[solution.waypoints.names.index(name)] = values
+    for run in space.chosen or ():
+        for i, values in run.velocity.items():
+            velocity[solution.waypoints.asked[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 

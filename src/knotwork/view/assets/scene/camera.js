@@ -6,7 +6,7 @@ const world = (point) => new THREE.Vector3(point[0], point[2], -point[1]);
 
 // Boxes [left, top, right, bottom] of what lies over the scene, in the scene's own pixels
 function panels(pane) {
-  return [...document.querySelectorAll(".keep-clear, .dg.main")]
+  return [...document.querySelectorAll(".keep-clear")]
     .map((element) => element.getBoundingClientRect())
     .filter((box) => box.width > 0 && box.height > 0)
     .map((box) => [box.left - pane.left, box.top - pane.top, box.right - pane.left, box.bottom - pane.top]);

@@ -51,16 +51,6 @@ class Player {
     if (running) this.animator.play();
   }
 
-  // A speed in the units of the task, and its unit
-  lengthText(value, digits) {
-    const { length, per_metre: factor } = this.units;
-    return `${(factor * value).toFixed(factor > 1 ? digits : digits + 3)} ${length}`;
-  }
-
-  speedText(speed, digits) {
-    return `${this.lengthText(speed, digits)}/s`;
-  }
-
   setRate() {
     this.animator.mixer.timeScale = Number(byId("rate").value);
   }
@@ -129,8 +119,8 @@ class Player {
   key(event) {
     // With these the keys are the browser's: Alt and an arrow go back a page.
     if (event.altKey || event.ctrlKey || event.metaKey) return;
-    // Lists and Meshcat's controls have a use of their own for these keys; what is clicked, for space.
-    if (event.target.closest("select, .dg")) return;
+    // Lists have a use of their own for these keys; what is clicked, for space.
+    if (event.target.closest("select")) return;
     if (event.key === " " && event.target.closest("button, summary, input:not(#scrub)")) return;
     const key = event.shiftKey && event.key.startsWith("Arrow") ? `Shift ${event.key}` : event.key;
     if (!Object.hasOwn(this.uses, key)) return;
@@ -154,13 +144,12 @@ class Player {
         this.seek(0);
         animator.play();
       }
-    } else if (animator.time !== this.time && animator.time > 0) {
-      this.time = animator.time; // moved by Meshcat's own controls
     }
     // Only what has changed is written: a scene at rest costs no drawing.
     const write = (element, name, value) => { if (element[name] !== value) element[name] = value; };
     if (Math.abs(slider.value - this.time) > 1e-6) slider.value = this.time;
-    const speed = this.speeds ? `  ${this.speedText(this.speeds[this.frame()], 0)}` : "";
+    const { length, per_metre: factor } = this.units;
+    const speed = this.speeds ? `  ${(factor * this.speeds[this.frame()]).toFixed(factor > 1 ? 0 : 3)} ${length}/s` : "";
     write(byId("clock"), "textContent", `${(this.start + this.time).toFixed(2)} s${speed}`);
     write(byId("play"), "textContent", this.running ? "❚❚" : "▶");
     write(byId("play"), "ariaLabel", this.running ? "pause" : "play");

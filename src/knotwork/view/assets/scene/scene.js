@@ -167,13 +167,11 @@ class Switches {
   constructor(viewer) {
     this.viewer = viewer;
     this.chosen = new Map();
-    this.add("Meshcat's own controls", (on) => document.body.classList.toggle("controls", on), false);
-    this.lasting = byId("switches").childElementCount;
   }
 
   set(data, labels) {
     const list = byId("switches");
-    while (list.childElementCount > this.lasting) list.firstElementChild.remove();
+    list.replaceChildren();
     const show = (path) => (on) => this.viewer.set_property(path, "visible", on);
     const rows = { labels: (on) => labels.show(on) };
     const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
@@ -195,7 +193,7 @@ class Switches {
     const checked = this.chosen.get(name) ?? first;
     Object.assign(box, { type: "checkbox", name, defaultChecked: first, checked });
     row.append(box, ` ${name}`);
-    byId("switches").insertBefore(row, [...byId("switches").children].at(-(this.lasting || 0)) ?? null);
+    byId("switches").append(row);
     const changed = () => {
       change(box.checked);
       this.viewer.set_dirty();

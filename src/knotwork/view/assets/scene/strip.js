@@ -38,7 +38,8 @@ class Strip {
     byId("curve").hidden = this.curves.length < 2;
   }
 
-  // Curves to choose from: names, units, times from the start, values, limits and the greatest shown
+  // Curves to choose from: names, units, times from the start, values, limits, the greatest shown, and
+  // words on each value
   allCurves(data) {
     const { player } = this;
     const { length, per_metre: factor } = data.units;
@@ -50,9 +51,9 @@ class Strip {
         asked: this.data.asked.map(([start, end, speed]) => [start, end, factor * speed]) });
     }
     if (this.data.clearance) {
-      const { time, distance, margin } = this.data.clearance;
+      const { time, distance, pair, names, margin } = this.data.clearance;
       const least = Math.min(...distance.filter((one) => one !== null));
-      found.push({ name: "clearance", colour: "clear", unit: length, time, limits: [factor * margin],
+      found.push({ name: "clearance", colour: "clear", unit: length, time, limits: [factor * margin], words: pair.map((k) => `: ${names[k]}`),
         value: distance.map((one) => (one === null ? null : factor * one)), most: factor * CLEAR * Math.max(margin, least, 1e-3) });
     }
     return [...found, ...this.data.curves.map((one) => ({ ...one, colour: "way" }))];
@@ -78,35 +79,18 @@ class Strip {
     return Math.max(...use.slice(low, high + 1));
   }
 
-  // Index of the last clearance that was sampled before a time
-  clearanceAt(time) {
-    const { time: times } = this.data.clearance;
-    const after = times.findIndex((one) => one > time);
-    return after < 0 ? times.length - 1 : Math.max(after - 1, 0);
-  }
-
   // What is at a time, in words
   say(time) {
     const { player, data } = this;
     const parts = [`${(player.start + time).toFixed(2)} s`];
     const segment = data.segments.find(([start, end]) => time >= start && time < end);
     if (segment) parts.push(segment[3] ? `${segment[2]} (limit: ${segment[3]})` : segment[2]);
-    const asked = data.asked.find(([start, end]) => time >= start && time <= end);
-    if (player.speeds) {
-      const speed = player.speedText(player.speeds[player.frame(time)], 1);
-      parts.push(asked ? `${speed} of ${player.speedText(asked[2], 1)}` : speed);
-    }
     const use = this.useAt(time);
     if (data.use.some((part) => part > 0)) parts.push(use < Infinity ? `${(100 * use).toFixed(0)} % of a limit` : "a limit is broken at a jump");
-    if (data.clearance) {
-      const { distance, pair, names } = data.clearance;
-      const i = this.clearanceAt(time);
-      if (distance[i] !== null) parts.push(`${player.lengthText(distance[i], 1)} clear: ${names[pair[i]]}`);
-    }
-    const { chosen } = this;
-    const at = chosen ? chosen.time.findLastIndex((one) => one <= time + AT_FRAME) : -1;
-    if (at >= 0 && chosen.colour === "way" && time <= chosen.time[chosen.time.length - 1] + AT_FRAME) {
-      parts.push(`${chosen.name} ${plain(chosen.value[at])} ${chosen.unit}`);
+    for (const { name, unit, time: times, value, words = [] } of this.curves) {
+      const at = times.findLastIndex((one) => one <= time + AT_FRAME);
+      const known = at >= 0 && time <= times[times.length - 1] + AT_FRAME && value[at] !== null;
+      if (known) parts.push(`${name} ${plain(value[at])} ${unit}${words[at] ?? ""}`);
     }
     const beside = (at) => Math.abs(at - time) < 0.012 * player.animator.duration;
     parts.push(...data.events.filter(([at]) => beside(at)).map(([, said]) => said));
