@@ -18,7 +18,7 @@ from knotwork.files.documents.yaml_text import read_text
 MAX_CSV_BYTES = 500_000_000
 MAX_CSV_CELLS = 21_000_000
 """More than the largest exported table has."""
-MAX_COLUMNS = 10_000
+MAX_CSV_COLUMNS = 10_000
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
@@ -117,8 +117,8 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
                 cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
             rows.append((reader.line_num, cells))
             room -= len(cells)
-            if len(cells) > MAX_COLUMNS or room < 0:
-                most = f"at most {MAX_COLUMNS} columns and {MAX_CSV_CELLS} numbers are accepted"
+            if len(cells) > MAX_CSV_COLUMNS or room < 0:
+                most = f"at most {MAX_CSV_COLUMNS} columns and {MAX_CSV_CELLS} numbers are accepted"
                 raise DocumentError(path, [Problem(reader.line_num, "", "is too large", most)])
     except csv.Error as error:
         problem = Problem(reader.line_num, "", f"is not valid CSV: {error}")
