@@ -145,9 +145,11 @@ def test_infeasible_velocity_is_a_failure() -> None:
     plan = kw.plan(too_fast())
     assert plan.solution is not None
     assert plan.solution.infeasibilities
-    said = [str(one) for one in plan.solution.infeasibilities]
-    assert set(said) <= set(plan.report_to_dict()["failures"])
-    assert any("'on'" in line and "of that velocity" in line for line in said)
+    needed = [(one.waypoint, one.velocity, one.limit) for one in plan.solution.infeasibilities]
+    failed = [(one.name, one.value, one.limit) for one in plan.report.failures]
+    assert set(needed) <= set(failed)
+    told = plan.report_to_dict()["failures"]
+    assert any("'on'" in line and "of that velocity" in line for line in told)
 
 
 def test_warnings_are_listed_apart_from_failures() -> None:

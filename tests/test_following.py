@@ -120,7 +120,7 @@ def test_reports_limiting_constraint() -> None:
     with pytest.raises(UnreachablePoseError):
         ARM.solve_pose_ik_all(beyond)
     narrow = ARM.with_limits({"shoulder_pan_joint": (HOME[0] - 0.2, HOME[0] + 0.2)})
-    with pytest.raises(FollowingError, match="comes to its limit") as error:
+    with pytest.raises(FollowingError, match="reaches its limit") as error:
         kw.follow_path(narrow, far, 0.05, start=HOME)
     assert error.value.cause == "joint limit"
 
