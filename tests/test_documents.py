@@ -457,7 +457,7 @@ def test_many_problems_are_told_in_few_lines() -> None:
 
 def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each takes hundreds of bytes while it is read."""
-    monkeypatch.setattr("knotwork.files.documents.yaml_text.MOST_YAML_VALUES", 100)
+    monkeypatch.setattr("knotwork.files.documents.yaml_text.MAX_YAML_VALUES", 100)
     documents.parse(f"[{'1,' * 98}]")
     with pytest.raises(DocumentError, match="has more than 100 values"):
         documents.parse(f"[{'1,' * 100}]")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 from knotwork.errors import InputError
-from knotwork.files.documents import REMOVED, Document, edited, edited_text, parse
+from knotwork.files.documents import REMOVED, Document, apply_edits, edited_text, parse
 from knotwork.files.documents.edits import changed_text
 from sweeps import examples
 
@@ -171,13 +171,13 @@ def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | N
         result = edited_text(text, edits)
     except InputError:
         # refused rather than written wrong: a block can't be left without a key
-        around = edited(Document(found.data), edits).data
+        around = apply_edits(Document(found.data), edits).data
         for key in place[:-1]:
             around = around[key]
         assert value is REMOVED
         assert len(around) == len(edits) - 1
         return
-    assert parse(result).data == edited(Document(found.data), edits).data
+    assert parse(result).data == apply_edits(Document(found.data), edits).data
 
 
 @pytest.mark.parametrize("flow", [True, False])
@@ -270,7 +270,7 @@ more:
         ("more", 1, "near"): long,
     }
     found = edited_text(text, edits)
-    assert parse(found).data == edited(parse(text), edits).data
+    assert parse(found).data == apply_edits(parse(text), edits).data
     lines = found.splitlines()
     assert max(map(len, lines)) <= 150  # of a value that follows others in its line
     assert max(len(line) - len(line.lstrip()) for line in lines) <= 18

@@ -8,7 +8,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 
 _FACTORS = {"m": 1.0, "mm": 1e3, "rad": 1.0, "deg": 180.0 / math.pi}
 """Each unit per SI unit."""
-MOST_DIGITS = 7
+MAX_DIGITS = 7
 """Maximum digits of a number without a power of ten."""
 
 
@@ -60,7 +60,7 @@ def readable(value: float, form: str = ".4g") -> str:
         return "0"
     if not power:
         return text
-    return f"{float(text):.0f}" if 0 < int(exponent) < MOST_DIGITS else f"{digits}e{int(exponent)}"
+    return f"{float(text):.0f}" if 0 < int(exponent) < MAX_DIGITS else f"{digits}e{int(exponent)}"
 
 
 def rounded_up(value: float, digits: int = 6) -> float:

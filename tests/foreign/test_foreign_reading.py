@@ -544,8 +544,8 @@ def test_a_table_of_any_shape_is_refused_in_little_memory(
 def test_more_numbers_than_are_read_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.files.documents.csv_rows.MOST_CSV_CELLS", 20)
-    monkeypatch.setattr("knotwork.files.storage.trajectory_file.MOST_STORED_VALUES", 20)
+    monkeypatch.setattr("knotwork.files.documents.csv_rows.MAX_CSV_CELLS", 20)
+    monkeypatch.setattr("knotwork.files.storage.trajectory_file.MAX_STORED_VALUES", 20)
     (tmp_path / "a.csv").write_text("time,lift\n" + "0,0\n" * 10)
     with pytest.raises(DocumentError, match="line 11: is too large"):
         read_trajectory(tmp_path / "a.csv", ["lift"], ["m"])

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+import knotwork as kw
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
@@ -133,8 +134,9 @@ def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> 
     np.testing.assert_allclose(waypoint.position, [0, 1.5, 0], atol=1e-15)
     np.testing.assert_allclose(waypoint.linear, [0, 0.05, 0], atol=1e-16)
     np.testing.assert_allclose(waypoint.angular, [0, 0, np.pi], atol=1e-15)
-    offset = scenario.tool.offset
-    assert offset is not None
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    offset = robot.tool_offset
     np.testing.assert_allclose(offset.translation, [0, 0, 0.25])
     np.testing.assert_allclose(
         offset.rotation, Rotation.from_euler("x", 90, degrees=True).as_matrix(), atol=1e-15
@@ -229,12 +231,17 @@ def test_a_velocity_is_turned_from_the_axes_it_names(axes: str | None) -> None:
     np.testing.assert_allclose(waypoint.angular, expected.apply(VELOCITY["angular"]), atol=1e-15)
 
 
+AHEAD = [0, 0, 0.1]
+
+
 def test_a_tool_has_a_frame_an_offset_or_both() -> None:
-    assert task(ZERO).tool.frame is None
-    assert task(ZERO).tool.offset is None
-    assert task(ZERO, tool={"frame": "ee_link"}).tool.frame == "ee_link"
-    only = task(ZERO, tool={"offset": {"position": [0, 0, 0.1]}}).tool
-    assert only.frame is None
-    np.testing.assert_array_equal(
-        only.offset.homogeneous[:3], [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.1]]
+    own = kw.load_robot("ur5")
+    bare, flange, only = (
+        joint_space(task(ZERO, **more)).robot
+        for more in ({}, {"tool": {"frame": "ee_link"}}, {"tool": {"offset": {"position": AHEAD}}})
     )
+    assert (bare.tool_frame, only.tool_frame) == (own.tool_frame, own.tool_frame)
+    assert flange.tool_frame == "ee_link"
+    np.testing.assert_array_equal(bare.tool_offset.homogeneous, own.tool_offset.homogeneous)
+    np.testing.assert_array_equal(only.tool_offset.translation, AHEAD)
+    np.testing.assert_array_equal(only.tool_offset.rotation, np.eye(3))

@@ -22,7 +22,7 @@ from knotwork.files.documents.edits import part_of
 from knotwork.kinematics import solve_pose_ik
 from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, resolved
+from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.joint_space import joint_space
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
@@ -68,7 +68,7 @@ class DraftReading:
             KnotworkError: The draft can't be read.
         """
         revision, document = draft.revision, draft.document()
-        scenario = resolved(validate(Task, document), document.places)
+        scenario = resolve_task(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         by_place = {handle.at: handle for handle in reversed(all_handles)}

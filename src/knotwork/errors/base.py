@@ -56,7 +56,7 @@ def together(errors: Sequence[AnyInputError]) -> AnyInputError:
     return first
 
 
-MOST_LISTED = 40
+MAX_LISTED = 40
 """Number of names that an error lists."""
 
 
@@ -72,10 +72,10 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     written = {choice.casefold(): choice for choice in names}
     near = difflib.get_close_matches(str(name).casefold(), written, n=1, cutoff=0.6)
     listed, more = names, ""
-    if len(names) > MOST_LISTED:  # the most similar ones
-        alike = difflib.get_close_matches(str(name).casefold(), written, MOST_LISTED, cutoff=0.0)
+    if len(names) > MAX_LISTED:  # the most similar ones
+        alike = difflib.get_close_matches(str(name).casefold(), written, MAX_LISTED, cutoff=0.0)
         listed = [written[name] for name in alike]
-        more = f" and {len(names) - MOST_LISTED} more"
+        more = f" and {len(names) - MAX_LISTED} more"
     listing = f"accepted: {', '.join(listed)}{more}" if names else "none is available"
     meant = f"did you mean {written[near[0]]!r}? " if near else ""
     return f"{meant}{listing[:1].upper()}{listing[1:]}" if near else listing
@@ -147,7 +147,7 @@ class Problem:
         return f"{where}{field}{self.message}{accepted}"
 
 
-MOST_PRINTED_PROBLEMS = 50
+MAX_PRINTED_PROBLEMS = 50
 """Number of problems that a message lists."""
 
 
@@ -172,9 +172,9 @@ class DocumentError(InputError):
         """List the problems. Without `complete` there may be further ones."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
-        lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PRINTED_PROBLEMS]]
-        if len(self.problems) > MOST_PRINTED_PROBLEMS:
-            more = len(self.problems) - MOST_PRINTED_PROBLEMS
+        lines = [f"{name}: {problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
+        if len(self.problems) > MAX_PRINTED_PROBLEMS:
+            more = len(self.problems) - MAX_PRINTED_PROBLEMS
             lines.append(f"{name}: and {'' if complete else 'at least '}{more} more problems")
         super().__init__("\n".join(lines))
 

@@ -13,7 +13,7 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, Places, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.robot import load_robot
-from knotwork.scenario import Scenario, resolved
+from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
@@ -76,7 +76,7 @@ def check_alone(
             f"{', '.join(moved.joint_names)}"
         )
     task = _task_of(motion, data, places).replace(name=Path(path).name)
-    asked = resolved(task, places)
+    asked = resolve_task(task, places)
     space = joint_space(asked)
     report = check(motion, asked, space=space, defects=defects)
     # the ends of the motion are its own waypoints

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.files.documents import Document, edited
+from knotwork.files.documents import Document, apply_edits
 from knotwork.planning.remaining_scene import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
-from knotwork.scenario import Scenario, resolved
+from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.event_reader import action_of, segments
 from knotwork.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.scenario.waypoint_reader import START
@@ -147,7 +147,7 @@ def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> CheckedMotio
     """
     planned, motion, clock = executed.planned, executed.motion, executed.clock
     arrivals = _arrivals(executed)
-    scenario = resolved(_task_of(executed, arrivals))
+    scenario = resolve_task(_task_of(executed, arrivals))
     space, times = joint_space(scenario), np.array([arrival.time for arrival in arrivals])
     trajectory = replace(
         planned.trajectory,
@@ -283,4 +283,4 @@ def _without_file(task: Task, scenario: Scenario) -> Task:
     """A task that does not depend on its file: it has a name and absolute paths."""
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
     data = task.to_dict() | {"name": scenario.name}
-    return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)
+    return Task(**apply_edits(Document(data), moved_paths(data, folder.resolve(), None)).data)

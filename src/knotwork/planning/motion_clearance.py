@@ -10,7 +10,7 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.scenario.resolve import resolved
+from knotwork.scenario.resolve import resolve_task
 from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import OtherRobot
 from knotwork.verification.collisions import nearest_to
@@ -49,7 +49,7 @@ def clearance_between(
     name = Path(robot.scenario).stem
     scene = scenario.task.scene
     with_other = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
-    resolved_scene = resolved(scenario.task.replace(scene=with_other), scenario.places).scene
+    resolved_scene = resolve_task(scenario.task.replace(scene=with_other), scenario.places).scene
     space = space if space is not None else joint_space(scenario)
     nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
     if nearest is None:

@@ -10,7 +10,7 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.remaining_scene import held_at
-from knotwork.scenario import Scenario, resolved
+from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.event_reader import action_of
 from knotwork.scenario.joint_space import by_joint, moved_robot
 from knotwork.scenario.repetitions import expand_repeats
@@ -40,7 +40,7 @@ def scenario_from(
             is for another robot, or it is wrong.
     """
     task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
-    asked = resolved(_task_from(motion, at, task, current))
+    asked = resolve_task(_task_from(motion, at, task, current))
     if asked.task.robot is not None:
         with asked.error_context("robot"):
             names = moved_robot(asked).joint_names

@@ -90,7 +90,7 @@ class UrdfShapes:
         self.links = tuple(self._links)
 
     def _read(self, path: Path, names: Mapping[str, str]) -> None:
-        text = read_text(path, most=MAX_URDF_BYTES)
+        text = read_text(path, max_bytes=MAX_URDF_BYTES)
         root: Any = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
         materials: dict[str, Element] = {}
         for material in root.getElementsByTagName("material"):

@@ -92,7 +92,7 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
             file's format.
     """
     paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
-    texts = tuple(read_text(file, most=MAX_URDF_BYTES) for file in paths)
+    texts = tuple(read_text(file, max_bytes=MAX_URDF_BYTES) for file in paths)
     read = _parse_cached if sum(map(len, texts)) <= MAX_CACHED_LENGTH else _parse
     return read(texts, path, robot, axes, seen_from)
 

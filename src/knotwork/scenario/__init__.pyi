@@ -1,8 +1,7 @@
 from .asked_timing import AskedTiming as AskedTiming
 from .free_times import FreeTimes as FreeTimes
-from .free_times import FreeWay as FreeWay
 from .resolve import load_scenario as load_scenario
-from .resolve import resolved as resolved
+from .resolve import resolve_task as resolve_task
 from .scenario import SMALLEST_PATH_TOLERANCE as SMALLEST_PATH_TOLERANCE
 from .scenario import AskedEvent as AskedEvent
 from .scenario import JointTarget as JointTarget
@@ -10,7 +9,6 @@ from .scenario import Scenario as Scenario
 from .scenario import ScenarioPath as ScenarioPath
 from .scenario import ScenarioWaypoint as ScenarioWaypoint
 from .scenario import Stretch as Stretch
-from .scenario import ToolPlacement as ToolPlacement
 from .scene_model import GraspedObject as GraspedObject
 from .scene_model import PlacedObject as PlacedObject
 from .scene_model import PlacedRobot as PlacedRobot

@@ -19,7 +19,7 @@ SPEED_ROUNDS = 100
 ACCELERATION_FACTOR = 4.0
 """Ratio of successive candidate accelerations for provisional speeds."""
 
-MOST_ACCELERATION_FACTOR = 1e6
+MAX_ACCELERATION_FACTOR = 1e6
 """Largest candidate acceleration, as a multiple of the given one."""
 
 PEAK_TO_MEAN_SPEED = 2.0
@@ -142,6 +142,6 @@ class AskedTiming:
             try:
                 return quick.timed(quick.fitted(low))
             except PathError:
-                if quick.acceleration > MOST_ACCELERATION_FACTOR * self.acceleration:
+                if quick.acceleration > MAX_ACCELERATION_FACTOR * self.acceleration:
                     raise
                 quick = replace(quick, acceleration=ACCELERATION_FACTOR * quick.acceleration)

@@ -15,7 +15,7 @@ from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWa
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
-MOST_SPEED_JUMP = 1e-3
+MAX_SPEED_JUMP = 1e-3
 """The largest speed jump of a frame that an arm can follow [m/s, rad/s]."""
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class Carriers:
                 continue
             curve = joints[0].curve.between(*span)
             jumps = np.abs(curve.jumps(1))
-            if jumps.max(initial=0.0) > MOST_SPEED_JUMP:
+            if jumps.max(initial=0.0) > MAX_SPEED_JUMP:
                 k, axis = np.unravel_index(int(jumps.argmax()), jumps.shape)
                 unit = "rad/s" if joints[0].turns[axis] else "m/s"
                 shown = Units(self.file.units.length, self.file.units.angle)
@@ -161,7 +161,7 @@ class Carriers:
             DocumentError: A chosen speed, or an orientation relative to another motion.
         """
         place: Location = ("waypoints", i)
-        carrier, asked = self.frame_of(i), waypoint.orientation_in
+        carrier, requested = self.frame_of(i), waypoint.orientation_in
         link = self.frames.moving[self.names[i]].link
         if self.is_fixed(i) and carrier is not None:
             raise self.places.error(
@@ -177,7 +177,7 @@ class Carriers:
                 f"a path with all waypoints {_link_text(self.link)}, or poses without along",
             )
         axes = getattr(getattr(waypoint, "velocity", None), "axes", None)
-        for name, *key in ((asked, "orientation_in"), (axes, "velocity", "in")):
+        for name, *key in ((requested, "orientation_in"), (axes, "velocity", "in")):
             known = self.frames.moving.get(name or "")
             if known is not None and known.link != link:
                 raise self.places.error(
@@ -185,8 +185,8 @@ class Carriers:
                     f"frame {name!r} is {_link_text(known.link)}, and the pose {_link_text(link)}",
                     "a frame that is fixed relative to the pose",
                 )
-        if asked is not None:
-            axes_frame = self.frames.moving[self.frames.find(asked, (*place, "orientation_in"))]
+        if requested is not None:
+            axes_frame = self.frames.moving[self.frames.find(requested, (*place, "orientation_in"))]
             turning = any(
                 any(joints.turns) for joints in (*_joints_of(carrier), *axes_frame.joints)
             )

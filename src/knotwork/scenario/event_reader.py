@@ -57,10 +57,10 @@ class EventReader:
             DocumentError: An event is outside the motion or its path, or before another event of
                 its signal that precedes it in the file.
         """
-        events = list(self._asked_events())
+        events = list(self._requested_events())
         last: dict[str | int, Event] = {}
-        for where, asked in events if timed else ():
-            event = asked.event
+        for where, requested in events if timed else ():
+            event = requested.event
             self._check_inside(where, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
@@ -80,7 +80,7 @@ class EventReader:
         first = {k: i for i, k in reversed(list(enumerate(self.index)))}
         return {k: (first[k], last[k]) for k in last}
 
-    def _asked_events(self) -> Iterator[tuple[Location, AskedEvent]]:
+    def _requested_events(self) -> Iterator[tuple[Location, AskedEvent]]:
         for k, waypoint in enumerate(self.file.waypoints):
             waited = 0.0
             for j, action in enumerate(waypoint.actions):
@@ -167,8 +167,8 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
     return {name: event.value}
 
 
-def _time(asked: AskedEvent) -> float:
-    return asked.event.time
+def _time(requested: AskedEvent) -> float:
+    return requested.event.time
 
 
 def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
-from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
+from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
 SHARING_WAYPOINTS = 20
@@ -21,7 +21,7 @@ PROVISIONAL_SPAN = 1e-3 * SHARING_WAYPOINTS
 """Smallest time that they share [s]."""
 
 
-def least_time(file: PlainTask, i: int) -> float | None:
+def min_time(file: PlainTask, i: int) -> float | None:
     """Lower bound of the time to a waypoint [s], 0 without one; `None` if it is given."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
@@ -34,15 +34,13 @@ def least_time(file: PlainTask, i: int) -> float | None:
     return 0.0 if waypoint.after == "fastest" or (unstated and chosen) else None
 
 
-def clear_way(file: PlainTask, i: int) -> FreeWay | None:
+def clear_way(file: PlainTask, i: int) -> ClearWay | None:
     """Options of a collision-free motion to a waypoint, or `None`; in SI as the file is."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
         return None
     given = waypoint.way or file.ways
-    if isinstance(given, ClearWay):
-        return FreeWay(given.tries, given.room or 0.0)
-    return FreeWay(ClearWay.model_fields["tries"].default, 0.0) if given else None
+    return ClearWay.model_construct(clear=True) if given == "clear" else given
 
 
 def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
@@ -55,7 +53,7 @@ def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
         i: Index of the waypoint.
         before: Time of the previous waypoint [s].
     """
-    least = least_time(file, i)
+    least = min_time(file, i)
     if least is None:
         return None
     longest, parts = max(least, PROVISIONAL_TIME), 1
@@ -73,7 +71,7 @@ def given_speed(speed: float | str | AtMost | None, provisional: float) -> float
     return provisional if isinstance(speed, str | AtMost) else speed
 
 
-def greatest_speed(speed: float | str | AtMost | None) -> float | None:
+def max_speed(speed: float | str | AtMost | None) -> float | None:
     """Upper bound of a free speed, infinite without one; `None` if it is not free."""
     if isinstance(speed, AtMost):
         return speed.at_most
@@ -93,19 +91,18 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
             chosen.
     """
     lower_bounds = [
-        least_time(file, end) if end >= 0 and start != end else None
-        for start, end in pairwise(index)
+        min_time(file, end) if end >= 0 and start != end else None for start, end in pairwise(index)
     ]
     speed: list[SpeedKind] = ["given"] * len(index)
     at_most = np.full(len(index), np.inf)
     paths: dict[int, float] = {}
-    ways: dict[int, FreeWay] = {}
+    ways: dict[int, ClearWay] = {}
     timed: list[int] = []
     for i, k in enumerate(index):
         if k < 0 or (i and k == index[i - 1]):  # this is the start, or the end of a wait
             continue
         waypoint = file.waypoints[k]
-        maximum = greatest_speed(getattr(waypoint, "speed", None))
+        maximum = max_speed(getattr(waypoint, "speed", None))
         if isinstance(waypoint, PathWaypoint) and maximum is not None:
             paths[i] = maximum
         elif maximum is not None:
@@ -159,7 +156,7 @@ def _objective(file: PlainTask) -> dict[str, float]:
 
 
 def _free_anywhere(file: PlainTask) -> bool:
-    return any(least_time(file, i) is not None for i in range(len(file.waypoints)))
+    return any(min_time(file, i) is not None for i in range(len(file.waypoints)))
 
 
 def check_places(file: PlainTask, places: Places) -> None:
@@ -172,8 +169,8 @@ def check_places(file: PlainTask, places: Places) -> None:
     for i, waypoint in enumerate(file.waypoints):
         for key, message, accepted in _misplaced(file, i, untimed):
             raise places.error(("waypoints", i, key), message, accepted)
-        chosen = greatest_speed(getattr(waypoint, "speed", None)) is not None
-        if least_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
+        chosen = max_speed(getattr(waypoint, "speed", None)) is not None
+        if min_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
             untimed = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
 
 
@@ -209,7 +206,7 @@ def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str
         message = "the time along a path follows from its speed"
         yield "after", message, "speed: fastest, or seconds"
     for key in ("time", "after"):
-        if greatest_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
+        if max_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
             message = "is given together with a speed that is chosen"
             yield key, message, f"speed: fastest, or {key}, not both"
 

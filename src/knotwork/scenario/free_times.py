@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.task import ClearWay
 from knotwork.waypoints import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -20,18 +21,6 @@ PROVISIONAL_SPEED = 0.01
 """Provisional speed along a path whose speed is free [m/s]."""
 
 SpeedKind = Literal["given", "along", "free"]
-
-
-class FreeWay(NamedTuple):
-    """Options of a collision-free motion.
-
-    Attributes:
-        tries: Number of searches for a motion.
-        room: Extra clearance beyond the margins where possible [m].
-    """
-
-    tries: int
-    room: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +52,7 @@ class FreeTimes:
     speed: tuple[SpeedKind, ...]
     at_most: FloatArray
     path_speed: Mapping[int, float] = field(default_factory=dict)
-    ways: Mapping[int, FreeWay] = field(default_factory=dict)
+    ways: Mapping[int, ClearWay] = field(default_factory=dict)
     objective: Mapping[str, float] = field(default_factory=dict)
     total: float | None = None
     optimal_knots: bool = False

@@ -14,7 +14,7 @@ from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
 # Maximum turn of a range in each direction.
-MOST_FREE_TURNS = 2
+MAX_FREE_TURNS = 2
 
 
 def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()) -> Freedoms:
@@ -26,7 +26,7 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose or reaches beyond `MOST_FREE_TURNS`; a tilt
+        DocumentError: A turn does not contain the pose or reaches beyond `MAX_FREE_TURNS`; a tilt
             is too large; or a velocity is given in free axes.
     """
     tool = None if file.tool is None else file.tool.free
@@ -135,9 +135,9 @@ def _read(
     if pose.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
     low, high = pose.turn
-    most = MOST_FREE_TURNS * 2.0 * math.pi
-    if not (low <= 0.0 <= high and max(-low, high) <= most * (1.0 + 1e-12)):
-        half = f"{most / unit:.6g}"
+    max_turn = MAX_FREE_TURNS * 2.0 * math.pi
+    if not (low <= 0.0 <= high and max(-low, high) <= max_turn * (1.0 + 1e-12)):
+        half = f"{max_turn / unit:.6g}"
         raise places.error(
             (*location, "turn"),
             f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",

@@ -17,9 +17,9 @@ import numpy as np
 from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget
-from knotwork.scenario.payloads import Carrying, robots_with_loads
+from knotwork.scenario.payloads import Carrying, read_payload, robots_with_loads
 from knotwork.scenario.scenario import Scenario
-from knotwork.task import ChosenMotion, PoseWaypoint
+from knotwork.task import ChosenMotion, PoseWaypoint, Tool
 from knotwork.task.si_units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
@@ -179,6 +179,7 @@ def moved_robot(scenario: Scenario) -> Robot:
             is named.
     """
     from knotwork.robot import load_robot
+    from knotwork.scenario.geometry import read_placement
 
     reference, file = scenario.task.robot, scenario.places.file
     if reference is None:
@@ -190,9 +191,13 @@ def moved_robot(scenario: Scenario) -> Robot:
             else reference,
             relative_to=file.parent if file is not None else None,
         )
-    tool = scenario.tool
+    tool = scenario.si.tool or Tool.model_construct()
+    offset = None
+    if tool.offset is not None:
+        offset = read_placement(tool.offset, scenario.places, ("tool", "offset"))
+    payload = read_payload(tool, scenario.places, ("tool",))
     with scenario.error_context("tool", "frame"):
-        robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
+        robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
     for name, frame in scenario.task.frames.items():  # all links that carry frames exist
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):

@@ -31,7 +31,7 @@ SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
 they are equal.
 """
 
-MOST_SPACINGS = 3.0
+MAX_SPACINGS = 3.0
 """Maximum distance of the end points of a curve from the waypoints, relative to its largest
 spacing.
 """
@@ -165,13 +165,13 @@ class PathCurves:
 
         Shape (k, 3, 3): at the points of a path with normals, else at its start.
         """
-        asked, axes = self.waypoint(i).orientation, None
-        if i in self.normals and asked is not None:
+        requested, axes = self.waypoint(i).orientation, None
+        if i in self.normals and requested is not None:
             self.normals.remove(i)
             axes = -self.rotations.pop(i)[:, :, 2]
-        elif not isinstance(asked, Torch):
+        elif not isinstance(requested, Torch):
             return None
-        torch = asked if isinstance(asked, Torch) else Torch()
+        torch = requested if isinstance(requested, Torch) else Torch()
         if (torch.normal is None) == (axes is None):
             raise self.places.error(
                 ("waypoints", i, "orientation"),
@@ -220,15 +220,15 @@ class PathCurves:
         spacing = np.linalg.norm(np.diff(points, axis=0), axis=1)
         if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
-        allowed = MOST_SPACINGS * float(spacing.max())
+        allowed = MAX_SPACINGS * float(spacing.max())
         ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
         for end_name, point, waypoint, place in ends:
             gap = float(np.linalg.norm(point - place))
             if gap > allowed:
                 raise PathError(
                     f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
-                    f"[{waypoint}], more than {MOST_SPACINGS:g} times the spacing of the points "
-                    f"({self.text(allowed / MOST_SPACINGS, digits=6)} at most); the points must "
+                    f"[{waypoint}], more than {MAX_SPACINGS:g} times the spacing of the points "
+                    f"({self.text(allowed / MAX_SPACINGS, digits=6)} at most); the points must "
                     f"begin and end at the waypoints, or at most this far from them: "
                     f"{self.text(allowed, digits=6)}"
                 )
@@ -258,7 +258,7 @@ class PathCurves:
         """Orientation of the tool on the path to waypoint i, whose pose gets its rotation."""
         leaning = self._torch_rotations(i, curve)
         rotations = self.rotations.get(i) if leaning is None else leaning
-        first, asked = self.file.waypoints[i - 1], not self._lacks_orientation(i)
+        first, requested = self.file.waypoints[i - 1], not self._lacks_orientation(i)
         if leaning is not None and isinstance(first, PoseWaypoint) and not first.pose.turned:
             self.poses[i - 1].rotation = leaning[0]
         before, end = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)
@@ -267,12 +267,12 @@ class PathCurves:
             rotations[0] = before
             rotations = rotations if len(rotations) > 1 else None
         tangent = waypoint.orientation is not None and (leaning is None or rotations is None)
-        with self.errors(i, "pose" if asked else "along"):
+        with self.errors(i, "pose" if requested else "along"):
             if rotations is not None and isinstance(curve, tool_paths.ThroughPoints):
                 turn = OrientationCurve.through(curve.arc_lengths, rotations)
             elif tangent:
                 turn = tool_paths.tangent_orientation(curve, before)
-            elif asked:
+            elif requested:
                 turn = OrientationCurve.even_turning(before, end, curve.length)
             else:
                 turn = OrientationCurve.constant(before, curve.length)
@@ -282,7 +282,7 @@ class PathCurves:
                 "is given together with points that have orientations",
                 "orientation: tangent, or columns of orientations or normals, not both",
             )
-        if asked and (tangent or rotations is not None):
+        if requested and (tangent or rotations is not None):
             self._check_end(i, turn.rotations[-1], end)
         pose = self.poses[i].copy()
         pose.rotation = turn.rotations[-1]

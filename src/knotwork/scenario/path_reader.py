@@ -13,7 +13,7 @@ import pinocchio as pin
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.scenario.asked_timing import AskedTiming
 from knotwork.scenario.carriers import Carriers
-from knotwork.scenario.free_reader import greatest_speed
+from knotwork.scenario.free_reader import max_speed
 from knotwork.scenario.path_curves import PathCurves, rescale_orientation
 from knotwork.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
@@ -114,8 +114,8 @@ class PathReader:
             ]
             orientation = OrientationCurve.joined(turned)
         path = self._tool_path(first, steps, pieces, ends, orientation)
-        asked = self._asked_timing(first, lengths, steps, start)
-        timing, speeds = self._solve_timing(first, asked, steps)
+        requested = self._requested_timing(first, lengths, steps, start)
+        timing, speeds = self._solve_timing(first, requested, steps)
         # The waypoint at a rounded corner is passed at its middle.
         self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
         times, full = start + timing.times, start + timing.full_speed
@@ -142,7 +142,7 @@ class PathReader:
                 replace(stretch, weave=weave)
                 for stretch, weave in zip(stretches, weaves, strict=True)
             )
-        return ScenarioPath(first, motion, stretches, asked)
+        return ScenarioPath(first, motion, stretches, requested)
 
     def _tool_path(
         self,
@@ -202,27 +202,27 @@ class PathReader:
             before = before + duration if known else step.time  # type: ignore[operator]
         return durations
 
-    def _asked_timing(
+    def _requested_timing(
         self, first: int, lengths: FloatArray, steps: list[PathWaypoint], start: float
     ) -> AskedTiming:
         last = first + len(steps)
-        most = [greatest_speed(step.speed) for step in steps]
+        upper_bounds = [max_speed(step.speed) for step in steps]
         return AskedTiming(
             tuple(lengths.tolist()),
             tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
             tuple(self._durations(first, steps, start)),
             (0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
             self.curves.file.path.acceleration,
-            {k: most for k, most in enumerate(most) if most is not None},
+            {k: bound for k, bound in enumerate(upper_bounds) if bound is not None},
         )
 
     def _solve_timing(
-        self, first: int, asked: AskedTiming, steps: list[PathWaypoint]
+        self, first: int, requested: AskedTiming, steps: list[PathWaypoint]
     ) -> tuple[Timing, tuple[float, ...]]:
-        unit, limit, durations = self.curves.length, asked.acceleration, asked.durations
+        unit, limit, durations = self.curves.length, requested.acceleration, requested.durations
         text = partial(self.curves.text, digits=6)
         try:
-            timing, speeds = asked.provisional()
+            timing, speeds = requested.provisional()
         except RampError as error:
             fits = error.highest_speed
             raise self.curves.places.error(
@@ -236,7 +236,7 @@ class PathReader:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
             raise self.curves.places.error(
                 ("waypoints", first + 1 + k, _time_key(steps[k])),
-                f"leaves {durations[k]:.6g} s, but the path is {text(asked.lengths[k])} long "
+                f"leaves {durations[k]:.6g} s, but the path is {text(requested.lengths[k])} long "
                 f"here, and with its changes of speed takes at least {error.least:.6g} s"
                 f"{'' if error.most == np.inf else upper} at {text(limit, '/s²')}",
                 "a feasible time, or another path: {acceleration: …}",
@@ -272,8 +272,8 @@ def wait_on(
     motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
-    asked = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {})
-    return ScenarioPath(first, motion, (stretch,), asked, begin.freedom)
+    requested = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {})
+    return ScenarioPath(first, motion, (stretch,), requested, begin.freedom)
 
 
 def _time_key(waypoint: PathWaypoint) -> str:

@@ -18,7 +18,7 @@ from knotwork.tool_paths.points_file import read_points
 PLACE_FRAME = "place"
 """Name of the frame of the current location, in a repeated block."""
 
-MOST_WAYPOINTS = 10_000
+MAX_REPEATED_WAYPOINTS = 10_000
 """Largest number of waypoints in all repetitions."""
 
 
@@ -99,11 +99,11 @@ class _Expansion:
 
     def _add_block(self, block: Repeat, place: Location) -> None:
         frames = list(self._places(block, (*place, "over")))
-        if len(self.waypoints) + len(frames) * len(block.repeat) > MOST_WAYPOINTS:
+        if len(self.waypoints) + len(frames) * len(block.repeat) > MAX_REPEATED_WAYPOINTS:
             raise self.places.error(
                 (*place, "over"),
                 f"makes {len(frames)} repetitions of {len(block.repeat)} waypoints",
-                f"at most {MOST_WAYPOINTS} waypoints in all",
+                f"at most {MAX_REPEATED_WAYPOINTS} waypoints in all",
             )
         names = {step.name for step in block.repeat}
         known = [PLACE_FRAME, "base", *self.task.frames]

@@ -11,12 +11,10 @@ from knotwork.files import documents
 from knotwork.files.documents import Places
 from knotwork.scenario.event_reader import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
-from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.repetitions import expand_repeats
 from knotwork.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,
     Scenario,
-    ToolPlacement,
 )
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
@@ -48,12 +46,12 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
     array([0., 2.])
     """
     if isinstance(reference, Task):
-        return resolved(reference)
+        return resolve_task(reference)
     document = read_document(reference)
-    return resolved(documents.validate(Task, document), document.places)
+    return resolve_task(documents.validate(Task, document), document.places)
 
 
-def resolved(
+def resolve_task(
     task: Task, places: Places | None = None, expected: Mapping[int, float] | None = None
 ) -> Scenario:
     """Resolve a task: see `load_scenario`.
@@ -65,7 +63,7 @@ def resolved(
             in the task.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
-    >>> resolved(kw.Task(waypoints=ends)).times
+    >>> resolve_task(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
     return _Resolver(*expand_repeats(task, places or Places()), expected or {}).scenario()
@@ -108,7 +106,6 @@ class _Resolver:
             paths=paths,
             units=units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
-            tool=self._tool(),
             events=events.events(timed=unknowns is None),
             free=unknowns,
             on=self.reader.carriers.link if file.frames else "",
@@ -159,15 +156,6 @@ class _Resolver:
         for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value"):
             if getattr(file.limits, key) is not None:
                 raise self.places.error(("limits", key), robot)
-
-    def _tool(self) -> ToolPlacement:
-        tool = self.file.tool
-        if tool is None:
-            return ToolPlacement()
-        offset = None
-        if tool.offset is not None:
-            offset = self.reader.placement(tool.offset, ("tool", "offset"))
-        return ToolPlacement(tool.frame, offset, read_payload(tool, self.places, ("tool",)))
 
     def _motion_limits(self) -> Limits:
         limits = self.file.limits

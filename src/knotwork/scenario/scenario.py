@@ -12,7 +12,6 @@ import numpy as np
 
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Location, Places
-from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.spline.trajectory.motion_events import Event
@@ -129,21 +128,6 @@ class AskedEvent:
     arc_length: float = 0.0
 
 
-@dataclass(frozen=True)
-class ToolPlacement:
-    """The frame that carries the tool, and the pose of the tool centre point (TCP) in it.
-
-    Attributes:
-        frame: Name of the frame, or `None` for the robot's own tool frame.
-        offset: TCP in the axes of that frame, or `None` for its origin.
-        payload: Payload of that frame, in its axes, or `None`.
-    """
-
-    frame: str | None = None
-    offset: pin.SE3 | None = None
-    payload: Payload | None = None
-
-
 SMALLEST_PATH_TOLERANCE = 1e-9
 """Limit of floating point for the tolerances of a path [m, rad, fraction of the speed]."""
 
@@ -162,7 +146,6 @@ class Scenario:
         units: Units of the file, for output.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         on: Link that carries the frame of poses, if it is not the robot's base frame.
-        tool: Placement and mass of the tool.
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
         free: Durations, speeds and knots to be chosen, or `None`.
@@ -186,7 +169,6 @@ class Scenario:
     units: Units = field(default_factory=Units)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     on: str = ""
-    tool: ToolPlacement = field(default_factory=ToolPlacement)
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[AskedEvent, ...] = ()
     free: FreeTimes | None = None

@@ -263,11 +263,11 @@ class WaypointReader:
 
     def _axes(self, i: int, frame: pin.SE3) -> FloatArray:
         """Axes of the orientation of a waypoint, whose pose is in a frame."""
-        asked = getattr(self.file.waypoints[i], "orientation_in", None)
-        if asked is None:
+        requested = getattr(self.file.waypoints[i], "orientation_in", None)
+        if requested is None:
             return np.array(frame.rotation)
         where: Location = ("waypoints", i, "orientation_in")
-        return np.array(self.frames[self.frames.find(asked, where)].rotation)
+        return np.array(self.frames[self.frames.find(requested, where)].rotation)
 
     def placement(self, placement: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""

@@ -17,7 +17,7 @@ from knotwork.tool_paths import Timing, ToolPath
 from knotwork.tool_paths.weave import SAME_BREAK_TIME, WEAVE_AXES, WeavePattern, weave_offsets
 from knotwork.waypoints import FloatArray
 
-LEAST_PERIODS, MOST_PERIODS = 2, 10_000
+MIN_PERIODS, MAX_PERIODS = 2, 10_000
 """Minimum and maximum number of periods.
 
 A weave widens in the first period and narrows in the last one.
@@ -55,9 +55,9 @@ class WeaveReader:
         """
         weaves: list[WeavePattern | None] = [None] * len(self.steps)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
-        for low, high, asked in self._runs():
+        for low, high, requested in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
-            weave, normal = self._weave(low, asked, end - begin)
+            weave, normal = self._weave(low, requested, end - begin)
             weaves[low:high] = [weave] * (high - low)
             with self.curves.errors(self.first + 1 + low, "weave", "normal"):
                 t, state = weave_offsets(weave, path, timing, begin, normal)
@@ -90,39 +90,39 @@ class WeaveReader:
         )
 
     def _weave(
-        self, k: int, asked: Weave, duration: float
+        self, k: int, requested: Weave, duration: float
     ) -> tuple[WeavePattern, FloatArray | None]:
         """The weave that begins on a stretch, by index, and its given normal."""
         text = self.curves.text
-        periods = duration * asked.frequency
-        if not LEAST_PERIODS <= periods <= MOST_PERIODS:
-            low, high = (count / duration for count in (LEAST_PERIODS, MOST_PERIODS))
+        periods = duration * requested.frequency
+        if not MIN_PERIODS <= periods <= MAX_PERIODS:
+            low, high = (count / duration for count in (MIN_PERIODS, MAX_PERIODS))
             raise self._error(
                 k,
-                f"takes {duration:.4g} s at {asked.frequency:g} Hz: {periods:.4g} periods",
-                f"{LEAST_PERIODS} to {MOST_PERIODS} periods: {low:.4g} to {high:.4g} Hz here",
+                f"takes {duration:.4g} s at {requested.frequency:g} Hz: {periods:.4g} periods",
+                f"{MIN_PERIODS} to {MAX_PERIODS} periods: {low:.4g} to {high:.4g} Hz here",
                 "weave",
                 "frequency",
             )
         allowed = self.curves.file.tolerances.path
-        if asked.width <= 2.0 * allowed:
+        if requested.width <= 2.0 * allowed:
             raise self._error(
                 k,
-                f"is {text(asked.width)}, within the tolerance of the path on both sides",
+                f"is {text(requested.width)}, within the tolerance of the path on both sides",
                 f"more than {text(2.0 * allowed)}, or less in tolerances: {{path: …}}",
                 "weave",
                 "width",
             )
-        axes = asked.axes or (("across", "along") if asked.loop else ("across",))
+        axes = requested.axes or (("across", "along") if requested.loop else ("across",))
         weave = WeavePattern(
-            asked.shape,
-            asked.width,
-            asked.frequency,
+            requested.shape,
+            requested.width,
+            requested.frequency,
             tuple(WEAVE_AXES.index(axis) for axis in axes),
-            asked.dwell or 0.0,
-            asked.rounding or allowed,
+            requested.dwell or 0.0,
+            requested.rounding or allowed,
             duration,
         )
-        if asked.normal is None:
+        if requested.normal is None:
             return weave, None
-        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(asked.normal)
+        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(requested.normal)

@@ -167,7 +167,7 @@ def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]
         InputError: The file can't be read, or is not an SRDF.
     """
     try:
-        text = read_text(path, most=MAX_URDF_BYTES)
+        text = read_text(path, max_bytes=MAX_URDF_BYTES)
         root = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
     except DocumentError:
         raise

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from knotwork.errors import InputError, did_you_mean
-from knotwork.files.documents import Document, Edits, Location, edited, field_path, validate
-from knotwork.scenario import Scenario, resolved
+from knotwork.files.documents import Document, Edits, Location, apply_edits, field_path, validate
+from knotwork.scenario import Scenario, resolve_task
 from knotwork.task import Task
 
 _KINDS: dict[type, tuple[str, str]] = {
@@ -65,7 +65,7 @@ def scenario_with(document: Document, edits: Edits) -> Scenario:
     Raises:
         DocumentError: Some values are wrong.
     """
-    return resolved(validate(Task, edited(document, edits)), document.places)
+    return resolve_task(validate(Task, apply_edits(document, edits)), document.places)
 
 
 def _parts(path: str) -> list[tuple[str, bool]]:

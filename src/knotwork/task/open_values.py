@@ -115,10 +115,11 @@ class ClearWay(TaskPart):
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
         "Number of motions to search for; the fastest is taken", 2
     )
-    room: Positive | None = optional(
+    room: Positive = optional(
         "Extra clearance beyond the margins where possible, or a half or a quarter "
         "of it; left out: none",
         unit="length",
+        si_default=0.0,
     )
 
 

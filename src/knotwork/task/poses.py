@@ -23,7 +23,7 @@ ORIENTATIONS = (
 )
 
 
-MOST_PLACES = 1000
+MAX_PLACES = 1000
 """Maximum number of locations in a grid."""
 
 
@@ -147,8 +147,8 @@ class Grid(TaskPart):
                 f"gives {len(self.counts)} counts and {len(self.pitches)} pitches; give one of "
                 "each along x, y and z"
             )
-        if math.prod(self.counts) > MOST_PLACES:
-            raise ValueError(f"has more than {MOST_PLACES} places")
+        if math.prod(self.counts) > MAX_PLACES:
+            raise ValueError(f"has more than {MAX_PLACES} places")
         return self
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 
 from knotwork.files import storage
-from knotwork.files.documents import Document, Text, edited, validate
+from knotwork.files.documents import Document, Text, apply_edits, validate
 from knotwork.files.documents.edits import block
 from knotwork.files.documents.values import (
     Forms,
@@ -205,7 +205,7 @@ class Task(TaskPart):
         if document.file is None:
             return validate(cls, document)
         moved = moved_paths(document.data, document.file.parent.resolve(), None)
-        task = validate(cls, edited(document, moved))
+        task = validate(cls, apply_edits(document, moved))
         return task if task.name else task.replace(name=document.file.stem)
 
     def save(self, path: str | Path) -> Path:
@@ -219,7 +219,7 @@ class Task(TaskPart):
         """
         target, data = Path(path), self.to_dict()
         moved = moved_paths(data, Path.cwd(), target.parent.resolve())
-        text = block(edited(Document(data), moved).data)
+        text = block(apply_edits(Document(data), moved).data)
         return storage.write_files(target.parent, {target.name: text})[0]
 
 

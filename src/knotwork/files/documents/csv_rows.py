@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.yaml_text import read_text
 
-MOST_CSV_BYTES = 500_000_000
-MOST_CSV_CELLS = 21_000_000
+MAX_CSV_BYTES = 500_000_000
+MAX_CSV_CELLS = 21_000_000
 """More than the largest exported table has."""
-MOST_COLUMNS = 10_000
+MAX_CSV_COLUMNS = 10_000
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
@@ -95,7 +95,7 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
         DocumentError: The file can't be read, is not valid CSV, has no rows, or a row of another
             length than the headings.
     """
-    text = read_text(path, most=MOST_CSV_BYTES)
+    text = read_text(path, max_bytes=MAX_CSV_BYTES)
     delimiter = delimiter or _delimiter(text)
     comments: list[tuple[int, str]] = []
 
@@ -107,7 +107,7 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
             yield "\n" if comment else line
 
     rows: list[tuple[int, list[str]]] = []
-    room = MOST_CSV_CELLS
+    room = MAX_CSV_CELLS
     reader = _reader(lines(), delimiter)
     try:
         for cells in reader:
@@ -117,8 +117,8 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
                 cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
             rows.append((reader.line_num, cells))
             room -= len(cells)
-            if len(cells) > MOST_COLUMNS or room < 0:
-                most = f"at most {MOST_COLUMNS} columns and {MOST_CSV_CELLS} numbers are accepted"
+            if len(cells) > MAX_CSV_COLUMNS or room < 0:
+                most = f"at most {MAX_CSV_COLUMNS} columns and {MAX_CSV_CELLS} numbers are accepted"
                 raise DocumentError(path, [Problem(reader.line_num, "", "is too large", most)])
     except csv.Error as error:
         problem = Problem(reader.line_num, "", f"is not valid CSV: {error}")

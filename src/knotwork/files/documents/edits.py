@@ -37,10 +37,10 @@ class Change(NamedTuple):
     new: str
 
 
-def edited(document: Document, edits: Edits) -> Document:
-    """A document with other values.
+def apply_edits(document: Document, edits: Edits) -> Document:
+    """Give a document with other values.
 
-    >>> edited(Document({"a": 1, "b": [2, 3]}), {("b", 1): 4.5, ("a",): REMOVED}).data
+    >>> apply_edits(Document({"a": 1, "b": [2, 3]}), {("b", 1): 4.5, ("a",): REMOVED}).data
     {'b': [2, 4.5]}
     """
     data = copy.deepcopy(document.data)
@@ -98,7 +98,7 @@ def edited_text(text: str, edits: Edits) -> str:
     a: 0.5 # one
     b: {c: 2, d: [1.0, 2.0]}
     """
-    wanted = edited(parse(text), edits).data
+    wanted = apply_edits(parse(text), edits).data
     changes = _changes(text, edits)
     if any("#" in text[change.start : change.end] for change in changes):
         comments = _comments(text)

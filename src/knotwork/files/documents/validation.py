@@ -16,7 +16,7 @@ from knotwork.files.documents.values import StrictModel
 
 ModelT = TypeVar("ModelT", bound=StrictModel)
 
-MOST_REPORTED_PROBLEMS = 1_000
+MAX_REPORTED_PROBLEMS = 1_000
 """Number of problems that are reported."""
 
 
@@ -59,7 +59,7 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         instance: An empty instance to fill in, in place of a new one.
 
     Raises:
-        DocumentError: There are problems; the first `MOST_REPORTED_PROBLEMS` are listed.
+        DocumentError: There are problems; the first `MAX_REPORTED_PROBLEMS` are listed.
     """
     if not isinstance(document.data, dict):
         raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
@@ -71,9 +71,9 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         errors = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    many = len(errors) > MOST_REPORTED_PROBLEMS
+    many = len(errors) > MAX_REPORTED_PROBLEMS
     errors = [item for item in errors if not _long_enough(item)]
-    problems = [_problem(model, document, item) for item in errors[:MOST_REPORTED_PROBLEMS]]
+    problems = [_problem(model, document, item) for item in errors[:MAX_REPORTED_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 

@@ -8,30 +8,30 @@ from xml.parsers import expat
 
 from knotwork.errors import InputError
 
-MOST_XML_DEPTH = 100
+MAX_XML_DEPTH = 100
 """Largest nesting depth; parsers and writers of trees are recursive."""
 
 
-def parse_xml(data: bytes, most_elements: int) -> Document:
+def parse_xml(data: bytes, max_elements: int) -> Document:
     """Parse XML into a tree without namespaces, so that prefixes need not be declared.
 
     Args:
         data: The text.
-        most_elements: Largest number of elements.
+        max_elements: Largest number of elements.
 
     Raises:
         InputError: As for `check_xml`.
     """
-    check_xml(data, most_elements)
+    check_xml(data, max_elements)
     return expatbuilder.parseString(data, namespaces=False)
 
 
-def check_xml(data: bytes, most_elements: int) -> None:
+def check_xml(data: bytes, max_elements: int) -> None:
     """Check that XML is well formed, small and plain, without making a tree of it.
 
     Raises:
         InputError: The text is not XML, has too many elements, nests elements deeper than
-            `MOST_XML_DEPTH`, or declares entities or attributes, because these can expand a short
+            `MAX_XML_DEPTH`, or declares entities or attributes, because these can expand a short
             text to a long one.
     """
     depth = count = 0
@@ -39,10 +39,10 @@ def check_xml(data: bytes, most_elements: int) -> None:
     def start(name: str, attributes: object) -> None:
         nonlocal depth, count
         depth, count = depth + 1, count + 1
-        if depth > MOST_XML_DEPTH:
-            raise _error_at(parser, f"elements are nested more than {MOST_XML_DEPTH} deep")
-        if count > most_elements:
-            raise _error_at(parser, f"it has more than {most_elements} elements")
+        if depth > MAX_XML_DEPTH:
+            raise _error_at(parser, f"elements are nested more than {MAX_XML_DEPTH} deep")
+        if count > max_elements:
+            raise _error_at(parser, f"it has more than {max_elements} elements")
 
     def end(name: str) -> None:
         nonlocal depth

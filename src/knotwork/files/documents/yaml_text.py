@@ -16,14 +16,14 @@ from knotwork.errors import DocumentError, Problem, shown
 from knotwork.files.documents.document import Document, Location, field_path
 
 # Deeper than any real document, and shallow enough for the parser, which is recursive.
-MOST_YAML_DEPTH = 100
+MAX_YAML_DEPTH = 100
 # Aliases of aliases can expand a short file beyond any memory. Only repeated values count,
 # not the values of the file itself.
-MOST_REPEATED = 1_000_000
+MAX_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
-MOST_YAML_BYTES = 100_000_000
+MAX_YAML_BYTES = 100_000_000
 # If each of them is wrong, it takes some 1,400 bytes.
-MOST_YAML_VALUES = 1_500_000
+MAX_YAML_VALUES = 1_500_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -74,7 +74,7 @@ class _Reader:
 
     def __init__(self, file: Path | None, own_values: int) -> None:
         self.file = file
-        self.most = own_values + MOST_REPEATED
+        self.max_values = own_values + MAX_REPEATED
         self.lines: dict[Location, int] = {}
         self.problems: list[Problem] = []
         self.values = 0
@@ -86,14 +86,14 @@ class _Reader:
     def read(self, node: yaml.Node, location: Location, above: int) -> Any:
         """Read a node; `above` is the line of the enclosing part, or of its key."""
         self.values += 1
-        if self.values > self.most:
-            message = f"its aliases repeat more than {MOST_REPEATED} values"
+        if self.values > self.max_values:
+            message = f"its aliases repeat more than {MAX_REPEATED} values"
             accepted = "write them out, or as JSON"
             line = node.start_mark.line + 1
             raise DocumentError(self.file, [Problem(line, "", message, accepted)])
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, location)
-        if len(location) > MOST_YAML_DEPTH:
+        if len(location) > MAX_YAML_DEPTH:
             raise DocumentError(self.file, [_too_deep(node.start_mark.line + 1)])
         if node.tag not in (_TAG + "map", _TAG + "seq"):
             self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
@@ -208,19 +208,19 @@ def _checked_size(text: str, file: Path | None) -> int:
             values += 1
         elif isinstance(event, yaml.CollectionStartEvent):
             depth, values = depth + 1, values + 1
-            if depth > MOST_YAML_DEPTH:
+            if depth > MAX_YAML_DEPTH:
                 line = event.start_mark.line + 1 if event.start_mark is not None else None
                 raise DocumentError(file, [_too_deep(line)])
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
-        if values > MOST_YAML_VALUES:
-            problem = Problem(None, "", f"has more than {MOST_YAML_VALUES} values")
+        if values > MAX_YAML_VALUES:
+            problem = Problem(None, "", f"has more than {MAX_YAML_VALUES} values")
             raise DocumentError(file, [problem])
     return values
 
 
 def _too_deep(line: int | None) -> Problem:
-    return Problem(line, "", f"is nested more than {MOST_YAML_DEPTH} levels deep")
+    return Problem(line, "", f"is nested more than {MAX_YAML_DEPTH} levels deep")
 
 
 def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
@@ -248,12 +248,12 @@ def read(path: Path) -> Document:
     return parse(read_text(path), path)
 
 
-def read_text(path: Path, most: int = MOST_YAML_BYTES) -> str:
+def read_text(path: Path, max_bytes: int = MAX_YAML_BYTES) -> str:
     """Read a text file in UTF-8, with or without a byte order mark.
 
     Args:
         path: The file.
-        most: Files of more bytes are refused.
+        max_bytes: Files of more bytes are refused.
 
     Raises:
         DocumentError: The file can't be read, is too large or is not UTF-8 text.
@@ -265,8 +265,8 @@ def read_text(path: Path, most: int = MOST_YAML_BYTES) -> str:
                 None, "", "is not a regular file", "a file; write a pipe's output to one"
             )
             raise DocumentError(path, [problem])
-        if path.is_file() and (size := path.stat().st_size) > most:
-            message = f"has {size} bytes, and at most {most} are read"
+        if path.is_file() and (size := path.stat().st_size) > max_bytes:
+            message = f"has {size} bytes, and at most {max_bytes} are read"
             raise DocumentError(path, [Problem(None, "", message)])
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:

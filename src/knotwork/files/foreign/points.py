@@ -32,7 +32,7 @@ QUANTITY_KEYS: dict[str, tuple[str, ...]] = {
 """Keys under which a mapping may give each quantity."""
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
-MOST_SECONDS = 2**32
+MAX_SECONDS = 2**32
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
 """Keys of messages: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
@@ -56,7 +56,7 @@ _UNUSED = (
 class _Duration(StrictModel):
     """A duration of ROS."""
 
-    sec: Annotated[int, Field(strict=True, ge=-MOST_SECONDS, le=MOST_SECONDS)] = Field(
+    sec: Annotated[int, Field(strict=True, ge=-MAX_SECONDS, le=MAX_SECONDS)] = Field(
         default=0, validation_alias=AliasChoices("sec", "secs")
     )
     nanosec: Annotated[int, Field(strict=True, ge=0, lt=NANOSECONDS_PER_SECOND)] = Field(

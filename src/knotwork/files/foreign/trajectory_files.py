@@ -13,7 +13,7 @@ from pydantic import Field
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.files import documents, storage
 from knotwork.files.documents import Document, Finite, StrictModel, validate
-from knotwork.files.documents.csv_rows import MOST_CSV_BYTES
+from knotwork.files.documents.csv_rows import MAX_CSV_BYTES
 from knotwork.files.foreign.csv_file import read_csv
 from knotwork.files.foreign.point_table import Joints, to_trajectory
 from knotwork.files.foreign.points import read_points
@@ -151,7 +151,7 @@ def _arrays(path: Path) -> Document:
     try:
         with np.load(path, allow_pickle=False) as file:
             sizes = sum(entry.file_size for entry in file.zip.infolist())
-            if sizes > MOST_CSV_BYTES:
+            if sizes > MAX_CSV_BYTES:
                 raise DocumentError(path, [Problem(None, "", f"has {sizes} bytes", "at most 5e8")])
             return Document({name: file[name].tolist() for name in file.files}, path)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, AttributeError) as error:

@@ -24,8 +24,8 @@ from knotwork.waypoints import FloatArray
 # written with all their digits.
 KNOT_AGREEMENT = 1e-9
 # A hundred thousand waypoints of seven joints have half of this.
-MOST_TRAJECTORY_BYTES = 500_000_000
-MOST_STORED_VALUES = 25_000_000
+MAX_TRAJECTORY_BYTES = 500_000_000
+MAX_STORED_VALUES = 25_000_000
 
 _Row = list[Finite]
 _Table = list[_Row]
@@ -188,9 +188,9 @@ def read_trajectory_document(path: Path | str) -> Document:
     def fault(message: str, line: int | None = None) -> DocumentError:
         return DocumentError(path, [Problem(line, "", message)])
 
-    text = documents.read_text(path, most=MOST_TRAJECTORY_BYTES)
-    if text.count(",") + text.count("[") > MOST_STORED_VALUES:
-        raise fault(f"has more than {MOST_STORED_VALUES} values")
+    text = documents.read_text(path, max_bytes=MAX_TRAJECTORY_BYTES)
+    if text.count(",") + text.count("[") > MAX_STORED_VALUES:
+        raise fault(f"has more than {MAX_STORED_VALUES} values")
     try:
         data = json.loads(
             text, object_pairs_hook=read_mapping

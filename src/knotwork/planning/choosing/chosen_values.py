@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion
-from knotwork.scenario import JointTarget, Scenario, resolved
+from knotwork.scenario import JointTarget, Scenario, resolve_task
 from knotwork.scenario.joint_space import by_joint
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.si_units import si_factors
@@ -49,7 +49,7 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
     numbers = scenario.task.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
-    timed = resolved(numbers, scenario.places)
+    timed = resolve_task(numbers, scenario.places)
     if not motions:
         return timed
     runs = [_chosen_motion(task, timed, *pair) for pair in motions]

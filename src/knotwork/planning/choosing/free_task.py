@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.planning.task_to_joint import PathStart, TaskSolution
-from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
+from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.spline.interpolation import BalancedKnots
 from knotwork.waypoints import IndexArray, JointWaypoints
@@ -37,7 +37,7 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
     Raises:
         InputError: Its motion was chosen already.
     """
-    return resolved(scenario.task.replace(knots="optimal"), scenario.places)
+    return resolve_task(scenario.task.replace(knots="optimal"), scenario.places)
 
 
 def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
@@ -45,7 +45,7 @@ def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     waypoints = list(scenario.task.waypoints)
     for place in (scenario.index[i] for i in ends):
         waypoints[place] = waypoints[place].replace(way="clear")
-    return resolved(scenario.task.replace(waypoints=tuple(waypoints)), scenario.places)
+    return resolve_task(scenario.task.replace(waypoints=tuple(waypoints)), scenario.places)
 
 
 @dataclass(frozen=True, eq=False)

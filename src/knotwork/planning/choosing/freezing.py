@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from knotwork.errors import InputError
-from knotwork.files.documents import edited, edited_text, read, read_text
+from knotwork.files.documents import apply_edits, edited_text, read, read_text
 from knotwork.files.documents.document import Document
 from knotwork.files.documents.edits import block, differences
 from knotwork.scenario import Scenario
@@ -43,5 +43,5 @@ def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
     data, source = scenario.task.to_dict(), scenario.source
     source_folder = Path.cwd() if source is None else source.parent
     moved = moved_paths(data, source_folder.resolve(), folder.resolve())
-    content: dict[str, object] = edited(Document(data), moved).data
+    content: dict[str, object] = apply_edits(Document(data), moved).data
     return content

@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.scenario import FreeTimes, Scenario, resolved
+from knotwork.scenario import FreeTimes, Scenario, resolve_task
 from knotwork.task import PlainTask
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
@@ -90,7 +90,7 @@ def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
     """The scenario with another task, and expected times [s] by waypoint of the task."""
-    return replace(resolved(task, scenario.places, expected), under_way=scenario.under_way)
+    return replace(resolve_task(task, scenario.places, expected), under_way=scenario.under_way)
 
 
 def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
@@ -137,7 +137,7 @@ def _times_before(
         return task, {}
     part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
     try:
-        chosen = choose(resolved(part, scenario.places))
+        chosen = choose(resolve_task(part, scenario.places))
     except InputError:
         return task, {}
     changes = _speeds(scenario, chosen, first - 1)

@@ -9,8 +9,9 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
-from knotwork.scenario import FreeWay, Scenario
+from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.task import ClearWay
 from knotwork.waypoints import FloatArray, IndexArray
 
 MIN_RAMP_TIME = 0.01
@@ -32,7 +33,7 @@ class FreeSegment:
 
     waypoints: range
     rows: IndexArray
-    way: FreeWay | None = None
+    way: ClearWay | None = None
 
     def meets(self, following: FreeSegment) -> bool:
         """Whether it is a collision-free motion that ends where another one begins."""

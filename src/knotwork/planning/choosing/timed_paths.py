@@ -20,7 +20,7 @@ from knotwork.planning.choosing.path_speeds import (
 from knotwork.planning.choosing.speed_errors import no_speeds
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
-from knotwork.scenario import FreeTimes, Scenario, resolved
+from knotwork.scenario import FreeTimes, Scenario, resolve_task
 from knotwork.scenario.joint_space import joint_space
 
 MAX_PLANS = 4
@@ -71,7 +71,7 @@ def with_max_speeds(
         return TimedPaths(FreeTask(scenario, free, space, solution))
     if solution is not None:
         near = solutions_near(FreeTask(scenario, free, space, solution))
-        scenario = resolved(scenario.task.with_waypoints(near), scenario.places)
+        scenario = resolve_task(scenario.task.with_waypoints(near), scenario.places)
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
     problems = {}
     for number, path in enumerate(scenario.paths):
@@ -140,7 +140,7 @@ def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
     )
     if not task.free.duration.any():  # with these speeds every waypoint has a time
         changed = changed.replace(times=None)
-    scenario = resolved(changed, scenario.places)
+    scenario = resolve_task(changed, scenario.places)
     space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
 
