@@ -153,6 +153,7 @@ class FollowingError(TaskError):
         joint: Name of the joint that would be beyond its limit; empty without one.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
         bound: Limit that it exceeds, likewise.
+        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
     """
 
     arc_length: float = 0.0
@@ -160,6 +161,7 @@ class FollowingError(TaskError):
     joint: str = ""
     value: float | None = None
     bound: float | None = None
+    part_of_speed: float | None = None
 
 
 class NoWayFoundError(InputError):

@@ -38,6 +38,8 @@ REPEAT_FACTOR = 2.0
 MIN_STEPS = 4
 # Number of steps for which the path is evaluated at once.
 STEPS_AT_ONCE = 16
+# Relative tolerance within which the tool is at full speed.
+FULL_SPEED_TOLERANCE = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
 ACCELERATION_DIFFERENCE = 2e-3
 
@@ -50,6 +52,7 @@ class Continuation(NamedTuple):
         time: Time of every step [s], shape (n,).
         position: Joint positions at the steps [rad or m], shape (n, m, d).
         velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
+        full: Whether the tool has the full speed of its stretch at each step, shape (n,).
         lost: Time at which each start is blocked [s], shape (m,); infinite if it reaches the end.
         smallest_lost: Smallest singular values at those times, shape (m,).
     """
@@ -58,6 +61,7 @@ class Continuation(NamedTuple):
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
+    full: NDArray[np.bool_]
     lost: FloatArray
     smallest_lost: FloatArray
 
@@ -105,7 +109,7 @@ class Continuation(NamedTuple):
         """
         steps = Steps(
             self.time, self.position[:, start], self.velocity[:, start], turns,
-            JointField(robot).smallest(self.position[:, start]),
+            JointField(robot).smallest(self.position[:, start]), self.full,
         )  # fmt: skip
         return limiting_constraint(
             robot, steps, float(self.lost[start]), float(self.smallest_lost[start])
@@ -168,7 +172,8 @@ def continue_along(
         steps.append((now, q.copy(), v))
         at[times == end] = len(steps) - 1
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
-    return Continuation(at, time, positions, velocities, lost, smallest_lost)
+    full = at_full_speed(path, time)
+    return Continuation(at, time, positions, velocities, full, lost, smallest_lost)
 
 
 def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:
@@ -181,6 +186,16 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
     parts = min(parts, STEPS_AT_ONCE)
     last = end if now + (parts + 0.5) * h > end else now + parts * h
     return h, np.linspace(now, last, 2 * parts + 1)
+
+
+def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
+    """Whether the tool has the full speed of its stretch at times, shape (k,).
+
+    The speed of a carried path includes that of its frame, which does not depend on the stretch.
+    """
+    if path.carrier is not None:
+        return np.zeros(time.shape, dtype=bool)
+    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.requested_speed(time))
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:

@@ -11,6 +11,7 @@ from knotwork.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
     accelerations,
+    at_full_speed,
     continue_along,
 )
 from knotwork.kinematics.following.joint_field import JointField, Pull
@@ -144,7 +145,8 @@ class JointsOnPath:
         self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float
     ) -> LimitingConstraint | None:
         """The limiting constraint of a motion given at times."""
-        steps = Steps(time, q, v, np.zeros(self.robot.dof), self.field.smallest(q))
+        still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
+        steps = Steps(time, q, v, still, self.field.smallest(q), full)
         return limiting_constraint(self.robot, steps, np.inf, np.nan, slack)
 
     def _error(self, constraint: LimitingConstraint) -> FollowingError:

@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
@@ -18,6 +19,8 @@ from knotwork.waypoints import FloatArray
 # Smallest singular value below which a path ends at a singularity. Above it, only the joint speeds
 # are too high.
 SINGULAR_VALUE = 0.01
+# Factor of the recommended speed: joints are a little faster on the curve than on the path.
+SPEED_MARGIN = 0.999
 
 
 class LimitingConstraint(NamedTuple):
@@ -31,6 +34,7 @@ class LimitingConstraint(NamedTuple):
         value: The joint's worst value [rad or m, or per second].
         limit: The limit that is exceeded.
         smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
+        part: Fraction of its speed at which the path can be followed, if that is sufficient.
         contact: Text of the collision.
     """
 
@@ -40,6 +44,7 @@ class LimitingConstraint(NamedTuple):
     value: float
     limit: float
     smallest_singular_value: float
+    part: float | None = None
     contact: str = ""
 
     def describe(self, robot: Robot, units: Units) -> str:
@@ -62,9 +67,10 @@ class LimitingConstraint(NamedTuple):
             if self.smallest_singular_value < 0.05
             else ""
         )
+        slower = "" if self.part is None else f"; feasible at {self.part:g} of the speed"
         return (
             f"{joint} would have to turn at {units.text(self.value, f'{kind}/s', '.4g')}, and its "
-            f"limit is {units.text(self.limit, f'{kind}/s', '.4g')}{singular}"
+            f"limit is {units.text(self.limit, f'{kind}/s', '.4g')}{singular}{slower}"
         )
 
 
@@ -76,6 +82,7 @@ class Steps(NamedTuple):
         q, v: Joint positions and velocities, shape (n, d).
         turns: Offset of each joint by whole turns, shape (d,).
         smallest: Smallest singular values of the Jacobian, shape (n,).
+        full: Whether the tool has the full speed of its stretch, shape (n,).
     """
 
     time: FloatArray
@@ -83,6 +90,7 @@ class Steps(NamedTuple):
     v: FloatArray
     turns: FloatArray
     smallest: FloatArray
+    full: NDArray[np.bool_]
 
 
 def limiting_constraint(
@@ -104,7 +112,7 @@ def limiting_constraint(
         return LimitingConstraint("singularity", lost, 0, 0.0, 0.0, smallest)
     if blocked is not None:
         return blocked
-    fast = _too_fast(robot, steps, slack)
+    fast = _too_fast(robot, steps, math.isinf(lost), slack)
     if fast is None and math.isfinite(lost):
         return LimitingConstraint("singularity", lost, 0, 0.0, 0.0, smallest)
     return fast
@@ -127,7 +135,9 @@ def _beyond_range(robot: Robot, steps: Steps, slack: float) -> LimitingConstrain
     return LimitingConstraint("joint limit", time, j, value, float(bound), float(steps.smallest[k]))
 
 
-def _too_fast(robot: Robot, steps: Steps, slack: float) -> LimitingConstraint | None:
+def _too_fast(
+    robot: Robot, steps: Steps, to_the_end: bool, slack: float
+) -> LimitingConstraint | None:
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
     speeds = fastest(steps.time, steps.q, steps.v)
     use = speeds / limit
@@ -139,9 +149,10 @@ def _too_fast(robot: Robot, steps: Steps, slack: float) -> LimitingConstraint | 
     if not (np.abs(steps.v[i]) > limit).any():
         time, j = _begin(steps, i, use[i] > 1.0 + slack, limit, 1)
     k = int(np.nanargmax(use[:, j]))
+    part = _part_of_speed(use.max(axis=1), steps.full) if to_the_end else None
     smallest = float(np.nanmin(steps.smallest[k : k + 2]))
     return LimitingConstraint(
-        "velocity limit", time, j, float(speeds[k, j]), float(limit[j]), smallest
+        "velocity limit", time, j, float(speeds[k, j]), float(limit[j]), smallest, part
     )
 
 
@@ -186,6 +197,27 @@ def fastest(time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
     return np.asarray(np.nan_to_num(np.abs([v, w, inner]), nan=-1.0).max(axis=0))
 
 
+def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
+    """Fraction of the speed at which every joint is within its limit, rounded down to two digits.
+
+    Where the speed changes, a tool with a lower target speed is faster at the same place. From rest
+    it has moved s = 4 a² t³ / (9 v), and its speed is proportional to the cube root of a² s² / v.
+
+    Args:
+        use: Joint speeds relative to their limits between steps, shape (n - 1,).
+        full: Whether the tool has its full speed at the steps, shape (n,).
+    """
+    even = full[1:] & full[:-1]
+    fastest = float(use[even].max(initial=0.0))
+    if fastest <= 1.0:
+        return None
+    part = SPEED_MARGIN / fastest
+    if float(use[~even].max(initial=0.0)) > part ** (1.0 / 3.0):
+        return None
+    unit = 10.0 ** (math.floor(math.log10(part)) - 1)
+    return float(f"{math.floor(part / unit) * unit:.2g}")
+
+
 def following_error(
     robot: Robot,
     path: TimedPath,
@@ -224,4 +256,5 @@ def following_error(
         joint=robot.joint_names[constraint.joint] if limited else "",
         value=constraint.value if limited else None,
         bound=constraint.limit if limited else None,
+        part_of_speed=constraint.part,
     )

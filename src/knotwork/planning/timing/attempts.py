@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.exact_curve import MotionKnots
 from knotwork.planning.timing.initial_guess import plain_guess
@@ -16,6 +18,9 @@ from knotwork.planning.timing.timing_problem import TimingProblem
 
 MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
+
+MAX_RESTING_RATIO = 1.001
+"""Maximum ratio of the duration of a motion with rests to the given time for which it is kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,11 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
         The motion. If the solver does not converge within the budget, one that rests in each
         interval; `None` if there is none.
     """
+    given_time = float(np.nansum(problem.duration))
+    if problem.objective.only_time and problem.free.any() and given_time:
+        rests = resting_motion(problem, "resting")
+        if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given_time:
+            return rests  # the free time is negligible against the given one
     attempt = _optimised_motion(problem, budget)
     if attempt is not None:
         return attempt

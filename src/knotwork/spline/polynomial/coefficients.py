@@ -31,6 +31,22 @@ def checked_order(nu: Any, name: str = "derivative order nu") -> int:
     return int(nu)
 
 
+def _of_bounded_degree(c: FloatArray) -> FloatArray:
+    """Return coefficients without leading zeros above the maximum degree.
+
+    Raises:
+        InputError: The degree is too high.
+    """
+    excess = c.shape[0] - 1 - MAX_DEGREE
+    if excess <= 0:
+        return c
+    if c[:excess].any():
+        used = c.reshape(c.shape[0], -1).any(axis=1)
+        degree = c.shape[0] - 1 - int(used.argmax())
+        raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
+    return np.ascontiguousarray(c[excess:])
+
+
 def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
     """Check that the sum of the terms' magnitudes is small enough for derivatives.
 
@@ -83,9 +99,6 @@ def checked_coefficients(c: ArrayLike, breaks: FloatArray, axis: int) -> FloatAr
             f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
             "every coefficient must be finite"
         )
-    degree = coefficients.shape[0] - 1
-    if degree > MAX_DEGREE:
-        raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
-    result: FloatArray = np.array(coefficients, dtype=float, order="C")
+    result = _of_bounded_degree(np.array(coefficients, dtype=float, order="C"))
     _check_magnitudes(result, breaks)
     return result
