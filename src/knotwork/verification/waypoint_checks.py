@@ -11,7 +11,8 @@ import numpy as np
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.scenario.joint_reader import JointState
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.checked_motion import Execution, Motion

@@ -13,7 +13,8 @@ from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
+from knotwork.scenario.joint_reader import JointState
+from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.trajectory import JointTrajectory

@@ -21,7 +21,8 @@ from knotwork.planning.task_to_joint.solution import TaskSolution
 from knotwork.robot import Robot
 from knotwork.robot.description import VirtualJoint
 from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.scenario.joint_reader import JointState
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.tool_paths.rotations import exponentials
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
 

@@ -18,7 +18,7 @@ from knotwork.planning.task_to_joint.free_poses import FreedomChains
 from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointState
+from knotwork.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].
