@@ -10,14 +10,9 @@ import pytest
 import knotwork as kw
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.retiming import cubic_through
+from plans import arm
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
-
-
-@pytest.fixture(scope="module")
-def deburring() -> kw.Plan:
-    task = kw.Task.load("ur5_deburring")
-    return kw.plan(task.replace(limits=task.limits.replace(acceleration=150, jerk=1500)))
 
 
 def on_paths(plan: kw.Plan) -> dict[str, set[str]]:
@@ -31,8 +26,7 @@ def on_paths(plan: kw.Plan) -> dict[str, set[str]]:
 
 def furthest_from_chords(plan: kw.Plan, start: float, end: float) -> float:
     """Largest distance of the tool from the straight line between its ends [m], by samples."""
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     at = np.array([robot.forward(plan.trajectory(t)).translation for t in np.linspace(start, end)])
     along = (at[-1] - at[0]) / np.linalg.norm(at[-1] - at[0])
     off = at - at[0] - np.outer((at - at[0]) @ along, along)

@@ -33,13 +33,6 @@ def swing(speed: float = 1.0) -> kw.Plan:
     return kw.plan({"planner": "cubic", "limits": LIMITS, "continuity": 1, "waypoints": ends})
 
 
-@pytest.fixture(scope="module")
-def deburring() -> kw.Plan:
-    task = kw.Task.load("ur5_deburring")
-    limits = task.limits.replace(acceleration=150, jerk=1500)
-    return kw.plan(task.replace(limits=limits))
-
-
 def test_override_stays_on_path(deburring: kw.Plan) -> None:
     slow = deburring.scaled({0: 1.0, 2: 0.3, 4: 1.0})
     assert slow.report.ok

@@ -13,7 +13,7 @@ from sweeps import examples
 PARTS = st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=6)
 
 
-@examples()
+@examples(200)
 @given(parts=PARTS, start=st.floats(-1.0, 1.0), scale=st.floats(0.01, 100.0))
 @example(parts=[(1.0, -1.0), (1.0, -0.9999999999999999)], start=1.0, scale=1.0)  # back by 1e-16
 @example(parts=[(1.0, -0.9999999999999999)] * 2, start=1.0, scale=1.0)

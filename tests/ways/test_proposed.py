@@ -89,7 +89,7 @@ def test_proposal_for_passed_poses_is_accepted() -> None:
     for waypoint in given["waypoints"][1:]:
         waypoint["after"] = 1
     (line,) = told(given)
-    said = "way: clear at 'over' and 'beyond' and 'there' without times lets these motions find"
+    said = "way: clear at 'over' and 'beyond' and 'there' without times may avoid the collisions"
     assert said in line
     for waypoint in given["waypoints"][1:]:
         waypoint["way"] = "clear"

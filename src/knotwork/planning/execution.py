@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,20 +16,23 @@ from knotwork.planning.remaining_scene import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.scenario import Scenario, resolve_task
 from knotwork.scenario.event_reader import action_of, segments
-from knotwork.scenario.joint_space import JointSpace, by_joint, joint_space
+from knotwork.scenario.joint_space import by_joint, joint_space
 from knotwork.scenario.waypoint_reader import START
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.retiming import first_rest, inverse_time, joint_stop, stop_on_path
-from knotwork.spline.trajectory import JointTrajectory, Segment
+from knotwork.spline.trajectory import Segment
 from knotwork.spline.trajectory.motion_events import signals_on_at
 from knotwork.task import EndAcceleration, JointWaypoint, Task
 from knotwork.task.places import moved_paths
 from knotwork.task.si_units import si_factors
-from knotwork.verification import Finding, Motion, Report, check
+from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import path_geometry
 from knotwork.verification.waypoint_checks import tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.planning import Plan
 
 PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
@@ -38,35 +41,11 @@ PLANNING_KEYS = (
 """Planning options of a task, which a given motion does not need."""
 
 
-class PlannedTask(NamedTuple):
-    """A task with its motion.
-
-    Attributes:
-        scenario: The task.
-        space: The joints it moves and their robot.
-        trajectory: The motion.
-    """
-
-    scenario: Scenario
-    space: JointSpace
-    trajectory: JointTrajectory
-
-
-class CheckedMotion(NamedTuple):
-    """An executed motion as the first fields of a `Plan`, in their order."""
-
-    scenario: Scenario
-    space: JointSpace
-    joint_waypoints: JointWaypoints
-    trajectory: JointTrajectory
-    report: Report
-
-
 class _Executed(NamedTuple):
     """A task, or a part of it, with another timing or path.
 
     Attributes:
-        planned: The task and its planned motion.
+        planned: The plan.
         motion: The executed motion of the joints.
         clock: Time of the planned motion over that of the executed one; `None` if it leaves the
             path.
@@ -74,7 +53,7 @@ class _Executed(NamedTuple):
         ends: Names of the ends of the executed motion, where the task has no waypoint.
     """
 
-    planned: PlannedTask
+    planned: Plan
     motion: PiecewisePolynomial
     clock: PiecewisePolynomial | None
     span: tuple[float, float]
@@ -95,9 +74,9 @@ class _Arrival(NamedTuple):
     waypoint: int = -1
 
 
-def scaled_motion(planned: PlannedTask, profile: Mapping[float, float]) -> CheckedMotion:
+def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
     """A motion at another speed: see `Plan.scaled`."""
-    scenario, space, trajectory = planned
+    scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     moving = on_moving_frames(scenario.task)
     if moving:
         raise scenario.places.error(
@@ -109,9 +88,9 @@ def scaled_motion(planned: PlannedTask, profile: Mapping[float, float]) -> Check
     return _checked(_Executed(planned, motion, clock, span, (START, "end")), known)
 
 
-def stopped_motion(planned: PlannedTask, at: float, *, on_path: bool) -> CheckedMotion:
+def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     """A stop of a motion: see `Plan.stop`."""
-    scenario, space, trajectory = planned
+    scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
     if first_rest(trajectory.polynomial, at) == at:
         raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
@@ -138,7 +117,7 @@ def stopped_motion(planned: PlannedTask, at: float, *, on_path: bool) -> Checked
     return _checked(_Executed(planned, motion, clock, span, ends))
 
 
-def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> CheckedMotion:
+def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
     """The executed motion through the waypoints that it reaches, with its report.
 
     Args:
@@ -164,7 +143,18 @@ def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> CheckedMotio
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
     report = check(trajectory, scenario, space=space, known=[*known, *geometry])
-    return CheckedMotion(scenario, space, waypoints, trajectory, report)
+    return replace(
+        planned,
+        scenario=scenario,
+        space=space,
+        joint_waypoints=waypoints,
+        trajectory=trajectory,
+        report=report,
+        left_out=(),
+        solution=None,
+        chosen=None,
+        sequences=1,
+    )
 
 
 def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion) -> list[Finding]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
-from knotwork.planning.execution import PlannedTask, scaled_motion, stopped_motion
+from knotwork.planning.execution import scaled_plan, stopped_plan
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.scenario import Scenario
@@ -72,10 +72,6 @@ class Plan:
         [('A to B', 'free motion'), ('B to C', 'free motion')]
         """
         return self.trajectory.segments
-
-    @property
-    def _task(self) -> PlannedTask:
-        return PlannedTask(self.scenario, self.space, self.trajectory)
 
     def __repr__(self) -> str:
         """The report in short."""
@@ -198,7 +194,7 @@ class Plan:
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
-        return Plan(*scaled_motion(self._task, profile))
+        return scaled_plan(self, profile)
 
     def stop(self, at: float, *, on_path: bool = True) -> Plan:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -223,7 +219,7 @@ class Plan:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        return Plan(*stopped_motion(self._task, at, on_path=on_path))
+        return stopped_plan(self, at, on_path=on_path)
 
     def view(self) -> Page:
         """Show the motion of the arm in 3D.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -86,17 +86,17 @@ class JointSpace:
 
 def by_joint(
     joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Values by joint in the units of a file.
 
     Args:
         joints: The joints.
-        values: Their values in SI, shape (d,).
+        values: Their values in SI, shape (d,), or (n, d) for a list of each joint.
         length: The unit of lengths of the file [m].
         angle: Its unit of angles [rad].
     """
     units = np.where(np.array(joints.joint_units) == "m", length, angle)
-    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))
+    return dict(zip(joints.joint_names, (values / units).T.tolist(), strict=True))
 
 
 def joint_space(scenario: Scenario) -> JointSpace:

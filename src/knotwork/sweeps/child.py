@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -80,8 +81,10 @@ class Child:
 
         try:
             if self._executor is None:
-                self._executor = ProcessPoolExecutor(1, env=_ONE_THREAD)
-                self._executor.submit(_begin_child).result()
+                self._executor = ProcessPoolExecutor(1, initializer=_begin_child, env=_ONE_THREAD)
+                with _interrupts_blocked():
+                    started = self._executor.submit(os.getpid)
+                started.result()  # the time limit of a call does not include the start
             call = self._executor.submit(function, *arguments)
             wait([call], min(limit, MAX_TIME_LIMIT))
             if call.done():
@@ -100,6 +103,19 @@ class Child:
         executor, self._executor = self._executor, None
         if executor is not None:
             executor.shutdown(kill_workers=True)
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Block keyboard interrupts in this thread, so that a child begins without them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin_child() -> None:

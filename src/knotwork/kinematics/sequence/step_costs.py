@@ -106,10 +106,6 @@ class JointRules(NamedTuple):
         """Scale of travel [rad/s or m/s], shape (d,)."""
         return np.asarray(self.speed / self.weights)
 
-    def select(self, joints: Any) -> JointRules:
-        """Rules for some of the joints, by index."""
-        return JointRules(*(values[joints] for values in self))
-
     def travel(self, moves: FloatArray, rest_to_rest: bool) -> FloatArray:
         """Travel of moves (d, l, m) [s], shape (l, m).
 

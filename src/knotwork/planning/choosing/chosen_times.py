@@ -14,6 +14,7 @@ from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
+    duration_outside,
     located_in_segment,
     solve_segments,
 )
@@ -146,11 +147,8 @@ def choose_times(
     )
 
 
-SLOWER_SHARE = 0.4
-"""Fraction of the maximum speeds along paths that is used if these are infeasible.
-
-Of some cases the fastest motions had fractions from 0.25 to 0.4.
-"""
+SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+"""Fractions of the maximum speeds along paths that are candidates if these are infeasible."""
 
 _Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
 """A task with speeds along its paths, and the motions of its segments."""
@@ -159,7 +157,9 @@ _Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
 def _fastest(
     scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
 ) -> _Motions:
-    """Maximum speeds along paths and all motions; lower speeds if there is no motion next to them.
+    """Speeds along paths and all motions.
+
+    If the maximum speeds are infeasible, they are lowered until the total duration increases again.
 
     Raises:
         NoMotionsError: No motions were found.
@@ -168,12 +168,30 @@ def _fastest(
     try:
         return paths, _motions(paths, free, budget)
     except NoMotionsError as error:
-        adjacent = _adjacent_stretches(error.errors, paths)
-        if not adjacent:
-            raise
-    caps = {i: SLOWER_SHARE * paths.speeds[i] for i in adjacent}
-    slower = with_max_speeds(scenario, free, solution, caps)
-    return slower, _motions(slower, free, budget)
+        failure, adjacent = error, _adjacent_stretches(error.errors, paths)
+    best: _Motions | None = None
+    for fraction in SPEED_FRACTIONS if adjacent else ():
+        if budget.is_over and (best or fraction != SPEED_FRACTIONS[-1]):
+            continue  # the lowest speeds are feasible if any are
+        caps = {i: fraction * paths.speeds[i] for i in adjacent}
+        slower = with_max_speeds(scenario, free, solution, caps)
+        try:
+            motions = slower, _motions(slower, free, budget)
+        except NoMotionsError as error:
+            failure = error
+            continue
+        if best and _duration(*best) <= _duration(*motions):
+            break
+        best = motions
+    if best is None:
+        raise failure
+    return best
+
+
+def _duration(paths: TimedPaths, motions: Sequence[tuple[FreeSegment, TimedMotion]]) -> float:
+    """Duration of the whole motion [s]."""
+    outside = duration_outside(paths.task, [segment for segment, _ in motions])
+    return outside + sum(motion.duration for _, motion in motions)
 
 
 def _motions(

@@ -126,15 +126,10 @@ def _chosen_motion(
         for k, i in enumerate(segment.waypoints)
         if task.free.speed[i] != "given"
     }
-    accelerations = [
-        by_joint(task.space, row, length, angle) for row in motion.trajectory.acceleration(x)
-    ]
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(
         times=times.tolist(),
         room=None if motion.room is None else motion.room / length,
-        accelerations={
-            name: [row[name] for row in accelerations] for name in task.space.joint_names
-        },
+        accelerations=by_joint(task.space, motion.trajectory.acceleration(x), length, angle),
         **{key: value for key, value in extra.items() if value},
     )

@@ -101,8 +101,11 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
     best: TimedPaths | None = None
     min_duration = math.inf
     failed: NoSpeedsError | None = None
+    slower: dict[PathSpeeds, Limit | SpeedBound] = {}
     for attempt in range(MAX_PLANS):
         try:
+            for problem, bound in slower.items():
+                problem.lower_caps(bound)
             duration = sum(problem.choose() for problem in problems.values())
         except NoSpeedsError as error:
             failed = error
@@ -112,17 +115,15 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
         try:
             timed = _with_speeds(task, problems.values())
         except (PathError, FollowingError):
-            for problem in problems.values():
-                problem.lower_caps(SpeedBound.TOLERANCES)
+            slower = dict.fromkeys(problems.values(), SpeedBound.TOLERANCES)
             continue
-        excess = [p.verify(timed, timed.scenario.paths[i]) for i, p in problems.items()]
-        failed = next((error for error in excess if error), None)
+        excess = {p: p.verify(timed, timed.scenario.paths[i]) for i, p in problems.items()}
+        missed = {problem: error for problem, error in excess.items() if error}
+        failed = next(iter(missed.values()), None)
         if failed is None:
             min_duration, best = duration, _timed_paths(timed, problems.values())
-            continue
-        for problem, missed in zip(problems.values(), excess, strict=True):
-            if missed and attempt + 1 >= CORRECTED_PLANS:
-                problem.lower_caps(missed.limit)
+        is_corrected = attempt + 1 >= CORRECTED_PLANS
+        slower = {p: error.limit for p, error in missed.items()} if is_corrected else {}
     if best is None:
         raise failed or NoSpeedsError(task.scenario.paths[0], 0, SpeedBound.TOLERANCES)
     return best

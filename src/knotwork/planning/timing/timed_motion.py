@@ -71,8 +71,8 @@ class TimedMotion(ReadOnlyArrays):
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
         status: `"optimal"`; `"stopped"` if the budget ended first, so that a better motion may
-            exist; or `"resting"` if the arm comes to rest in each interval, because no start
-            converged or hardly any gain was possible.
+            exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
+            not converge or hardly any gain was possible.
         binding: Active limits of each interval, the longest first.
         objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
             weight.

@@ -91,7 +91,7 @@ def find_clear_motion(
             search begins and when there is a better motion.
 
     Raises:
-        NoWayError: No motion was found.
+        NoClearMotionError: No motion was found.
     """
     for part in ROOM_SHARES if room else ():
         try:

@@ -30,7 +30,7 @@ from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
 PLANE_PLACES = (0.0, 1 / 3, 2 / 3)
-"""Number of points of each piece with distance constraints."""
+"""Positions in each piece of the points with distance constraints, as fractions."""
 
 MAX_PAIR_GAP = 0.08
 """Maximum gap of the pairs in constraints [m]."""
