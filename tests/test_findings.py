@@ -124,6 +124,12 @@ def test_refuses_finding_with_nan() -> None:
         Finding("Play", "joint", "elbow", "play", "met", "none", value=float("nan"))
 
 
+def test_counts_agree_with_failures() -> None:
+    report = kw.plan("planar2_closed_form", planner="parabolic-blend").report
+    met, required = report.counts
+    assert required - met == len(report.failures) > 0
+
+
 def too_fast() -> dict[str, Any]:
     """A task that no choice of solutions makes slow enough."""
     return {

@@ -27,10 +27,6 @@ def off(robot: Robot, q: np.ndarray, pose: pin.SE3) -> np.ndarray:
     return np.concatenate([error.translation, pin.log3(error.rotation)])
 
 
-def square(robot: Robot, q: np.ndarray, pose: pin.SE3) -> float:
-    return float(np.sum(off(robot, q, pose) ** 2))
-
-
 def refusal(robot: Robot, pose: pin.SE3, start: np.ndarray) -> Refused | None:
     """Why a pose is not reached, or `None` if it is, to 1e-8."""
     try:

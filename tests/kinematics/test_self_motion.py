@@ -12,7 +12,6 @@ from knotwork.errors import BranchError, DocumentError, RobotError
 from knotwork.kinematics.sequence import weights
 
 PANDA = kw.load_robot("panda")
-XARM = kw.load_robot("xarm7")
 
 
 def stops_at(robot: kw.Robot, configurations: Any, seconds: float = 4.0) -> list[dict]:

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from knotwork import Robot, load_robot, robot_names
@@ -67,6 +68,12 @@ def test_message_has_feasible_speed() -> None:
     part = float(re.findall(r"([\d.e-]+) of the speed is feasible", str(caught.value))[0])
     v = solve_velocity_ik(UR5, near, 0.999 * part * 0.1 * lost)
     assert (np.abs(v) / UR5.velocity_limit).max() == pytest.approx(1.0, abs=0.01)
+
+
+def test_accepts_motion_and_array() -> None:
+    q, twist = attainable(UR5, 53)
+    expected = solve_velocity_ik(UR5, q, twist)
+    np.testing.assert_array_equal(solve_velocity_ik(UR5, q, pin.Motion(twist)), expected)
 
 
 @pytest.mark.parametrize("q", [WRIST_STRAIGHT, np.zeros(6)])

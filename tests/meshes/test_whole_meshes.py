@@ -115,6 +115,8 @@ LIBRARY = re.sub(
 WHOLE = {
     "two solids": ("a.stl", ascii_stl() + ascii_stl().replace("four", "a facet of it"), 2 * VOLUME),
     "lines of another system": ("a.stl", ascii_stl().upper().replace("\n", "\r\n"), VOLUME),
+    "an empty line first": ("a.stl", "\n" + ascii_stl(), VOLUME),
+    "lines that end by a carriage return": ("a.stl", ascii_stl().replace("\n", "\r"), VOLUME),
     "a binary file that says solid": ("a.stl", binary_stl(), VOLUME),
     "text": ("a.ply", TEXT_PLY, VOLUME),
     "lines of another system, PLY": ("a.ply", TEXT_PLY.replace("\n", "\r\n"), VOLUME),

@@ -208,3 +208,17 @@ def test_tasks_are_planned_in_other_processes() -> None:
     assert isinstance(one, kw.Plan)
     assert isinstance(other, kw.Plan)
     assert motion(one) == motion(kw.plan(SWING))
+
+
+def test_null_is_the_same_as_a_value_left_out() -> None:
+    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+    left_out = {"path": None, "position": None}
+    options = {"tolerances": left_out, "path": {"acceleration": None}}
+    with_nulls = kw.load_scenario({"units": {"length": "mm"}, "waypoints": ends, **options})
+    assert with_nulls.si.tolerances.path == kw.load_scenario({"waypoints": ends}).si.tolerances.path
+    branch = {"shoulder": "left", "elbow": None}
+    task = kw.Task.load("ur5_valve")
+    plans = [kw.plan({**task.to_dict(), "branch": b}) for b in (branch, {"shoulder": "left"})]
+    assert [plan.report.ok for plan in plans] == [True, True]
+    with_null, without = (plan.trajectory.polynomial.c for plan in plans)
+    np.testing.assert_array_equal(with_null, without)

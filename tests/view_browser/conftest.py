@@ -90,13 +90,3 @@ def tabs(all_tabs: Tabs) -> Iterator[Tabs]:
     complaints = all_tabs.complaints[:]
     all_tabs.complaints.clear()
     assert not complaints
-
-
-ROBOT = """<robot name="dice">
-  <link name="base"><visual><geometry><mesh filename="cube.dae"/></geometry></visual></link>
-  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
-    <origin xyz="0 0 0.3"/><axis xyz="0 0 1"/>
-    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
-  <link name="arm"><visual><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.03" length="0.1"/>
-    </geometry><material name="blue"><color rgba="0 0 1 1"/></material></visual></link>
-</robot>"""

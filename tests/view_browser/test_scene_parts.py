@@ -87,11 +87,22 @@ def test_meshes_are_those_that_pinocchio_reads(name: str) -> None:
         assert base.max(axis=0) == pytest.approx(placed.max(axis=0), abs=1e-6)
 
 
+def test_without_a_robot_there_is_nothing_to_show() -> None:
+    with pytest.raises(InputError, match="only plots can be drawn"):
+        kw.plan("paper_case").view()
+
+
+def test_a_trajectory_of_other_joints_is_refused() -> None:
+    trajectory = kw.plan("ur5_deburring").trajectory
+    with pytest.raises(InputError, match=r"the joints of robot 'panda' are panda_joint1"):
+        view_trajectory(kw.load_robot("panda"), trajectory)
+
+
 def test_a_motion_too_long_for_a_page_is_refused() -> None:
     still = np.zeros((2, 2))
     robot = kw.load_robot("planar2")
     motion = kw.JointTrajectory.from_knots(robot.joint_names, [0, 1e5], still, still)
-    with pytest.raises(InputError, match="can last 2000 s"):
+    with pytest.raises(InputError, match="can last 4000 s"):
         view_trajectory(robot, motion)
 
 

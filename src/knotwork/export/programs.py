@@ -124,7 +124,7 @@ def to_krl(
 
     about = (*_about(points, "KUKA", further), "File: knotwork_motion.src.")
     begin = [*(f"; {line}" for line in about), "BAS(#INITMOV, 0)", f"PTP {axes(0)}"]
-    body = _body(points, "; {}", "WAIT SEC {:.3f}", switch, move)
+    body = _body(points, _steps(points), "; {}", "WAIT SEC {:.3f}", switch, move)
     return _text(["DEF knotwork_motion()", *_indented(begin + body), "END"])
 
 
@@ -147,7 +147,8 @@ def to_rapid(
     for angles, values in zip(arm, outer, strict=True):
         external = [f"{value:.6f}" for value in values] + unused
         targets.append(f"  [[{','.join(f'{x:.6f}' for x in angles)}],[{','.join(external)}]]")
-    flying = [event for step in _steps(points) for event in step.flying]
+    program = list(_steps(points))
+    flying = [event for step in program for event in step.flying]
     triggers = {event: f"kw_t{n}" for n, event in enumerate(flying, 1)}
 
     def switch(event: Event) -> str:
@@ -174,7 +175,7 @@ def to_rapid(
         for event, name in triggers.items()
     ]
     steps.append(r"MoveAbsJ kw_q{1}\NoEOffs, v100, fine, tool0;")
-    steps += _body(points, "! {}", r"WaitTime\InPos, {:.3f};", switch, move)
+    steps += _body(points, program, "! {}", r"WaitTime\InPos, {:.3f};", switch, move)
     routine = ["PROC knotwork_motion()", *_indented(steps), "ENDPROC"]
     return _text(["MODULE KnotworkMotion", *_indented(data + routine), "ENDMODULE"])
 
@@ -207,7 +208,7 @@ def to_ls(
     about = f"{points.time[-1]:.3f} s, lines {bound_text(points.error, 2)} off"
     remark = f"  !{{:.{MAX_REMARK_LENGTH}}}"
     moves = [remark.format(about), "J P[1] 10% FINE"]
-    moves += _body(points, remark, "  WAIT {:.2f}(sec)", switch, move)
+    moves += _body(points, _steps(points), remark, "  WAIT {:.2f}(sec)", switch, move)
     lines = ["/PROG  KNOTWORK", "/ATTR", 'COMMENT = "KNOTWORK";', "DEFAULT_GROUP = 1,*,*,*,*;"]
     lines += ["/MN", *(f"{i:4}:{line} ;" for i, line in enumerate(moves, 1)), "/POS"]
     for i in range(points.time.size):
@@ -220,6 +221,7 @@ def to_ls(
 
 def _body(
     points: Positions,
+    steps: Iterable[ProgramStep],
     remark: str,
     wait: str,
     switch: Callable[[Event], str],
@@ -227,7 +229,7 @@ def _body(
 ) -> list[str]:
     """Lines after the move to the first point: names of segments, moves, waits, and outputs."""
     lines = [switch(event) for event, i in _events_by_point(points) if i == 0]
-    for step in _steps(points):
+    for step in steps:
         lines += [remark.format(note) for note in step.notes]
         lines += [wait.format(step.time)] if step.stands else move(step)
         lines += map(switch, step.resting)

@@ -208,7 +208,9 @@ class Scenario:
     def branch(self) -> str | dict[str, str]:
         """`"free"`, `"keep"`, `"fixed"`, or words by `"shoulder"`, `"elbow"` and `"wrist"`."""
         branch = self.task.branch
-        return branch if isinstance(branch, str) else branch.to_dict()
+        if isinstance(branch, str):
+            return branch
+        return {part: word for part, word in branch if word is not None}
 
     @property
     def knots(self) -> Any:

@@ -30,8 +30,7 @@ def convex_hull(points: FloatArray) -> Any:
     """Convex hull of points [m], shape (n, 3), for Coal; larger by 0.1 % at most.
 
     It is exact if each corner has at most `MAX_NEIGHBOURS` neighbours. Flat bodies are thickened by
-    `SHEET_THICKNESS` on both sides, because a hull needs an
-    inside.
+    `SHEET_THICKNESS` on both sides, because a hull needs an inside.
 
     Raises:
         InputError: The points have no hull.
@@ -48,13 +47,14 @@ def convex_hull(points: FloatArray) -> Any:
 
     axes = np.linalg.eigh(np.cov(points.T, bias=True))[1]
     size = np.ptp(points @ axes, axis=0)
-    at = points @ axes / size  # as wide as long, so that plates are not enlarged more
+    corners = at = points @ axes / size  # as wide as long, so that plates are not enlarged more
     try:
         for width in WIDTHS.tolist():
-            hull = ConvexHull(at, qhull_options=f"Qt W{width:.3g}")
+            hull = ConvexHull(corners, qhull_options=f"Qt W{width:.3g}")
             if np.bincount(hull.simplices.ravel()).max() <= MAX_NEIGHBOURS:
-                corners = _enlarged(hull, at) * size @ axes.T
-                return coal.Convex(_vectors(corners), _triangles(hull))
+                enlarged = _enlarged(hull, at) * size @ axes.T
+                return coal.Convex(_vectors(enlarged), _triangles(hull))
+            corners = corners[hull.vertices]
     except (QhullError, RuntimeError) as error:
         raise InputError(f"the convex hull of {len(points)} points can't be made") from error
     raise InputError(f"the convex hull of {len(points)} points has too many neighbours at a corner")
@@ -76,8 +76,7 @@ def _enlarged(hull: Any, points: FloatArray) -> FloatArray:
     from scipy.optimize import linprog
 
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
-    others = np.delete(points, hull.vertices, axis=0)
-    gaps = (float((others @ n + d).max(initial=0.0)) for n, d in zip(normals, offsets, strict=True))
+    gaps = (float((points @ n + d).max(initial=0.0)) for n, d in zip(normals, offsets, strict=True))
     outside = max(gaps)
     rows = np.column_stack((normals, np.ones(len(normals))))
     *middle, radius = linprog([0, 0, 0, -1], rows, -offsets, bounds=[(None, None)] * 4).x

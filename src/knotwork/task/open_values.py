@@ -19,7 +19,7 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
-from knotwork.task.task_part import TaskPart
+from knotwork.task.task_part import DefaultsInSI, TaskPart
 
 
 class Fastest(TaskPart):
@@ -108,7 +108,7 @@ Free = Annotated[
 ]
 
 
-class ClearWay(TaskPart):
+class ClearWay(DefaultsInSI):
     """A collision-free motion past all obstacles."""
 
     clear: Literal[True] = required("A motion proved to be free of collisions")

@@ -20,7 +20,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.poses import Placement
-from knotwork.task.task_part import TaskPart
+from knotwork.task.task_part import DefaultsInSI, TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -184,7 +184,7 @@ Shapes = Annotated[
 ]
 
 
-class Collisions(TaskPart):
+class Collisions(DefaultsInSI):
     """Collision checks and their precision."""
 
     itself: Flag = optional(

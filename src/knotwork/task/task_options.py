@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from knotwork.files.documents.values import Forms, Number, Positive, Several, optional, required
-from knotwork.task.task_part import TaskPart
+from knotwork.task.task_part import DefaultsInSI, TaskPart
 
 
 class Balanced(TaskPart):
@@ -62,7 +62,7 @@ class Presets(TaskPart):
     )
 
 
-class Tolerances(TaskPart):
+class Tolerances(DefaultsInSI):
     """Largest deviations that pass the check; 1e-6 in SI by default."""
 
     position: Positive = optional("Position of the TCP at a pose", unit="length", si_default=1e-6)
@@ -101,7 +101,7 @@ class Tolerances(TaskPart):
     )
 
 
-class PathOptions(TaskPart):
+class PathOptions(DefaultsInSI):
     """Options of the motion along tool paths."""
 
     acceleration: Positive = optional(

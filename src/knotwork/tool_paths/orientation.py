@@ -248,7 +248,13 @@ class OrientationCurve:
                 a stretch is extended smoothly beyond its ends.
             side: Side of a break that is evaluated: `"right"` or `"left"`.
         """
-        return self.states(s, at, side)[0]
+        piece, u = self._pieces(s, at, side)
+        R = self.rotations[piece]
+        if self._even:
+            return R if self._still else R @ exponentials(5.0 * u[:, None] * self._v[piece, 0])
+        for i, part in enumerate(sums_of_basis(basis(5, u))):
+            R = R @ exponentials(part[:, None] * self._v[piece, i])
+        return R
 
     def rate(
         self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"

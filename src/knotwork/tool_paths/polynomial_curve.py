@@ -128,19 +128,19 @@ class PolynomialCurve(Curve):
             off = place - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
-            before = _norm(off)
+            step = np.clip(s[going] + step, 0.0, self.length) - s[going]
+            on = np.abs(step) > 1e-10 * self.length
+            s[going[~on]] += step[~on]
+            going, step, before = going[on], step[on], _norm(off)[on]
+            if not going.size:
+                break
             for _ in range(MAX_NEWTON_STEPS):
-                trial = np.clip(s[going] + step, 0.0, self.length)
-                state = self.derivatives(trial, 2)
+                state = self.derivatives(s[going] + step, 2)
                 is_farther = _norm(state[0] - points[going]) > before * (1.0 + 1e-12)
                 if not is_farther.any():
                     break
                 step = np.where(is_farther, 0.5 * step, step)
-            on = np.abs(trial - s[going]) > 1e-10 * self.length
-            s[going] = trial
-            going, state = going[on], [values[on] for values in state]
-            if not going.size:
-                break
+            s[going] += step
         return s
 
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:

@@ -59,9 +59,11 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
     if space.robot is None:
         return
+    freedoms = _path_freedoms(scenario)
     for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
-            yield from _tool_at(waypoint, time, motion, scenario, space.robot)
+            freedom = freedoms.get(waypoint.name)
+            yield from _tool_at(waypoint, time, motion, scenario, space.robot, freedom)
 
 
 def tool_at_arrivals(
@@ -75,21 +77,31 @@ def tool_at_arrivals(
         space: The joints and their robot.
         execution: The clock of the motion.
     """
+    freedoms = _path_freedoms(scenario)
     for i, time in execution.arrivals.items():
         waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
         if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
             continue
         passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
-        yield from _tool_at(passed, time, motion, scenario, space.robot)
+        freedom = freedoms.get(waypoint.name)
+        yield from _tool_at(passed, time, motion, scenario, space.robot, freedom)
+
+
+def _path_freedoms(scenario: Scenario) -> dict[str, PoseFreedom | None]:
+    """Freedom of the path that starts at a waypoint, by its name; the velocity there has it."""
+    return {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
 
 
 def _tool_at(
-    waypoint: CartesianWaypoint, time: float, motion: Motion, scenario: Scenario, robot: Robot
+    waypoint: CartesianWaypoint,
+    time: float,
+    motion: Motion,
+    scenario: Scenario,
+    robot: Robot,
+    path_freedom: PoseFreedom | None,
 ) -> Iterator[Finding]:
     """Compare the tool at a time [s] with a waypoint."""
-    # at the start of a path the velocity has the path's freedom
-    path_freedoms = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
-    freedom = path_freedoms.get(waypoint.name) or waypoint.freedom
+    freedom = path_freedom or waypoint.freedom
     q, v = motion.curve(time), motion.curve(time, 1)
     robot, joints = robot.in_frame(standing=waypoint.standing)
     yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)

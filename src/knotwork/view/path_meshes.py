@@ -28,14 +28,16 @@ SPEED_COLOURS = (
 MIN_DISTANCE, MAX_MARKS = 0.08, 3
 
 
-def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict[str, Any]]:
+def speed_colours(
+    path: ToolTrace, shown: ShownMotion, fastest: float
+) -> tuple[FloatArray, dict[str, Any]]:
     """Choose the colours of a path.
 
     Returns:
         The colour of each sample, shape (n, 3); and the legend: the scale with its colours, and the
         given speeds as marks on it [m/s].
     """
-    high = max(max_speed(shown), shown.fastest)
+    high = max(max_speed(shown), fastest)
     marks: list[float] = []
     for speed in sorted(_given_speeds(shown), reverse=True):
         if all(abs(speed - mark) > MIN_DISTANCE * high for mark in (0.0, *marks)):
@@ -67,7 +69,9 @@ def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
 STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
-def draw_paths(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, Any]:
+def draw_paths(
+    parts: SceneParts, shown: ShownMotion, size: float, fastest: float
+) -> dict[str, Any]:
     """Draw the tool, its path and that of the task; empty without a tool.
 
     Returns:
@@ -76,7 +80,7 @@ def draw_paths(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     robot, trace = shown.robot, tool_trace(shown)
     if trace is None:
         return {}
-    colours, legend = speed_colours(trace, shown)
+    colours, legend = speed_colours(trace, shown, fastest)
     parts.draw("path", line_mesh(trace.position, colours, 0.0032 * size), lit=False)
     parts.draw("limits broken", _broken_mesh(trace, size), lit=False)
     clear = _clear_motion_mesh(trace, shown, size)

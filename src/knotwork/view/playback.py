@@ -16,8 +16,8 @@ from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_trace import tool_speeds
 
-FRAME_RATE = 120.0
-"""Frame rate of an animation [Hz]."""
+FRAME_RATE, LONG_MOTION_RATE = 120.0, 60.0
+"""Frame rate of an animation, and of a long one [Hz]."""
 MAX_FRAMES = 240_000
 MAX_SPEEDS = 30_000
 
@@ -32,12 +32,13 @@ def arm_frames(shown: ShownMotion) -> dict[str, Any]:
     """
     curve, robot = shown.curve, shown.robot
     start, end = float(curve.x[0]), float(curve.x[-1])
-    if (end - start) * FRAME_RATE >= MAX_FRAMES:
+    rate = FRAME_RATE if (end - start) * FRAME_RATE < MAX_FRAMES else LONG_MOTION_RATE
+    if (end - start) * rate >= MAX_FRAMES:
         raise InputError(
-            f"the motion lasts {end - start:g} s; an animation of {FRAME_RATE:g} frames "
-            f"a second can last {MAX_FRAMES / FRAME_RATE:g} s at most: view a part of it"
+            f"the motion lasts {end - start:g} s; an animation of {rate:g} frames "
+            f"a second can last {MAX_FRAMES / rate:g} s at most: view a part of it"
         )
-    time = sample_times(start, end, FRAME_RATE)
+    time = sample_times(start, end, rate)
     position = np.hstack((curve(time), known_positions(shown.model, time)))
     arm: dict[str, Any] = {
         "start": start,

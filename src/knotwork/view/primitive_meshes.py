@@ -27,7 +27,7 @@ def solid(kind: str, size: Sequence[float], colour: Sequence[float], sides: int 
     if kind == "box":
         shape = creation.box(extents=size)
     elif kind == "sphere":
-        shape = creation.uv_sphere(radius=radius, count=[sides, sides])
+        shape = creation.uv_sphere(radius=radius, count=[sides // 2, sides // 2])
     elif kind == "capsule":
         shape = creation.capsule(radius=radius, height=length, count=[sides, sides // 2])
     elif kind == "cylinder":

@@ -96,6 +96,7 @@ def make_scene(
     *,
     warnings: Sequence[str] = (),
     before: Mapping[str, Any] | None = None,
+    fastest: float = 0.0,
 ) -> dict[str, Any]:
     """Compose the scene of a motion, as plain data for JSON.
 
@@ -104,6 +105,7 @@ def make_scene(
         warnings: Further warnings for the page.
         before: The replaced scene. For the same robot its `ROBOT_PARTS` are reused, as the same
             objects, and the view is kept.
+        fastest: Lower bound on the end of the scale of tool speeds [m/s].
 
     Raises:
         InputError: The motion is too long.
@@ -116,7 +118,7 @@ def make_scene(
     robot_parts = _robot_parts(shown, before)
     same_robot = before is not None and robot_parts["joints"] is before["joints"]
     parts = SceneParts([*warnings, *shown.shapes.warnings])
-    legend = draw_paths(parts, shown, size)
+    legend = draw_paths(parts, shown, size, fastest)
     if tool_trace(shown) is not None:
         legend |= draw_marks(parts, shown, size)
         draw_frames(parts, shown, size)

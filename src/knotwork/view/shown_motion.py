@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from functools import cached_property, wraps
+from typing import Any, Protocol, TypeAlias, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -83,7 +84,6 @@ class ShownMotion:
         report: Report of the check, if there was one.
         joint_waypoints: Joint values given at the waypoints, where known.
         label: Its name in a picture.
-        fastest: Lower bound on the end of the scale of tool speeds [m/s].
     """
 
     trajectory: JointTrajectory
@@ -92,7 +92,6 @@ class ShownMotion:
     report: Report | None = None
     joint_waypoints: JointWaypoints | None = None
     label: str = "trajectory"
-    fastest: float = 0.0
 
     @classmethod
     def of_plan(cls, plan: PlanLike) -> ShownMotion:
@@ -289,3 +288,19 @@ def nearest_around(findings: Sequence[Finding]) -> Finding | None:
     """The finding on the pair with the surroundings that is nearest to its margin."""
     pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.around]
     return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)
+
+
+_Value = TypeVar("_Value")
+
+
+def cached_by_motion(function: Callable[[ShownMotion], _Value]) -> Callable[[ShownMotion], _Value]:
+    """Keep what a function gives for a motion as long as the motion itself."""
+    known: WeakKeyDictionary[ShownMotion, _Value] = WeakKeyDictionary()
+
+    @wraps(function)
+    def value_of(shown: ShownMotion) -> _Value:
+        if shown not in known:
+            known[shown] = function(shown)
+        return known[shown]
+
+    return value_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +32,7 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     """
     shown = [ShownMotion.of_plan(plan) for plan in plans]
     fastest = max(map(max_speed, shown))  # the same colour is the same speed on both sides
-    scenes = [make_scene(replace(motion, fastest=fastest)) for motion in shown]
+    scenes = [make_scene(motion, fastest=fastest) for motion in shown]
     for scene in scenes:
         scene["legend"]["units"] = scenes[0]["units"]
     view = _common_view(scenes)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares
-from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.shown_motion import ShownMotion, cached_by_motion
 from knotwork.view.targets import tool_targets
 from knotwork.waypoints import FloatArray
 
@@ -34,7 +33,7 @@ class ToolTrace:
     broken: FloatArray
 
 
-@lru_cache(maxsize=2)
+@cached_by_motion
 def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     """Sample the tool's path evenly in time, at every break, and where something fails.
 

@@ -24,7 +24,7 @@ Edits = Mapping[Location, Any]
 """New values by location; a key that is new to a mapping is added."""
 
 LINE_WIDTH = 100
-"""Number of characters after which new values are broken into lines."""
+"""Number of characters after which a new value that begins a line is broken into lines."""
 LAST_VALUE_WIDTH = 20
 """Reserve for the last value of a line, before which PyYAML does not break."""
 

@@ -8,7 +8,6 @@ from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.kinematics.chain.joint_ranges import Limits, clip, held_joints, no_limits
 from knotwork.kinematics.chain.levenberg_marquardt import (
@@ -55,10 +54,6 @@ class Targets:
     def take(self, index: Any) -> Targets:
         """The targets at the given indices."""
         return Targets(self.position[:, index], self.rotation[:, :, index])
-
-    def pose(self, index: int) -> Any:
-        """One target as `pin.SE3`."""
-        return pin.SE3(self.rotation[:, :, index].T.copy(), self.position[:, index].copy())
 
     def __len__(self) -> int:
         return int(self.position.shape[1])

@@ -65,13 +65,13 @@ def clip(q: FloatArray, limits: Limits) -> FloatArray:
     return np.minimum(np.maximum(q, limits[0]), limits[1])
 
 
-def held_joints(q: FloatArray, slope: FloatArray, limits: Limits, margin: float = 0.0) -> BoolArray:
-    """Whether each joint is at a limit that a slope steeper than a margin would violate.
+def held_joints(q: FloatArray, slope: FloatArray, limits: Limits) -> BoolArray:
+    """Whether each joint is at a limit that a slope would violate.
 
     All arrays have shapes that can be broadcast together.
     """
     lower, upper = limits
-    held: BoolArray = ((q <= lower) & (slope < -margin)) | ((q >= upper) & (slope > margin))
+    held: BoolArray = ((q <= lower) & (slope < 0.0)) | ((q >= upper) & (slope > 0.0))
     return held
 
 

@@ -36,10 +36,7 @@ def singular_nearness(J: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)
 
 
-def weights(robot: Robot, q: FloatArray, J: FloatArray | None = None) -> FloatArray:
-    """Factor on the travel at configurations (n, d): 1, and more near limits and singularities.
-
-    Jacobians (n, 6, d) are computed unless given.
-    """
-    J = joint_axes(robot).jacobians(q) if J is None else J
-    return 1.0 + limit_nearness(robot, q) + singular_nearness(J)
+def weights(robot: Robot, q: FloatArray) -> FloatArray:
+    """Factor on the travel at configurations (n, d): 1, and more near limits and singularities."""
+    jacobians = joint_axes(robot).jacobians(q)
+    return 1.0 + limit_nearness(robot, q) + singular_nearness(jacobians)

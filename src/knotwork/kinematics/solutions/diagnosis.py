@@ -73,10 +73,6 @@ def solution_or_reason(
         beyond = [nearest_turns(robot, end.q, near) for end in ends if end.converged]
     starts = [*_search_batch(search, near, limits), *beyond]
     ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
-    # nearest points may be far from the ends of searches for the whole pose
-    spread = spread_starts(robot, limits, MAX_REFINED, around=near)
-    closest = _closest_pose(search, [*(end.q for end in ends), *spread], limits)
-    ends.append(search.solve(closest.q, limits, PATIENT_EFFORT))
     inside = [search.measure(turn_inside(robot, end.q, near)) for end in ends]
     solutions = [end.q for end in inside if end.converged]
     if solutions:
@@ -89,6 +85,14 @@ def solution_or_reason(
             where=where,
             units=units,
         )
+    # nearest points may be far from the ends of searches for the whole pose
+    spread = spread_starts(robot, limits, MAX_REFINED, around=near)
+    closest = _closest_pose(search, [*(end.q for end in ends), *spread], limits)
+    end = search.measure(
+        turn_inside(robot, search.solve(closest.q, limits, PATIENT_EFFORT).q, near)
+    )
+    if end.converged:
+        return end.q
     raise UnreachablePoseError(
         waypoint,
         closest=turn_inside(robot, closest.q, near).tolist(),

@@ -104,6 +104,8 @@ def search_branches(
     n, d, box = len(targets), robot.dof, _slide_limits(robot)
     poses = [_PoseSolutions(d) for _ in range(n)]
     for i, guess in enumerate(guesses):
+        if not len(guess):
+            continue
         ended = solve_batch(robot, targets.take([i]), guess, tolerance=SOLUTION_ERROR)
         # near a singularity rounding ends searches earlier
         solved = np.maximum(ended.position_error, ended.orientation_error) <= JOINED_ERROR

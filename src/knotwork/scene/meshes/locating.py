@@ -69,16 +69,11 @@ def find_mesh(
     raise InputError(f"mesh {shown(name)} leads to {leads}; meshes are accepted only from {where}")
 
 
-def mesh_package(mesh: Path) -> Path:
-    """Folder of a mesh's package: the nearest one with a `package.xml`, or the mesh's folder.
-
-    The package name in the URDF is ignored, because it could make any folder above the mesh a
-    package.
-    """
-    return _package(mesh.resolve().parent)
-
-
 def _package(folder: Path) -> Path:
+    """Folder of a package: the nearest one with a `package.xml`, or the folder itself.
+
+    The package name in the URDF is ignored, because it could make any folder above a package.
+    """
     above = (folder, *folder.parents)
     return next((parent for parent in above if (parent / "package.xml").is_file()), folder)
 

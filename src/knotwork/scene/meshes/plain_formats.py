@@ -18,7 +18,7 @@ from knotwork.scene.meshes.mesh_part import MeshPart, check_triangles, require_w
 _HEADER, _FACET = 84, 50
 """Bytes before the first facet of a binary file, and of each facet."""
 _MAX_WORD = 32
-_SOLID = re.compile(rb"^[ \t]*(end)?solid(?:[ \t][^\r\n]*)?\r?$", re.IGNORECASE | re.MULTILINE)
+_SOLID = re.compile(rb"^[ \t]*(end)?solid(?:[ \t][^\n]*)?$", re.IGNORECASE | re.MULTILINE)
 _TEXT_FACET = (
     b"facet normal # # # outer loop vertex # # # vertex # # # vertex # # # endloop endfacet"
 ).split()
@@ -46,8 +46,9 @@ def read_stl(data: bytes) -> MeshPart:
         check_triangles(facets)
         rows = np.frombuffer(data[_HEADER:], [("v", "<f4", (4, 3)), ("attribute", "<u2")])
         return _facets(rows["v"][:, 1:])
-    if b"\0" not in data and _SOLID.match(data):
-        return _read_text_stl(data)
+    text = data.lstrip().replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"\0" not in text and _SOLID.match(text):
+        return _read_text_stl(text)
     raise InputError(
         f"it is not read whole: it is no text, its header counts {facets} facets, which is a file "
         f"of {length} bytes, and it has {len(data)}"

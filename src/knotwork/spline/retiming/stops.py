@@ -185,9 +185,7 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
     shown = clock(clock.x[[0, -1]])
     inner = curve.x[(curve.x > shown[0]) & (curve.x < shown[1])]
     times = inverse_time(clock, inner)
-    near = SAME_BREAK * (clock.x[-1] - clock.x[0])
-    times = times[np.abs(times[:, None] - clock.x).min(axis=1, initial=np.inf) > near]
-    fine = split_at(clock, times)
+    fine = split_at(clock, _without_breaks(times, clock.x))
     middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
     piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
     inside = np.array(fine.c)
@@ -223,9 +221,7 @@ def cubic_through(
     Raises:
         InputError: The tolerance is not met with steps of 1/256 of those of the curve.
     """
-    given = np.array(through)
-    apart = np.abs(given[:, None] - curve.x).min(axis=1) > SAME_BREAK * np.ptp(curve.x)
-    times = distinct(curve.x, given[apart])
+    times = distinct(curve.x, _without_breaks(np.array(through), curve.x))
     for _ in range(MOST_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
@@ -242,3 +238,10 @@ def cubic_through(
         f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "
         f"a tolerance of {gap.max():.3g} or more, now {tolerance:g}"
     )
+
+
+def _without_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
+    """The times that are not breaks, except for rounding."""
+    after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
+    gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
+    return np.asarray(times[gap > SAME_BREAK * np.ptp(breaks)])
