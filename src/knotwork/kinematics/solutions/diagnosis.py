@@ -73,6 +73,9 @@ def solution_or_reason(
         beyond = [nearest_turns(robot, end.q, near) for end in ends if end.converged]
     starts = [*_search_batch(search, near, limits), *beyond]
     ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
+    if not any(end.converged for end in ends):  # a solution may be singular, where steps are short
+        starts = [_minimise(search, end.q, limits) for end in ends]
+        ends += [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
     inside = [search.measure(turn_inside(robot, end.q, near)) for end in ends]
     solutions = [end.q for end in inside if end.converged]
     if solutions:
@@ -142,30 +145,32 @@ def _least_outside(
 
 
 def _closest_pose(search: PoseSearch, starts: list[FloatArray], limits: Limits) -> LocalSolution:
-    """The pose at the nearest point, turned as little as possible: |e|²/2 is minimised.
+    """The pose at the nearest point, turned as little as possible."""
+    weighted = PoseSearch(
+        search.robot, search.pose, *search.tolerances, position_weight=POINT_FIRST
+    )
+    ends = [_minimise(weighted, q, limits) for q in starts]
+    q = min(ends, key=lambda end: weighted.value_and_gradient(end)[0])
+    # the angle still draws the tool off a point that can be reached
+    point = PoseSearch(search.robot, search.pose, *search.tolerances, orientation_weight=0.0)
+    at_point = point.solve(q, limits)
+    return search.measure(at_point.q if at_point.converged else q)
+
+
+def _minimise(search: PoseSearch, start: FloatArray, limits: Limits) -> FloatArray:
+    """The minimum of |e|²/2 from a configuration within limits, shape (d,).
 
     Without a solution damped least squares is slow; L-BFGS-B uses the exact gradient.
     """
     from scipy.optimize import minimize
 
-    weighted = PoseSearch(
-        search.robot, search.pose, *search.tolerances, position_weight=POINT_FIRST
-    )
     options = {"ftol": 0.0, "gtol": FLAT_GRADIENT, "maxiter": MINIMISER_STEPS}
-    bounds = np.transpose(limits)
-    ends = [
-        minimize(
-            weighted.value_and_gradient,
-            q,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=bounds,
-            options=options,
-        )
-        for q in starts
-    ]
-    q = clip(min(ends, key=lambda end: float(end.fun)).x, limits)
-    # the angle still draws the tool off a point that can be reached
-    point = PoseSearch(search.robot, search.pose, *search.tolerances, orientation_weight=0.0)
-    at_point = point.solve(q, limits)
-    return search.measure(at_point.q if at_point.converged else q)
+    end = minimize(
+        search.value_and_gradient,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=np.transpose(limits),
+        options=options,
+    )
+    return clip(end.x, limits)
