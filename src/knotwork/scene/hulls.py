@@ -27,7 +27,7 @@ SHEET_THICKNESS = 1e-4
 
 
 def convex_hull(points: FloatArray) -> Any:
-    """Convex hull of points [m], shape (n, 3), for Coal; larger by 0.1 % at most.
+    """Convex hull of points [m], shape (n, 3), for Coal; larger by about 0.05 % at most.
 
     It is exact if each corner has at most `MAX_NEIGHBOURS` neighbours. Flat bodies are thickened by
     `SHEET_THICKNESS` on both sides, because a hull needs an inside.
