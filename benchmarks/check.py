@@ -15,8 +15,8 @@ import numpy as np
 from rich.console import Console
 
 import knotwork as kw
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import CHECKS, Finding, Motion
 from results import Table
 

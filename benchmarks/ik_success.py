@@ -112,7 +112,7 @@ def _beyond(poses: int) -> dict[str, Any]:
 
 def _shoulder_singular(robot: Robot, q: FloatArray) -> FloatArray:
     """Turn joint 2 of a UR arm until the wrist is above its shoulder axis."""
-    from knotwork.kinematics.geometry.configuration_flags import _functions, geometry
+    from knotwork.robot.kinematics.geometry.configuration_flags import _functions, geometry
 
     found, chain = geometry(robot), JointAxes(robot)
     if found is None:

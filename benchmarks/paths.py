@@ -29,8 +29,8 @@ from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 import knotwork as kw
 import path_problems
 import results
-from knotwork.kinematics.following.continuation import accelerations, continue_along
-from knotwork.tool_paths import TimedPath, ToolPath
+from knotwork.curves.tool_paths import TimedPath, ToolPath
+from knotwork.robot.kinematics.following.continuation import accelerations, continue_along
 from knotwork.units import readable
 from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import path_bounds

@@ -27,11 +27,11 @@ from rich.console import Console
 from rich.progress import track
 
 import results
+from knotwork.curves.interpolation import BalancedKnots, PlannerOptions, get_planner
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.planning.choosing.segments import MAX_JERK
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
-from knotwork.spline.interpolation import BalancedKnots, PlannerOptions, get_planner
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import metrics
 from knotwork.waypoints import ChosenRun, JointWaypoints
 from planner_tables import KINDS, RATIOS, csv_text, rounded, tables

@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, make_interp_spline
 
-from knotwork.spline.interpolation import ModifiedHermiteSpline
+from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.waypoints import FloatArray
 
 JOINTS = 6

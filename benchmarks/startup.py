@@ -73,12 +73,12 @@ def stages(scenario: str) -> list[tuple[str, float]]:
         "import knotwork", imported("knotwork.planning.planning", "knotwork.planning.task_to_joint")
     )
     from knotwork.cli.short_report import print_short_plan
+    from knotwork.curves.interpolation import get_planner
     from knotwork.planning import Plan
     from knotwork.planning.planner_options import planner_options
     from knotwork.planning.task_to_joint import solve_task
-    from knotwork.scenario import load_scenario
-    from knotwork.scenario.joint_space import joint_space
-    from knotwork.spline.interpolation import get_planner
+    from knotwork.task.scenario import load_scenario
+    from knotwork.task.scenario.joint_space import joint_space
     from knotwork.verification import check
 
     task = timed("read the scenario", lambda: load_scenario(scenario))

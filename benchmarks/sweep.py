@@ -70,7 +70,7 @@ def usage() -> tuple[float, float, float]:
     for process in (own, *own.children(recursive=True)):
         try:
             times, used = process.cpu_times(), process.memory_info().rss / 1e6
-            plans = "knotwork.sweeps.child" in process.cmdline()
+            plans = "knotwork.planning.sweeps.child" in process.cmdline()
         except psutil.Error:
             continue
         memory += used

@@ -46,6 +46,7 @@ from rich.progress import track
 
 import knotwork as kw
 import results
+from knotwork.curves.interpolation.modified_hermite_spline import ModifiedHermiteSpline
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
 from knotwork.planning.timing import (
@@ -56,8 +57,7 @@ from knotwork.planning.timing import (
     solve,
     solving,
 )
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.spline.interpolation.modified_hermite_spline import ModifiedHermiteSpline
+from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.waypoints import FloatArray
 from results import Table
 from toppra_peer import toppra_duration

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 import knotwork as kw
-from knotwork.export import to_mujoco
+from knotwork.files.export import to_mujoco
 
 plan = kw.plan("planar2_closed_form")
 curve = plan.trajectory

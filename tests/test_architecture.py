@@ -205,12 +205,12 @@ def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
 # modules may change. Those below tests may import, for a reason.
 IMPORTED_BY_TESTS = {
     "mathematics that is formulated again, independently": (
-        "kinematics.chain",
-        "kinematics.following.ladder",
-        "kinematics.geometry",
-        "kinematics.sequence",
-        "kinematics.solutions",
-        "spline.retiming",
+        "robot.kinematics.chain",
+        "robot.kinematics.following.ladder",
+        "robot.kinematics.geometry",
+        "robot.kinematics.sequence",
+        "robot.kinematics.solutions",
+        "curves.retiming",
         "robot.description",
         "robot.joint_axes",
         "robot.joint_tree",
@@ -226,7 +226,7 @@ IMPORTED_BY_TESTS = {
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
     "a path that can't be followed at first": ("planning.choosing.timed_paths",),
-    "what a page asks for, without the page: handles, plans that are overtaken": ("editing",),
+    "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.budget"),
     "the command in this process": ("cli.main",),
     "what is said of progress, without a clock": ("cli.progress_display",),
@@ -314,8 +314,13 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     assert "pinocchio" in loaded
     for name in (*DRAWING, "rich", "difflib", "html", "xml.etree", "numpy.ma", "numpy.polynomial"):
         assert name not in loaded
-    unused = ("cli.export", "cli.sweep", "files.storage.files", "kinematics.solutions.diagnosis")
-    unused += ("kinematics.solutions.pose", "planning.choosing")
+    unused = (
+        "cli.export",
+        "cli.sweep",
+        "files.storage.files",
+        "robot.kinematics.solutions.diagnosis",
+    )
+    unused += ("robot.kinematics.solutions.pose", "planning.choosing")
     assert not loaded & {f"knotwork.{name}" for name in unused}
 
 

@@ -16,9 +16,9 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from knotwork.curves.interpolation import PLANNER_SPECS, PLANNERS
 from knotwork.errors import InputError
 from knotwork.planning.comparison import Comparison, Refusal, Score, best, compare
-from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS
 from seams import ON, task
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive

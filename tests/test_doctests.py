@@ -55,9 +55,9 @@ def test_examples_of_docstrings(module: str) -> None:
 
 
 WITHOUT_EXAMPLES = {
-    "tool_paths.Curve",
-    "export.to_drake",
-    "export.to_ros2_message",
+    "curves.tool_paths.Curve",
+    "files.export.to_drake",
+    "files.export.to_ros2_message",
     "view.page.Page",
 }
 """A base class, what needs Drake or ROS 2, and what `report_page` gives."""

@@ -21,7 +21,7 @@ from knotwork.files.documents import (
     StrictModel,
     Text,
 )
-from knotwork.scenario import Scenario, load_scenario
+from knotwork.task.scenario import Scenario, load_scenario
 from sweeps import examples
 
 

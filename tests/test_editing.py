@@ -13,13 +13,13 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from knotwork.editing import session as sessions
-from knotwork.editing.draft import Draft
-from knotwork.editing.handles import handles, move_handle
-from knotwork.editing.session import Session, draft_of, standing_scene
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents.resources import names
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_space import joint_space
+from knotwork.view.editing import session as sessions
+from knotwork.view.editing.draft import Draft
+from knotwork.view.editing.handles import handles, move_handle
+from knotwork.view.editing.session import Session, draft_of, standing_scene
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 

@@ -17,8 +17,8 @@ from command_line import Command
 from knotwork import load_robot, plan
 from knotwork.errors import DocumentError, KnotworkError, OutOfReachError
 from knotwork.robot.file import RobotFile
-from knotwork.scenario import load_scenario
 from knotwork.task import Task
+from knotwork.task.scenario import load_scenario
 from shipped import ROBOT_FILES
 
 UR5 = load_robot("ur5").urdf.parents[1]

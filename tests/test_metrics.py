@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from knotwork.spline.interpolation import PLANNERS, PlannerOptions
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.interpolation import PLANNERS, PlannerOptions
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification import metrics
 from knotwork.waypoints import JointWaypoints
 from sweeps import examples

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from scipy.interpolate import PPoly
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError, TimeRangeError, WaypointDataError
-from knotwork.spline.polynomial import PiecewisePolynomial
 from sweeps import examples, mostly_exhaustive
 
 EPS = np.finfo(float).eps
@@ -282,7 +282,7 @@ def test_extrema_of_any_polynomial_bound_its_samples(c, end):
 def test_extrema_of_very_many_pieces_are_found_in_parts(monkeypatch):
     curve, _ = random_pair(3, 500, (3,))
     whole = curve.extrema()
-    monkeypatch.setattr("knotwork.spline.polynomial.extrema.BLOCK_PIECES", 7)
+    monkeypatch.setattr("knotwork.curves.polynomial.extrema.BLOCK_PIECES", 7)
     parts = curve.extrema()
     for name in ("minimum", "minimum_time", "maximum", "maximum_time"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -15,8 +15,8 @@ import pytest
 
 import knotwork as kw
 from knotwork import Plan
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import KnotworkError, UnknownNameError, UnreachablePoseError
-from knotwork.spline.trajectory import JointTrajectory
 
 FAILING = Path(__file__).parent / "failing"
 COPIES: list[Callable[[Any], Any]] = [

@@ -17,8 +17,8 @@ from command_line import Command
 from judge.task import Task
 from judged import judged_folder
 from knotwork.errors import UnknownNameError
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 from plans import planned
 from shipped import LONG, SCENARIO_FILES

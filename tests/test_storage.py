@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 import knotwork as kw
 from command_line import Command
 from knotwork import Plan
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import storage
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 from sweeps import examples
 
 FORMAT = "knotwork." + "trajectory"  # of files, which packages do not rename

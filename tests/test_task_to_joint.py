@@ -12,7 +12,7 @@ import yaml
 import knotwork as kw
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_space import joint_space
 from shipped import SCENARIO_FILES
 
 UR5 = kw.load_robot("ur5")

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from knotwork.curves.interpolation import ModifiedHermiteSpline
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
-from knotwork.spline.interpolation import ModifiedHermiteSpline
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 from sweeps import examples
 
 NAMES = ("shoulder", "elbow")

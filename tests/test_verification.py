@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 
 from knotwork import Plan, load_robot, plan
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.verification import Finding, Report, check
 from knotwork.waypoints import CartesianWaypoint
 

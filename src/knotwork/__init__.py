@@ -36,17 +36,17 @@ __all__ = [name for name in _offered if name not in _PACKAGES]
 
 # Old names, which work for one version, and the full new ones.
 _RENAMED = {
-    "BalancedKnots": "knotwork.spline.interpolation.BalancedKnots",
+    "BalancedKnots": "knotwork.curves.interpolation.BalancedKnots",
     "CartesianWaypoint": "knotwork.waypoints.CartesianWaypoint",
     "Comparison": "knotwork.planning.comparison.Comparison",
-    "PLANNERS": "knotwork.spline.interpolation.PLANNERS",
+    "PLANNERS": "knotwork.curves.interpolation.PLANNERS",
     "Payload": "knotwork.robot.payload.Payload",
-    "PlannerOptions": "knotwork.spline.interpolation.PlannerOptions",
-    "SweepProgress": "knotwork.sweeps.SweepProgress",
+    "PlannerOptions": "knotwork.curves.interpolation.PlannerOptions",
+    "SweepProgress": "knotwork.planning.sweeps.SweepProgress",
     "follow": "knotwork.follow_path",
-    "get_planner": "knotwork.spline.interpolation.get_planner",
+    "get_planner": "knotwork.curves.interpolation.get_planner",
     "solve_all": "knotwork.solve_pose_ik_all",
-    "solve_many": "knotwork.kinematics.solve_pose_ik_batch",
+    "solve_many": "knotwork.robot.kinematics.solve_pose_ik_batch",
 }
 
 

@@ -15,7 +15,7 @@ import knotwork as kw
 from knotwork.errors import InputError
 from knotwork.planning.choosing import chosen_times
 from knotwork.planning.timing.budget import Budget
-from knotwork.scenario import load_scenario
+from knotwork.task.scenario import load_scenario
 from plans import planned
 
 LIMITS = {"velocity": 2, "acceleration": 4}

@@ -23,17 +23,17 @@ from plans import planned
 ROOT = Path(__file__).parents[2]
 SHOWN_ONLY = {"bash", "matlab", "python", "yaml"}
 PACKAGES = (
-    "export",
+    "files.export",
     "files.foreign",
-    "spline.interpolation",
-    "kinematics",
-    "spline.polynomial",
+    "curves.interpolation",
+    "robot.kinematics",
+    "curves.polynomial",
     "robot",
-    "scenario",
+    "task.scenario",
     "files.storage",
-    "sweeps",
+    "planning.sweeps",
     "task",
-    "tool_paths",
+    "curves.tool_paths",
     "view",
     "verification",
 )

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from knotwork.spline.interpolation import get_planner
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.interpolation import get_planner
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
 
@@ -23,7 +23,7 @@ def motion(planner: str = "modified-hermite") -> JointTrajectory:
 
 
 def _options():  # type: ignore[no-untyped-def]
-    from knotwork.spline.interpolation import PlannerOptions
+    from knotwork.curves.interpolation import PlannerOptions
 
     return PlannerOptions()
 

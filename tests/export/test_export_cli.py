@@ -13,7 +13,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork.export import FORMATS, save
+from knotwork.files.export import FORMATS, save
 from plans import planned
 from shipped import SCENARIO_FILES
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import hermite_data, motion
 
+from knotwork.curves.interpolation import PLANNERS
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
-from knotwork.spline.interpolation import PLANNERS
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.files.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
 from sweeps import examples
 
 CUBIC = [
@@ -115,7 +115,7 @@ def test_points_are_points_of_themselves() -> None:
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.export.lossless.MOST_EXPORTED_POINTS", 50)
+    monkeypatch.setattr("knotwork.files.export.lossless.MOST_EXPORTED_POINTS", 50)
     with pytest.raises(InputError, match="more than 50 points"):
         motion_points(motion("quintic"), fit=1e-9)
 

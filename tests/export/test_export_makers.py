@@ -13,9 +13,9 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork import export
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.files import export
 from plans import planned
 
 NUMBER = r"(-?\d+\.\d+)"

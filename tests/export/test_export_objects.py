@@ -12,10 +12,10 @@ from replay import ppval
 from scipy.interpolate import PPoly
 from scipy.io import loadmat
 
+from knotwork.curves.interpolation import PLANNERS
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.export import to_scipy_npz
-from knotwork.spline.interpolation import PLANNERS
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.files.export import to_scipy_npz
 from sweeps import examples
 
 

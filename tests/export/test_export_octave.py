@@ -40,7 +40,7 @@ def test_ppval_gives_the_motion(planner: str, tmp_path: Path) -> None:
 
 
 def test_the_recipe_is_the_one_documented(deburring: Plan) -> None:
-    from knotwork.export import to_mat
+    from knotwork.files.export import to_mat
 
     assert to_mat.__doc__ is not None
     for line in SCRIPT.strip().splitlines()[1:3]:

@@ -12,8 +12,8 @@ from hypothesis import given
 from motions import hermite_data, motion
 from replay import hermite
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.spline.trajectory import JointTrajectory
 from sweeps import examples
 
 

@@ -12,8 +12,8 @@ from motions import hermite_data, motion
 from replay import NANOSECONDS, controller, nanoseconds
 
 from knotwork import Plan
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.spline.trajectory import JointTrajectory
 from sweeps import examples
 
 ROUNDING = 2e-14

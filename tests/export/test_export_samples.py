@@ -15,9 +15,9 @@ from motions import motion
 from replay import hermite
 
 from knotwork import Plan
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.export import content, motion_table
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.files.export import content, motion_table
 from plans import arm
 from sweeps import examples
 
@@ -99,7 +99,7 @@ def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
 
 
 def test_joints_in_another_order_move_the_same_tool(deburring: Plan) -> None:
-    from knotwork.spline.polynomial import PiecewisePolynomial
+    from knotwork.curves.polynomial import PiecewisePolynomial
 
     trajectory, robot = deburring.trajectory, deburring.space.robot
     order = [3, 1, 0, 5, 4, 2]
@@ -176,7 +176,7 @@ def test_files_of_one_motion_are_the_same() -> None:
 def test_tables_of_too_many_numbers_are_refused_with_a_rate_that_is_taken(
     monkeypatch: pytest.MonkeyPatch, make: str
 ) -> None:
-    monkeypatch.setattr("knotwork.export.table.MOST_TABLE_VALUES", 13 * 20_000)
+    monkeypatch.setattr("knotwork.files.export.table.MOST_TABLE_VALUES", 13 * 20_000)
     with pytest.raises(InputError, match="at most 20000 are taken") as caught:
         getattr(motion(), make)(rate=1e5)
     accepted = float(str(caught.value).split(" Hz is accepted")[0].split()[-1])

@@ -12,8 +12,8 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError
-from knotwork.spline.trajectory import JointTrajectory
 from urscript_controller import Controller, PopupError
 
 SCENARIOS = ("ur5_deburring", "ur10_spray", "ur3_lid")

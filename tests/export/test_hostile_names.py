@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import knotwork as kw
-from knotwork import export
+from knotwork.files import export
 from knotwork.files.foreign import read_trajectory
 from sweeps import examples
 

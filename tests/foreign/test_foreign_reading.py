@@ -14,9 +14,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
 from knotwork.files.foreign import read_trajectory
-from knotwork.spline.trajectory import JointTrajectory
 
 NAMES, UNITS = ("joint_1", "joint_10", "slide"), ("rad", "rad", "m")
 TIME = [0.0, 0.5, 1.25]

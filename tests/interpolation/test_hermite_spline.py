@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 from spline_reference import exact_pieces, knots_of_paper, paper_system
 
+from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.errors import InputError, OptionError, WaypointDataError
-from knotwork.spline.interpolation import ModifiedHermiteSpline
 from sweeps import mostly_exhaustive
 
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from knotwork.curves.interpolation import BalancedKnots, ModifiedHermiteSpline
 from knotwork.errors import InputError, KnotError
-from knotwork.spline.interpolation import BalancedKnots, ModifiedHermiteSpline
 from sweeps import examples
 
 X = np.array([0.0, 5.0, 15.0, 25.0])

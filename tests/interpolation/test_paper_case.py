@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from spline_reference import knots_of_paper, paper_system
 
-from knotwork.spline.interpolation import ModifiedHermiteSpline
+from knotwork.curves.interpolation import ModifiedHermiteSpline
 
 X, Y, DYDX = [0.0, 5.0, 15.0, 25.0], [0.0, 30.0, 90.0, 180.0], [0.0, 8.0, 8.0, 0.0]
 ROUNDED_KNOTS = [0.0, 3.0, 8.0, 13.0, 19.0, 25.0]

@@ -3,13 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from knotwork.errors import KnotError
-from knotwork.spline.interpolation import (
+from knotwork.curves.interpolation import (
     BalancedKnots,
     ModifiedHermiteSpline,
     PlannerOptions,
     get_planner,
 )
+from knotwork.errors import KnotError
 from knotwork.waypoints import JointWaypoints
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from spline_reference import collocation
 
-from knotwork.spline.interpolation import BalancedKnots, ModifiedHermiteSpline
+from knotwork.curves.interpolation import BalancedKnots, ModifiedHermiteSpline
 from sweeps import first_of
 
 GRIDS = 860  # in all, over four seeds

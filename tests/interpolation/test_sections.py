@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
+from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.errors import WaypointDataError
-from knotwork.spline.interpolation import ModifiedHermiteSpline
 from sweeps import examples
 
 

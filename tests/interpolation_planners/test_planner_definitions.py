@@ -7,7 +7,7 @@ import pytest
 from planner_cases import COUNTS, DenseSpline, inside, random_waypoints
 from scipy.interpolate import BSpline, CubicSpline
 
-from knotwork.spline.interpolation import PlannerOptions, get_planner
+from knotwork.curves.interpolation import PlannerOptions, get_planner
 
 COUNTS_DENSE = [n for n in COUNTS if n < 20]
 

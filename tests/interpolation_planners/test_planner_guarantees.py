@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from planner_cases import COUNTS, random_waypoints
 
 from judged import judged_joints
+from knotwork.curves.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.errors import InputError
-from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 from sweeps import examples, first_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from planner_cases import random_waypoints
 
+from knotwork.curves.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.errors import InputError, OptionError, UnknownNameError
-from knotwork.spline.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 
 CASE = random_waypoints(6)

@@ -9,7 +9,7 @@ from scipy.optimize import brentq, least_squares
 
 from knotwork import Robot, load_robot
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics import solve_pose_ik
+from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.units import Units
 from sweeps import first_of, mostly_exhaustive
 

@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from knotwork.kinematics.following.ladder import Ladder
 from knotwork.robot.description import VirtualJoint
+from knotwork.robot.kinematics.following.ladder import Ladder
 from plain import tool_frames
 
 tp = kw.tool_paths

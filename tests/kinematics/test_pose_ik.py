@@ -13,7 +13,7 @@ from knotwork.errors import (
     UnreachablePoseError,
     WaypointDataError,
 )
-from knotwork.kinematics import solve_pose_ik, solve_pose_ik_all
+from knotwork.robot.kinematics import solve_pose_ik, solve_pose_ik_all
 from plain import tool_frames
 from sweeps import examples, first_of, mostly_exhaustive
 

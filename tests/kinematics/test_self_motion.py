@@ -9,7 +9,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
-from knotwork.kinematics.sequence import weights
+from knotwork.robot.kinematics.sequence import weights
 
 PANDA = kw.load_robot("panda")
 

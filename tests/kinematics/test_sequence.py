@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from knotwork.kinematics.sequence import (
+from knotwork.robot.kinematics.sequence import (
     CostLevel,
     JointRules,
     Layer,

@@ -12,10 +12,10 @@ import pytest
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics.chain.batch import Targets
-from knotwork.kinematics.geometry.closed_form import closed_form as in_closed_form
-from knotwork.kinematics.sequence import find_candidates
-from knotwork.kinematics.solutions.enumeration import search_branches
+from knotwork.robot.kinematics.chain.batch import Targets
+from knotwork.robot.kinematics.geometry.closed_form import closed_form as in_closed_form
+from knotwork.robot.kinematics.sequence import find_candidates
+from knotwork.robot.kinematics.solutions.enumeration import search_branches
 from knotwork.waypoints import CartesianWaypoint
 from sweeps import first_of, mostly_exhaustive
 

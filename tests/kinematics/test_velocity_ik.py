@@ -8,13 +8,13 @@ import pytest
 
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import SingularityError, WaypointDataError
-from knotwork.kinematics import (
+from knotwork.robot.kinematics import (
     pull_to_middle,
     singular_values,
     smallest_singular_value,
     solve_velocity_ik,
 )
-from knotwork.kinematics.chain.velocity import describe_direction
+from knotwork.robot.kinematics.chain.velocity import describe_direction
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 PLANAR, UR5, PANDA = (ROBOTS[name] for name in ("planar2", "ur5", "panda"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording import Smoothed, read_log, smoothed
 
 START = 1_700_000_000.0

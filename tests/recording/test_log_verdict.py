@@ -11,7 +11,7 @@ import pytest
 from robot_logs import Samples, record, smooth, write, write_exactly
 
 from knotwork import Plan, plan
-from knotwork.scenario import Scenario
+from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
 from knotwork.verification.recording import aligned, check_log, compare_log
 from sweeps import mostly_exhaustive

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.retiming import cubic_through
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.retiming import cubic_through
 from plans import arm
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}

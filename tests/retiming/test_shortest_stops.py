@@ -8,8 +8,8 @@ import numpy.typing as npt
 import pytest
 
 import knotwork as kw
+from knotwork.curves.retiming import joint_stop, stop_on_path
 from knotwork.errors import InputError
-from knotwork.spline.retiming import joint_stop, stop_on_path
 
 INTERVALS = 100
 FloatArray = npt.NDArray[np.float64]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import knotwork as kw
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario import Scenario, load_scenario
+from knotwork.task.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
 
 Array = NDArray[np.float64]

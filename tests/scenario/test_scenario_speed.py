@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knotwork.scenario import load_scenario
+from knotwork.task.scenario import load_scenario
 from knotwork.waypoints import CartesianWaypoint
 from sweeps import examples
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from knotwork.errors import DocumentError, InputError, UnknownNameError
-from knotwork.scenario import JointTarget, Scenario, load_scenario
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario import JointTarget, Scenario, load_scenario
+from knotwork.task.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
 from shipped import SCENARIO_FILES
 

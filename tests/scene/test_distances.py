@@ -14,12 +14,12 @@ import trimesh
 
 from command_line import python
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scenario import PlacedShape, load_scenario
-from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.task.scenario import PlacedShape, load_scenario
+from knotwork.task.scenario.joint_space import joint_space
 
 MESHES = {
     "sphere": trimesh.creation.icosphere(subdivisions=3, radius=0.1),
@@ -90,7 +90,7 @@ def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_p
 BOX_AFTER_BOXES = """
 import sys
 import numpy as np
-from knotwork.scenario import PlacedShape
+from knotwork.task.scenario import PlacedShape
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solids import Placed, solid
 import pinocchio as pin

@@ -11,11 +11,11 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from knotwork.scenario import PlacedShape
 from knotwork.scene.building import robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, convex_hull
 from knotwork.scene.solids import Placed, solid
+from knotwork.task.scenario import PlacedShape
 
 MAX_GROWTH = 4e-4
 """Largest growth of a hull, relative to the largest distance of a point from the middle."""

@@ -16,10 +16,10 @@ from test_scene_files import run
 
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
-from knotwork.scenario import PlacedShape
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.task.scenario import PlacedShape
 
 EDGE = 0.03
 OTHERS = [

@@ -123,7 +123,7 @@ def test_a_scheduler_by_its_address(serial: Any) -> None:
 
 
 def test_no_scheduler_at_an_address(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.sweeps.executors.CONNECT_TIMEOUT", 0.5)
+    monkeypatch.setattr("knotwork.planning.sweeps.executors.CONNECT_TIMEOUT", 0.5)
     for address in ("tcp://127.0.0.1:9", "no such address"):
         with pytest.raises(kw.InputError, match=f"scheduler {address}: can't be reached"):
             kw.sweep(TASK, VARY, scheduler=address, **OPTIONS)

@@ -109,7 +109,7 @@ def test_progress_has_rate_time_left_and_how_many_pass(
         return sweep(task, vary, workers=0)
 
     sweep = kw.sweep
-    monkeypatch.setattr("knotwork.sweeps.sweep", far)
+    monkeypatch.setattr("knotwork.planning.sweeps.sweep", far)
     monkeypatch.setattr("knotwork.cli.progress_display.SHOWN_AFTER", 0.0)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "200")

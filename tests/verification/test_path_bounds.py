@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import knotwork as kw
 import seams
 from judged import judged
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import PathBound, _divide, path_bounds
 from sweeps import examples

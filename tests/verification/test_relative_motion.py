@@ -10,14 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 import knotwork as kw
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scenario import PlacedShape
-from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, solid, support
-from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.task.scenario import PlacedShape
+from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.view.curves import jump_breaks, strokes
 from sweeps import examples
 

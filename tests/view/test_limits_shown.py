@@ -13,7 +13,7 @@ from figures import data, lines, notes
 
 import knotwork as kw
 from drawn import numbers, scene, thing, vertices
-from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.view import plot_tool
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive

@@ -35,9 +35,9 @@ from knotwork.cli.parameters import (
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
-from knotwork.scenario import Scenario
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
 

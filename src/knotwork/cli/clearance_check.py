@@ -13,13 +13,13 @@ from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import FAILED, PASSED, Seconds, bundle_options
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo_data, echo_line
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
-from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
-    from knotwork.scenario import Scenario
-    from knotwork.scenario.joint_space import JointSpace
+    from knotwork.task.scenario import Scenario
+    from knotwork.task.scenario.joint_space import JointSpace
 
 _BOTH = "Report only the clearance to another robot's motion, with place and time."
 _OPTIONS = (
@@ -65,8 +65,8 @@ with_options = bundle_options(
 
 def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
     """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
-    from knotwork.scenario import load_scenario
-    from knotwork.scenario.joint_space import joint_space
+    from knotwork.task.scenario import load_scenario
+    from knotwork.task.scenario.joint_space import joint_space
 
     theirs = joint_space(load_scenario(other))
     if space.robot is None or theirs.robot is None:

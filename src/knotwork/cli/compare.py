@@ -19,9 +19,9 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
+from knotwork.curves.interpolation import PLANNER_SPECS, rules
 from knotwork.planning.comparison import Comparison, Refusal, Score, best
 from knotwork.planning.comparison import compare as compare_planners
-from knotwork.spline.interpolation import PLANNER_SPECS, rules
 from knotwork.units import readable
 from knotwork.verification.metrics import Peak
 

@@ -11,10 +11,10 @@ from knotwork.cli.live_view import Files, follow
 from knotwork.cli.parameters import PASSED, NewPath, budget_option, package_path_option, port_option
 from knotwork.cli.terminal import echo, offer
 from knotwork.cli.view import source_files
-from knotwork.editing.draft import Draft
-from knotwork.editing.session import Session, draft_of
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
+from knotwork.view.editing.draft import Draft
+from knotwork.view.editing.session import Session, draft_of
 
 _EDIT_EPILOG = """
 In the page, click a waypoint, via point or object, then drag it, turn it or enter numbers;

@@ -10,7 +10,6 @@ from typing import Any
 
 import click
 
-from knotwork import export as exporting
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
@@ -20,20 +19,21 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.sources import CheckedFile, read_motions
 from knotwork.cli.terminal import echo, echo_data
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.export import Points
-from knotwork.export.formats import (
+from knotwork.files import export as exporting
+from knotwork.files.export import Points
+from knotwork.files.export.formats import (
     FORMATS,
     Format,
     checked_options,
     file_format,
     get_format,
 )
-from knotwork.export.labels import side_file, side_path
-from knotwork.export.urscript import describe_steps
+from knotwork.files.export.labels import side_file, side_path
+from knotwork.files.export.urscript import describe_steps
 from knotwork.files.foreign import is_foreign
 from knotwork.planning import Plan
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Finding, check
 from knotwork.verification.brief import failure_lines
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS

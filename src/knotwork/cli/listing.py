@@ -15,10 +15,10 @@ from knotwork.cli.terminal import cell, echo
 from knotwork.files.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import further_robots
-from knotwork.scenario import load_scenario
 from knotwork.scene.building import robot_collision_model
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
+from knotwork.task.scenario import load_scenario
 from knotwork.units import Units, readable
 
 

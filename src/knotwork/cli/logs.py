@@ -15,14 +15,14 @@ import click
 from knotwork import planning
 from knotwork.cli.parameters import GivenPath, bundle_options
 from knotwork.cli.terminal import echo
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
 from knotwork.files.foreign import is_foreign, read_trajectory
 from knotwork.files.storage import load_trajectory
 from knotwork.files.storage.sets import stated_scenario
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Report
 from knotwork.verification.recording import (
     Alignment,

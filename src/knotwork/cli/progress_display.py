@@ -16,8 +16,8 @@ from knotwork.errors.plain_text import one_line
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from knotwork.planning.sweeps import SweepProgress
     from knotwork.planning.timing import Progress
-    from knotwork.sweeps import SweepProgress
 
 SHOWN_AFTER = 0.5
 """Nothing is shown on a terminal before this time [s]."""

@@ -24,13 +24,13 @@ from knotwork.cli.parameters import (
 from knotwork.cli.plan import plan_to_dict, print_plan
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Document
 from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.robot import load_robot
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
+from knotwork.task.scenario import Scenario, load_scenario
 
 
 @click.command(epilog=EXIT_CODES)

@@ -12,7 +12,7 @@ from rich.table import Table
 from knotwork.cli.short_report import describe_left_out
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell
-from knotwork.scenario import Scenario
+from knotwork.task.scenario import Scenario
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 

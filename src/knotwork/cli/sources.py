@@ -18,16 +18,16 @@ from knotwork.cli.logs import (
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
+from knotwork.curves.interpolation import get_planner
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
 from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.files.storage import set_disagreement
 from knotwork.planning import Plan
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.spline.interpolation import get_planner
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario, load_scenario
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.verification import Report, check
 from knotwork.verification.brief import failure_lines
 

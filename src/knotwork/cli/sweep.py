@@ -8,7 +8,6 @@ from typing import Any
 
 import click
 
-from knotwork import sweeps
 from knotwork.cli import tables
 from knotwork.cli.parameters import (
     FAILED,
@@ -21,10 +20,11 @@ from knotwork.cli.parameters import (
 from knotwork.cli.progress_display import show_sweep
 from knotwork.cli.terminal import cell, echo
 from knotwork.errors import InputError
-from knotwork.sweeps import Study
-from knotwork.sweeps.figures import figure_named
-from knotwork.sweeps.folder import is_study
-from knotwork.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
+from knotwork.planning import sweeps
+from knotwork.planning.sweeps import Study
+from knotwork.planning.sweeps.figures import figure_named
+from knotwork.planning.sweeps.folder import is_study
+from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
 
 MAX_REASONS = 12

@@ -31,13 +31,13 @@ from knotwork.cli.sources import (
     refuse,
 )
 from knotwork.cli.terminal import echo, offer
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
 from knotwork.planning import Plan, plan
+from knotwork.planning.sweeps.folder import is_study
+from knotwork.planning.sweeps.named_files import named_files
 from knotwork.robot import Robot, load_robot
-from knotwork.spline.trajectory import JointTrajectory
-from knotwork.sweeps.folder import is_study
-from knotwork.sweeps.named_files import named_files
 from knotwork.view.live_server import LiveServer
 from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page
@@ -140,7 +140,7 @@ def view(
 
 def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
     """Serve or write the map of a study."""
-    from knotwork.sweeps import Study
+    from knotwork.planning.sweeps import Study
 
     study = Study.open(source)
 

@@ -260,7 +260,7 @@ class TimeRangeError(InputError):
 class ExportError(InputError):
     """A motion that a format can't represent without loss.
 
-    >>> from knotwork import export
+    >>> from knotwork.files import export
     >>> try:
     ...     export.to_pvt(kw.plan("paper_case", planner="quintic").trajectory)
     ... except ExportError as error:

@@ -1,4 +1,5 @@
 from . import documents as documents
+from . import export as export
 from . import foreign as foreign
 from . import storage as storage
 

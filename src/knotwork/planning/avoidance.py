@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
-from knotwork.scenario import FreeTimes
-from knotwork.spline.interpolation import PLANNER_SPECS, planner_and_rule
+from knotwork.task.scenario import FreeTimes
 from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import collision_note, failed_pairs
 from knotwork.verification.finding import TRIED

@@ -8,16 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import documents
 from knotwork.files.documents import Document, Places, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.robot import load_robot
-from knotwork.scenario import Scenario, resolve_task
-from knotwork.scenario.joint_space import JointSpace, by_joint, joint_space
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
 from knotwork.task.places import read_document
+from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.si_units import si_factors
 from knotwork.verification import Report, check
 

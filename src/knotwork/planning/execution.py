@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.retiming import first_rest, inverse_time, joint_stop, stop_on_path
+from knotwork.curves.trajectory import Segment
+from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
 from knotwork.planning.remaining_scene import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
-from knotwork.scenario import Scenario, resolve_task
-from knotwork.scenario.event_reader import action_of, segments
-from knotwork.scenario.joint_space import by_joint, joint_space
-from knotwork.scenario.waypoint_reader import START
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.retiming import first_rest, inverse_time, joint_stop, stop_on_path
-from knotwork.spline.trajectory import Segment
-from knotwork.spline.trajectory.motion_events import signals_on_at
 from knotwork.task import EndAcceleration, JointWaypoint, Task
 from knotwork.task.places import moved_paths
+from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario.event_reader import action_of, segments
+from knotwork.task.scenario.joint_space import by_joint, joint_space
+from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution

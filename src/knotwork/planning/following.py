@@ -8,18 +8,18 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.curves.interpolation import get_planner
+from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import finite_number
-from knotwork.kinematics.following.insertion import with_waypoints_inserted
-from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.kinematics.following.path_proof import PathTolerance
-from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.robot import Robot, load_robot
-from knotwork.scenario import SMALLEST_PATH_TOLERANCE
-from knotwork.spline.interpolation import get_planner
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.robot.kinematics.following.insertion import with_waypoints_inserted
+from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.robot.kinematics.following.path_proof import PathTolerance
+from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 from knotwork.task import Tolerances
-from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
+from knotwork.task.scenario import SMALLEST_PATH_TOLERANCE
 from knotwork.waypoints import FloatArray, JointWaypoints, read_only
 
 START_TOLERANCE = 1e-6

@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.scenario.resolve import resolve_task
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import OtherRobot
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
+from knotwork.task.scenario.resolve import resolve_task
 from knotwork.verification.collisions import nearest_to
 from knotwork.verification.finding import Finding
 

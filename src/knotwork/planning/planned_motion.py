@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knotwork.curves.trajectory import Event, JointTrajectory, Segment
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
 from knotwork.planning.execution import scaled_plan, stopped_plan
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.trajectory import Event, JointTrajectory, Segment
 from knotwork.task import Task
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Report
 from knotwork.waypoints import JointWaypoints
 
@@ -150,7 +150,7 @@ class Plan:
         ...     [path.name for path in kw.plan("paper_case").save(folder)]
         ['trajectory.json', 'samples.csv', 'report.json']
         """
-        from knotwork.export import to_csv
+        from knotwork.files.export import to_csv
 
         rate = rate if rate is not None else self.scenario.task.rate
         files = {

@@ -8,18 +8,18 @@ from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
-from knotwork.errors import InputError, KnotError, OptionError
-from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.spline.interpolation import (
+from knotwork.curves.interpolation import (
     PLANNER_SPECS,
     BalancedKnots,
     PlannerOptions,
     get_planner,
     planner_and_rule,
 )
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import InputError, KnotError, OptionError
+from knotwork.errors.plain_text import waypoint_text
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import JointWaypoints
 
 Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None

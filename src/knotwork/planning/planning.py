@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.errors import InputError
 from knotwork.planning.avoidance import best_of_sequences
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Knots
 from knotwork.planning.scenario_planner import ScenarioPlanner
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.spline.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.task import Task
+from knotwork.task.scenario import Scenario, load_scenario
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress

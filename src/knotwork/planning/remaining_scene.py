@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
-from knotwork.scenario import GraspedObject, Scenario
 from knotwork.task import SceneObject, Task
+from knotwork.task.scenario import GraspedObject, Scenario
 from knotwork.task.scene_shapes import SHAPES
 from knotwork.task.si_units import si_factors
 from knotwork.task.task_part import plain
 
 if TYPE_CHECKING:
+    from knotwork.curves.trajectory import JointTrajectory
     from knotwork.robot import Robot
-    from knotwork.spline.trajectory import JointTrajectory
 
 
 def held_at(scenario: Scenario, at: float) -> list[str]:

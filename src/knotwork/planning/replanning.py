@@ -7,17 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.remaining_scene import held_at
-from knotwork.scenario import Scenario, resolve_task
-from knotwork.scenario.event_reader import action_of
-from knotwork.scenario.joint_space import by_joint, moved_robot
-from knotwork.scenario.repetitions import expand_repeats
-from knotwork.scenario.waypoint_reader import START
-from knotwork.spline.trajectory import JointTrajectory
-from knotwork.spline.trajectory.motion_events import signals_on_at
 from knotwork.task import Action, EndAcceleration, PlainTask, Task
+from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario.event_reader import action_of
+from knotwork.task.scenario.joint_space import by_joint, moved_robot
+from knotwork.task.scenario.repetitions import expand_repeats
+from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
 
 

@@ -11,9 +11,9 @@ from knotwork.planning.infeasibility import infeasible
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation, Knots
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
-from knotwork.scenario import Scenario
-from knotwork.scenario.event_reader import found_ways, segments
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.event_reader import found_ways, segments
+from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification import check
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from itertools import product
 
 import numpy as np
 
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.retiming import (
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.retiming import (
     Profile,
     checked_profile,
     compose,
@@ -16,7 +16,7 @@ from knotwork.spline.retiming import (
     inverse_time,
     keeps_joint_limits,
 )
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 

@@ -27,7 +27,7 @@ _VIRTUAL = {
     "rad": {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ},
     "m": {"x": pin.JointModelPX, "y": pin.JointModelPY, "z": pin.JointModelPZ},
 }
-_KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
+_KINEMATICS = f"{__package__}.kinematics"
 
 
 class Robot:

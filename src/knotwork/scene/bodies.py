@@ -17,9 +17,9 @@ from knotwork.robot import Robot
 from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.shapes import LinkShape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
-from knotwork.scenario import PlacedShape
 from knotwork.scene.meshes.locating import find_mesh, ros_folders
 from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.task.scenario import PlacedShape
 from knotwork.waypoints import FloatArray
 
 

@@ -12,12 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
-from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
-from knotwork.scenario.scene_model import FIXED_CARRIER
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, NoteKind, joint_of_frame
 from knotwork.scene.other_robots import in_one_cell, other_motion
@@ -25,9 +26,15 @@ from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
 from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.endless import EndlessCurve
-from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
+from knotwork.task.scenario import (
+    GraspedObject,
+    PlacedObject,
+    PlacedRobot,
+    PlacedShape,
+    Scenario,
+    Scene,
+)
+from knotwork.task.scenario.scene_model import FIXED_CARRIER
 
 WRONG_UNIT_RATIO = 20.0
 """Ratio of mesh size and reach of the arm above which the unit is plausibly wrong, as it is below

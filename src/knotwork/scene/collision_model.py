@@ -10,13 +10,13 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.endless import EndlessCurve, stack_curves
+from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.endless import EndlessCurve, stack_curves
-from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.waypoints import FloatArray
 
 NoteKind = Literal["warning", "information"]

@@ -11,10 +11,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knotwork.curves.polynomial.endless import EndlessCurve
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.scenario import PlacedRobot, load_scenario
-from knotwork.spline.polynomial.endless import EndlessCurve
+from knotwork.task.scenario import PlacedRobot, load_scenario
 
 if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
@@ -78,7 +78,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
             )
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:
-        space = _load_callable("scenario.joint_space", "joint_space")(scenario)
+        space = _load_callable("task.scenario.joint_space", "joint_space")(scenario)
         read = _load_callable("files.foreign.trajectory_files", "read_trajectory")
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:

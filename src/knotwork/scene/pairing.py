@@ -12,7 +12,6 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree
 from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements
-from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body, placed_links
 from knotwork.scene.collision_model import (
     MOVE_TOGETHER,
@@ -23,6 +22,7 @@ from knotwork.scene.collision_model import (
 )
 from knotwork.scene.robot_geometry import RobotGeometry, Touching, touching_pairs
 from knotwork.scene.rules import ALLOWED, Reasons
+from knotwork.task.scenario import Scene
 
 ADJACENT = "a joint joins them"
 CARRIED = "the tool carries it"

@@ -8,9 +8,9 @@ from typing import NamedTuple
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import TOOL_BODY, NoteKind
+from knotwork.task.scenario import Scene
 
 ALLOWED = "the scenario allows it"
 IGNORED = "the scenario ignores it"

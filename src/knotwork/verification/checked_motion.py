@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario, Stretch
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario, Stretch
+from knotwork.task.scenario.joint_space import JointSpace
 
 AT_WAYPOINT = 1e-6
 """Times within this of a waypoint [s] are at the waypoint."""

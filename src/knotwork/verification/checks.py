@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, cycles, resolution

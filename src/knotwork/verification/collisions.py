@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, place_of_time
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import absurdity

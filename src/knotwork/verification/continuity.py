@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.curves.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.scenario.repetitions import turns
-from knotwork.spline.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.repetitions import turns
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 

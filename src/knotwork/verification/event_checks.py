@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from knotwork.scenario import Scenario
-from knotwork.scenario.event_reader import segments
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.scenario.scenario import AskedEvent
-from knotwork.spline.trajectory.motion_events import Event
+from knotwork.curves.trajectory.motion_events import Event
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.event_reader import segments
+from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.scenario import AskedEvent
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.waypoint_checks import TIME_ROUNDING

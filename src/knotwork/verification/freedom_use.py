@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario, ScenarioPath
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.checked_motion import Motion

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.jumps import measured_jumps
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.jumps import measured_jumps
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
 from knotwork.verification.checked_motion import Motion, place_of_time
 from knotwork.verification.finding import Finding, Proof, verdict_on

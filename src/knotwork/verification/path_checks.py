@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from knotwork.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Execution, Motion
 from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 
 if TYPE_CHECKING:
-    from knotwork.tool_paths import ThroughPoints
+    from knotwork.curves.tool_paths import ThroughPoints
 
 SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.joint_quantities import rate_unit
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import (

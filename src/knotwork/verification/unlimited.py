@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, rate_unit
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion, place_of_time
 from knotwork.verification.finding import Finding
 

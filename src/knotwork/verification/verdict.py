@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
 from knotwork.verification.brief import (
     BRIEF_INDENT,

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.refined import cut_curve
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import cut_curve
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.waypoint_checks import worst_joint

@@ -10,9 +10,9 @@ import numpy as np
 
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_reader import JointState
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_reader import JointState
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.checked_motion import Execution, Motion
@@ -21,7 +21,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.scenario import ScenarioWaypoint
+    from knotwork.task.scenario import ScenarioWaypoint
 
 SMALLEST_TOLERANCE = np.finfo(float).tiny
 TIME_ROUNDING = 1e-9

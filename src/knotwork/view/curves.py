@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.critical_points import critical_points, horner
-from knotwork.spline.polynomial.jumps import measured_jumps
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import critical_points, horner
+from knotwork.curves.polynomial.jumps import measured_jumps
 from knotwork.waypoints import FloatArray
 
 # Number of points of a whole curve, and the minimum and maximum number of one piece.

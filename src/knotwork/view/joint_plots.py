@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.scenario import Scenario
+from knotwork.task.scenario import Scenario
 from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
 from knotwork.view.joint_panels import Series, joint_panel
 from knotwork.view.panel import finish_panel, new_axes, new_figure, page_size

@@ -7,10 +7,10 @@ from functools import cache, partial
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.robot import Robot
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.bounds.frame_speed import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.trajectory.sampling import sample_times
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.spline.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.view.base_joints import base_joints
 from knotwork.view.known_joints import known_positions

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.scenario import Scenario
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import Scenario
 from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import DASHES
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree, place_joints
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.base_joints import base_joints, drawn_joints
 from knotwork.view.camera import views
 from knotwork.view.known_joints import draw_other_robots, joint_origins, known_joints

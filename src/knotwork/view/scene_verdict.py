@@ -6,7 +6,7 @@ from typing import Any
 
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
+from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import brief_texts_by_group, group_alike, short_text

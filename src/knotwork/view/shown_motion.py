@@ -10,16 +10,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_reader import JointState
-from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import PlainTask
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_reader import JointState
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_short_text

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
 from knotwork.view.path_meshes import max_speed
 from knotwork.view.scene_data import make_scene

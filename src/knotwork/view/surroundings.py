@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.scenario import PlacedShape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
+from knotwork.task.scenario import PlacedShape
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merge_meshes
 from knotwork.view.primitive_meshes import frame_along, solid, sphere
 from knotwork.view.scene_parts import SceneParts

@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
 from knotwork.joint_quantities import rate_unit
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.verification.bounds.path_samples import follow_stretch
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, singular_values

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.scenario import Scenario
+from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.headings import picture_title, write_around

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.two_point import two_point_coefficients
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.two_point import two_point_coefficients
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]

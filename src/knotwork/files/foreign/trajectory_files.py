@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.files import documents, storage
 from knotwork.files.documents import Document, Finite, StrictModel, validate
@@ -18,8 +20,6 @@ from knotwork.files.foreign.csv_file import read_csv
 from knotwork.files.foreign.point_table import Joints, to_trajectory
 from knotwork.files.foreign.points import read_points
 from knotwork.files.storage.writing import TRAJECTORY_FORMAT
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 
 TIME_RESOLUTION = 1.0000001e-9
 """Resolution of the times in a ROS 2 message [s], rounding included."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 PRODUCT = "knotwork"

@@ -31,7 +31,7 @@ from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Status, status_of
-from knotwork.scenario import FreeTimes, Scenario
+from knotwork.task.scenario import FreeTimes, Scenario
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ import numpy as np
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion
-from knotwork.scenario import JointTarget, Scenario, resolve_task
-from knotwork.scenario.joint_space import by_joint
 from knotwork.task import ChosenMotion, Velocity
+from knotwork.task.scenario import JointTarget, Scenario, resolve_task
+from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial.refined import cut_curve
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.task import ChosenMotion
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.task.si_units import si_factors
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance

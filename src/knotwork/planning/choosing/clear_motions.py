@@ -6,6 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
@@ -19,9 +22,6 @@ from knotwork.planning.ways.clear_search import find_clear_motion, stretch
 from knotwork.planning.ways.configurations import bodies_at
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import cut_curve
-from knotwork.spline.retiming import stop_on_path
 from knotwork.task import PoseWaypoint
 from knotwork.units import rounded_up
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.planning.choosing.path_speeds import SpeedBound
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
+from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import InputError
 from knotwork.planning.task_to_joint import PathStart, TaskSolution
-from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.interpolation import BalancedKnots
+from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import IndexArray, JointWaypoints
 
 ErrorT = TypeVar("ErrorT", bound=InputError)

@@ -11,14 +11,14 @@ from typing import NamedTuple, cast
 import numpy as np
 import pinocchio as pin
 
-from knotwork.kinematics.following.joint_field import Guide
-from knotwork.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.curves.interpolation import ModifiedHermiteSpline
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.planning.choosing.free_task import FreeTask, knots_of
 from knotwork.robot import Robot
-from knotwork.scenario import ScenarioPath
-from knotwork.spline.interpolation import ModifiedHermiteSpline
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.robot.kinematics.following.joint_field import Guide
+from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
 PIECE_FRACTIONS = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])

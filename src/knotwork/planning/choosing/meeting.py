@@ -17,8 +17,8 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.scenario import FreeTimes, Scenario, resolve_task
 from knotwork.task import PlainTask
+from knotwork.task.scenario import FreeTimes, Scenario, resolve_task
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 

@@ -16,7 +16,7 @@ import numpy as np
 from knotwork.errors import PathError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.limit_shares import EVEN, Limit, LimitShares, SharesAlongPath
-from knotwork.scenario import ScenarioPath
+from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
 Speeds = dict[int, float]

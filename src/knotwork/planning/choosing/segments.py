@@ -9,9 +9,9 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
 from knotwork.task import ClearWay
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import FloatArray, IndexArray
 
 MIN_RAMP_TIME = 0.01

@@ -8,7 +8,7 @@ from knotwork.errors import InputError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.limit_shares import Limit, LimitShares
 from knotwork.planning.choosing.path_speeds import NoSpeedsError, SpeedBound
-from knotwork.scenario import FreeTimes, ScenarioPath
+from knotwork.task.scenario import FreeTimes, ScenarioPath
 from knotwork.units import rounded_up
 
 LIMIT_ROUNDING = 1e-9

@@ -20,8 +20,8 @@ from knotwork.planning.choosing.path_speeds import (
 from knotwork.planning.choosing.speed_errors import no_speeds
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
-from knotwork.scenario import FreeTimes, Scenario, resolve_task
-from knotwork.scenario.joint_space import joint_space
+from knotwork.task.scenario import FreeTimes, Scenario, resolve_task
+from knotwork.task.scenario.joint_space import joint_space
 
 MAX_PLANS = 4
 """Maximum number of planned motions; in most cases one or two are sufficient."""

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.interpolation import PLANNERS, PlannerOptions, get_planner
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.planning import Plan, plan
@@ -19,10 +21,8 @@ from knotwork.planning.comparison.scores import best as best
 from knotwork.planning.comparison.scores import flatten
 from knotwork.planning.infeasibility import FEASIBILITY
 from knotwork.planning.planner_options import planner_options, supported_options
-from knotwork.scenario import Scenario, load_scenario
-from knotwork.spline.interpolation import PLANNERS, PlannerOptions, get_planner
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
+from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units
 from knotwork.verification import check, metrics
 from knotwork.verification.brief import worst_short_text

@@ -9,20 +9,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.curves.polynomial.distinct import distinct
 from knotwork.errors import FollowingError
-from knotwork.kinematics.chain.joint_ranges import BoolArray, whole_turns
-from knotwork.kinematics.following.continuation import Continuation, continue_along
-from knotwork.kinematics.following.joint_field import Guide, Pull
-from knotwork.kinematics.following.limiting_constraint import LimitingConstraint, following_error
-from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates
-from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
 from knotwork.planning.task_to_joint.requested_branch import is_in_branch
 from knotwork.planning.task_to_joint.solution import PathStart
-from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.spline.polynomial.distinct import distinct
+from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, whole_turns
+from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
+from knotwork.robot.kinematics.following.joint_field import Guide, Pull
+from knotwork.robot.kinematics.following.limiting_constraint import (
+    LimitingConstraint,
+    following_error,
+)
+from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.robot.kinematics.sequence.candidates import Candidates
+from knotwork.robot.kinematics.sequence.nearness import limit_nearness
+from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.waypoints import FloatArray, IndexArray
 
 # Starts within this distance belong to the same continuation [rad or m].
@@ -179,7 +182,7 @@ class GroupSolver:
         self, group: range, first: Candidates, tracks: list[PathTrack]
     ) -> GroupSolution | None:
         """Solutions with planned self-motion, from the cheapest feasible start."""
-        from knotwork.kinematics.following.ladder import Ladder
+        from knotwork.robot.kinematics.following.ladder import Ladder
 
         moving = [track for track in tracks if not track.path.motion.stands]
         if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
-from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.planning.task_to_joint.solution import Choice, Infeasibility
 from knotwork.planning.task_to_joint.solution_search import ChosenSequence, SolutionSearch
 from knotwork.robot import Robot
+from knotwork.robot.kinematics.geometry.configuration_flags import (
+    configuration_flags,
+    describe_flags,
+)
+from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.waypoints import FloatArray
 
 

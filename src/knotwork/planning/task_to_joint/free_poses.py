@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.tool_paths.rotations import exponentials
 from knotwork.errors import BranchError
-from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.planning.task_to_joint.solution import TaskSolution
 from knotwork.robot import Robot
 from knotwork.robot.description import VirtualJoint
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_reader import JointState
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.tool_paths.rotations import exponentials
+from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.robot.kinematics.sequence.candidates import Candidates
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_reader import JointState
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import PathError
-from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario, ScenarioPath
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
-    from knotwork.kinematics.chain.joint_ranges import BoolArray
     from knotwork.planning.task_to_joint.dependent_waypoints import PathTrack
+    from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
 
 
 class JointRows(NamedTuple):
@@ -126,9 +126,9 @@ def _insert_waypoints(
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
-    from knotwork.kinematics.following.insertion import with_waypoints_inserted
-    from knotwork.kinematics.following.joints_on_path import JointsOnPath
-    from knotwork.kinematics.following.path_proof import PathTolerance
+    from knotwork.robot.kinematics.following.insertion import with_waypoints_inserted
+    from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
+    from knotwork.robot.kinematics.following.path_proof import PathTolerance
 
     tolerances = scenario.si.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.polynomial.distinct import distinct
 from knotwork.errors import CollisionError
-from knotwork.kinematics.following.continuation import Continuation
-from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.spline.polynomial.distinct import distinct
+from knotwork.robot.kinematics.following.continuation import Continuation
+from knotwork.robot.kinematics.sequence.candidates import Candidates
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:

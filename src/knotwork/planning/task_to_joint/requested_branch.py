@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import BranchError
-from knotwork.kinematics.geometry.configuration_flags import (
+from knotwork.robot import Robot
+from knotwork.robot.kinematics.geometry.configuration_flags import (
     FLAGS,
     describe_flags,
     geometry,
 )
-from knotwork.kinematics.sequence.candidates import Candidates
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
+from knotwork.robot.kinematics.sequence.candidates import Candidates
+from knotwork.task.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, IndexArray
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
-    from knotwork.kinematics.following.joint_field import Pull
     from knotwork.robot import Robot
+    from knotwork.robot.kinematics.following.joint_field import Pull
 
 SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""

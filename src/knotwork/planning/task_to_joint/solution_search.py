@@ -7,19 +7,6 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import difference, middle, whole_turns
-from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
-from knotwork.kinematics.following.continuation import velocity_on_path
-from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import (
-    Candidates,
-    find_candidates,
-    nearest_candidate,
-)
-from knotwork.kinematics.sequence.cost import make_cost
-from knotwork.kinematics.sequence.nearness import weights
-from knotwork.kinematics.sequence.shortest_sequence import choose_sequence
-from knotwork.kinematics.sequence.step_costs import Layer
 from knotwork.planning.task_to_joint.dependent_waypoints import (
     GroupSolver,
     PathTrack,
@@ -32,8 +19,21 @@ from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check
 from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.robot.kinematics.chain.joint_ranges import difference, middle, whole_turns
+from knotwork.robot.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
+from knotwork.robot.kinematics.following.continuation import velocity_on_path
+from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.robot.kinematics.sequence.candidates import (
+    Candidates,
+    find_candidates,
+    nearest_candidate,
+)
+from knotwork.robot.kinematics.sequence.cost import make_cost
+from knotwork.robot.kinematics.sequence.nearness import weights
+from knotwork.robot.kinematics.sequence.shortest_sequence import choose_sequence
+from knotwork.robot.kinematics.sequence.step_costs import Layer
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME_CONFIGURATION = "home"

@@ -11,8 +11,8 @@ import numpy as np
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.planning.task_to_joint.inserted import complete_waypoints
 from knotwork.planning.task_to_joint.solution import SequenceStep, TaskSolution
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_space import JointSpace
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -54,7 +54,7 @@ def solve_task(
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
 
-    >>> from knotwork.scenario.joint_space import joint_space
+    >>> from knotwork.task.scenario.joint_space import joint_space
     >>> scenario = kw.load_scenario("ur5_deburring")
     >>> solution = solve_task(scenario, joint_space(scenario))
     >>> solution.choices[0].waypoint, solution.choices[0].branch
@@ -74,7 +74,6 @@ def _solve_poses(
     scenario: Scenario, space: JointSpace, robot: Robot, knots: Any, avoided: Sequence[SequenceStep]
 ) -> TaskSolution:
     """The solution if a waypoint is a pose."""
-    from knotwork.kinematics.sequence.cost import CostLevel
     from knotwork.planning.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.planning.task_to_joint.free_poses import (
         FreedomChains,
@@ -82,6 +81,7 @@ def _solve_poses(
         without_virtual_joints,
     )
     from knotwork.planning.task_to_joint.solution_search import SolutionSearch
+    from knotwork.robot.kinematics.sequence.cost import CostLevel
 
     chains = FreedomChains(scenario, robot)
     extended = with_virtual_joints(scenario, space, chains)

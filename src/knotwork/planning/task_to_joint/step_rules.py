@@ -7,18 +7,18 @@ from typing import Literal
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import unbounded_joints
-from knotwork.kinematics.sequence.step_costs import (
+from knotwork.planning.task_to_joint.free_poses import FreedomChains
+from knotwork.planning.task_to_joint.solution import SequenceStep
+from knotwork.robot import Robot
+from knotwork.robot.kinematics.chain.joint_ranges import unbounded_joints
+from knotwork.robot.kinematics.sequence.step_costs import (
     SAME_STEP,
     CollidingStep,
     JointRules,
     StepRules,
 )
-from knotwork.planning.task_to_joint.free_poses import FreedomChains
-from knotwork.planning.task_to_joint.solution import SequenceStep
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_reader import JointState
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].

@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.from_accelerations import (
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.from_accelerations import (
     corrected_accelerations,
     cubics_from_accelerations,
 )

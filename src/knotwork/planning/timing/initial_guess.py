@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.two_point import two_point_coefficients
 from knotwork.waypoints import FloatArray
 
 

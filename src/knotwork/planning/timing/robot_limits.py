@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
 from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

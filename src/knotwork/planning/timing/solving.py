@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, together
 from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
@@ -17,8 +19,6 @@ from knotwork.planning.timing.infeasible import infeasible_values, unsolved_erro
 from knotwork.planning.timing.robot_limits import effort_integral
 from knotwork.planning.timing.timed_motion import Binding, Progress, Status, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 WINDOW_INTERVALS = 8

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.robot_limits import (
     ROBOT_LIMITS,
     HeldLimit,
@@ -15,7 +16,6 @@ from knotwork.planning.timing.robot_limits import (
 )
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 SAMPLE_MARGIN = 1e-4

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, ReadOnlyArrays
 
 Status = Literal["optimal", "resting", "stopped"]

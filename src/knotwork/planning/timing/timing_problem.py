@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.curves.polynomial.least_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import finite_number
-from knotwork.spline.polynomial.least_durations import feasible_durations
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 MotionParts = tuple[

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.retiming.stops import joint_stop
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.tightening import keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
@@ -23,8 +25,6 @@ from knotwork.planning.ways.configurations import Configurations
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline
 from knotwork.planning.ways.states import concatenate, reverse, slow_down
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.retiming.stops import joint_stop
 from knotwork.waypoints import FloatArray, IndexArray
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification.bounds.clearance import Clearance, clearances
 from knotwork.waypoints import FloatArray
 

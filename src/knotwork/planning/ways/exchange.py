@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
 from knotwork.planning.timing.robot_limits import inner_state
@@ -25,7 +26,6 @@ from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clearance_proof import contacts_of
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.planning.ways.states import Plane, States, states_of
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 

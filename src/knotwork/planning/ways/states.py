@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 

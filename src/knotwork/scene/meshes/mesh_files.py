@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.curves.polynomial.distinct import distinct
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_part import (
     FARTHEST_POINT,
@@ -19,7 +20,6 @@ from knotwork.scene.meshes.mesh_part import (
     read_bounded,
 )
 from knotwork.scene.meshes.plain_formats import read_obj, read_ply, read_stl
-from knotwork.spline.polynomial.distinct import distinct
 from knotwork.waypoints import FloatArray
 
 MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".glb", ".gltf")

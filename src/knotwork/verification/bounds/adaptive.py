@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.critical_points import differentiate, horner
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.verification.bounds.division import first_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.verification.bounds.result import Bound

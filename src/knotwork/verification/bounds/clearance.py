@@ -23,14 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.critical_points import horner
 from knotwork.verification.bounds.contacts import contact_intervals
 from knotwork.verification.bounds.division import PairTests, divide_in_three, first_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import nearer_than
-from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
 CONTACT_STEPS = 200

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.spline.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import distinct
 from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.waypoints import FloatArray, IndexArray
 

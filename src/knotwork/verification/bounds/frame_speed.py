@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of

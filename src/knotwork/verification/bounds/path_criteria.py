@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.tool_paths.rotations import gap_of
-from knotwork.tool_paths.tool_path import CORNER_ANGLE
+from knotwork.curves.tool_paths.rotations import gap_of
+from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
 from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.tool_paths import ToolPath
+    from knotwork.curves.tool_paths import ToolPath
 
 
 class PathLimits(NamedTuple):

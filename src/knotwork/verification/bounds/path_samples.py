@@ -10,14 +10,14 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.endless import stack_curves
+from knotwork.curves.tool_paths.moving_frame import KnownJoints
+from knotwork.curves.tool_paths.path_progress import progress
+from knotwork.curves.tool_paths.rotations import angle_of
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import JointTree, join_trees, joint_tree, serial
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.endless import stack_curves
-from knotwork.tool_paths.moving_frame import KnownJoints
-from knotwork.tool_paths.path_progress import progress
-from knotwork.tool_paths.rotations import angle_of
 from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
@@ -25,8 +25,8 @@ from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.scenario import ScenarioPath, Stretch
-    from knotwork.tool_paths import TimedPath
+    from knotwork.curves.tool_paths import TimedPath
+    from knotwork.task.scenario import ScenarioPath, Stretch
 
 
 class PathSamples(NamedTuple):

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.critical_points import to_bernstein
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import to_bernstein
 from knotwork.verification.bounds.link_motion import RATE_ORDERS
 from knotwork.waypoints import FloatArray
 

@@ -17,10 +17,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.robot.joint_tree import JointTree
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.critical_points import differentiate, horner
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray, IndexArray
 

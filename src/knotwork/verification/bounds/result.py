@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.arguments import finite_number
 from knotwork.robot import Robot
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.trajectory import JointTrajectory
 
 
 class Bound(NamedTuple):

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pinocchio as pin
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion

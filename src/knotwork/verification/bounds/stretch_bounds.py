@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.tool_paths.rotations import angle_of, gap_of
 from knotwork.robot import Robot
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.distinct import distinct
-from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.path_criteria import (
     PathCriteria,
     PathCriterion,
@@ -29,7 +29,7 @@ from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
 from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.tool_paths import TimedPath
+    from knotwork.curves.tool_paths import TimedPath
 
 SAMPLE_BUDGET = 100_000
 """Maximum number of samples of one stretch. A verdict that is then undecided is not proved."""

@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
 from knotwork.verification.bounds.derivatives import product, unit_bounds
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion

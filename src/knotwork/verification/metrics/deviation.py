@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
-from knotwork.scenario import ScenarioPath
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 DEVIATION_SAMPLES = 40

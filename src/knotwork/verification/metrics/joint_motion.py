@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.spline.polynomial.critical_points import horner
-from knotwork.spline.polynomial.extrema import candidates
-from knotwork.spline.polynomial.refined import split_at
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.polynomial.critical_points import horner
+from knotwork.curves.polynomial.extrema import candidates
+from knotwork.curves.polynomial.refined import split_at
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import cut_curve
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification.recording.lateness import Delay, delays
 from knotwork.verification.recording.noise import largest_near
 from knotwork.verification.recording.smoothing import ERROR_ORDERS, Smoothed

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.refined import cut_curve, split_at
+from knotwork.curves.polynomial.two_point import raise_degree
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import cut_curve, split_at
-from knotwork.spline.polynomial.two_point import raise_degree
-from knotwork.spline.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
 from knotwork.verification.recording.alignment import Alignment

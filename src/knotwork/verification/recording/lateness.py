@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.smoothing import Smoothed
 from knotwork.waypoints import FloatArray
 

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.refined import cut_curve
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.recording.alignment import (
@@ -30,10 +30,10 @@ from knotwork.verification.recording.deviations import LogTolerances, deviation_
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
+    from knotwork.curves.trajectory import JointTrajectory
     from knotwork.robot import Robot
-    from knotwork.scenario import Scenario
-    from knotwork.scenario.joint_space import JointSpace
-    from knotwork.spline.trajectory import JointTrajectory
+    from knotwork.task.scenario import Scenario
+    from knotwork.task.scenario.joint_space import JointSpace
     from knotwork.waypoints import FloatArray
 
 LOG = "Log"

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.two_point import two_point_coefficients
-from knotwork.spline.trajectory import JointTrajectory
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.two_point import two_point_coefficients
+from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.log_reading import Recording
 from knotwork.verification.recording.noise import Noise, largest_near, noise_of, slopes_of
 from knotwork.waypoints import FloatArray

@@ -1,0 +1,137 @@
+"""Accelerations at the waypoints with continuous jerk: one tridiagonal system.
+
+Take an interval of length h between two waypoints with positions y0, y1, velocities v0, v1 and
+accelerations a0, a1. Its two knots are the time p h after the first waypoint and b h before the
+second. Position and velocity at the far end determine the accelerations at the knots. With q = 1 -
+b, s = (y1 - y0) / h:
+
+    A = -p (1 + q)/q a0 + (1 - p) b/q a1 + [6 s - 2 (1 + p + q) v0 - 2 (1 - p + b) v1] / (h q)
+    B = p q/(1 - p) a0 - b (2 - p)/(1 - p) a1
+            - [6 s - 2 (p + q) v0 - 2 (2 - p + b) v1] / (h (1 - p))
+
+and so the first jerk of the interval is (A - a0) / (p h), and its last jerk is (a1 - B) / (b h).
+There is no knot at a waypoint, so the last jerk of an interval equals the first jerk of the next
+one. This is one equation in three neighbouring accelerations. These are Eqs. (30), (31) and (34),
+where all unknowns but the accelerations are eliminated.
+
+The first interval of the paper's curve has only one knot. This is the case p = 0, in which A is the
+acceleration at the start, and B does not depend on a0. The last interval, with b = 0, is its mirror
+image. For n = 2 both cases apply, and the curve is the plain cubic.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.curves.interpolation.tridiagonal import solve_tridiagonal
+from knotwork.waypoints import FloatArray
+
+
+class Waypoints(NamedTuple):
+    """The data of a spline, one row per component.
+
+    Attributes:
+        x: Times [s], shape (n,).
+        y: Positions, shape (d, n).
+        dydx: Velocities, shape (d, n).
+        left: Knot at or before each waypoint [s], shape (n,).
+        right: Knot at or after each waypoint [s], shape (n,).
+        known: Whether the acceleration at each waypoint is given, shape (n,).
+    """
+
+    x: FloatArray
+    y: FloatArray
+    dydx: FloatArray
+    left: FloatArray
+    right: FloatArray
+    known: NDArray[np.bool_]
+
+
+class _Sums(NamedTuple):
+    """A or B of all intervals as sums of the values at their ends.
+
+    Attributes:
+        start: Weights of a0, shape (n-1,).
+        end: Weights of a1, shape (n-1,).
+        given: Terms of positions and velocities, shape (d, n-1).
+    """
+
+    start: FloatArray
+    end: FloatArray
+    given: FloatArray
+
+    def evaluate(self, a: FloatArray) -> FloatArray:
+        """The accelerations at the knots, shape (d, n-1), from those at the waypoints, (d, n)."""
+        return a[:, :-1] * self.start + a[:, 1:] * self.end + self.given
+
+
+def solve_knot_accelerations(
+    data: Waypoints, known_values: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Solve for the accelerations at the waypoints.
+
+    Args:
+        data: Times, positions, velocities and knots.
+        known_values: Known accelerations at waypoints as rows, shape (d, known).
+
+    Returns:
+        Accelerations as rows at the waypoints, at their left knots and at their right ones, shape
+        (d, n) each.
+    """
+    x, known, n = data.x, data.known, data.x.size
+    # differences of times and not 1 - p and 1 - b, because knots may be very near to a waypoint
+    after, before = data.right[:-1] - x[:-1], x[1:] - data.left[1:]
+    A, B = _knot_sums(data, after, before)
+    # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,
+    # with the weights of a0 and a1 in A and B,
+    #     -B0/(b h) a[i-1] + ((1 - B1)/(b h) + (1 - A0)/(p h)) a[i] - A1/(p h) a[i+1]
+    #         = what is given of A/(p h) and B/(b h)
+    # and where it is known a = the given value; at an end where it isn't, a is computed afterwards
+    rate_after, rate_before = 1.0 / after, 1.0 / before
+    if not known[0]:
+        rate_after[0] = 0.0
+    if not known[-1]:
+        rate_before[-1] = 0.0
+    lower, upper = -B.start * rate_before, -A.end * rate_after
+    diagonal, rhs = np.zeros(n), np.zeros((data.y.shape[0], n))
+    diagonal[1:] = (1.0 - B.end) * rate_before
+    diagonal[:-1] += (1.0 - A.start) * rate_after
+    rhs[:, 1:] = B.given * rate_before
+    rhs[:, :-1] += A.given * rate_after
+    fixed = known.copy()
+    fixed[0] = fixed[-1] = True
+    diagonal[fixed] = 1.0
+    upper[fixed[:-1]] = lower[fixed[1:]] = 0.0
+    rhs[:, fixed] = 0.0
+    rhs[:, known] = known_values
+    a = solve_tridiagonal(lower, diagonal, upper, rhs)
+    right, left = A.evaluate(a), B.evaluate(a)
+    if not known[0]:  # p = 0: neither depends on a[0]
+        a[:, 0] = right[:, 0]
+    if not known[-1]:
+        a[:, -1] = left[:, -1]
+    return a, np.hstack((a[:, :1], left)), np.hstack((right, a[:, -1:]))
+
+
+def _knot_sums(data: Waypoints, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
+    """A and B of all intervals, with knots at the given distances from their ends."""
+    x, y, v = data.x, data.y, data.dydx
+    h = np.diff(x)
+    p, b = after / h, before / h
+    q, p_rest = (data.left[1:] - x[:-1]) / h, (x[1:] - data.right[:-1]) / h
+    move, v0, v1 = 6.0 * np.diff(y) / h, 2.0 * v[:, :-1], 2.0 * v[:, 1:]
+    return (
+        _Sums(
+            -p * (1.0 + q) / q,
+            p_rest * b / q,
+            (move - (1.0 + p + q) * v0 - (p_rest + b) * v1) / (h * q),
+        ),
+        _Sums(
+            p * q / p_rest,
+            -b * (1.0 + p_rest) / p_rest,
+            ((p + q) * v0 + (1.0 + p_rest + b) * v1 - move) / (h * p_rest),
+        ),
+    )

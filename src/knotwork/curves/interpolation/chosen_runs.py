@@ -1,0 +1,158 @@
+"""Planner `modified-hermite`: the paper's method, and segments with chosen knots.
+
+Between chosen knots the acceleration is linear, so position and velocity at the waypoints and the
+accelerations give the curve. Rounding is corrected by the minimum change of the accelerations at
+the knots between two waypoints that meets position and velocity at the end of the interval.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.curves.interpolation.joining import join_pieces
+from knotwork.curves.interpolation.modified_hermite_spline import (
+    ModifiedHermiteSpline,
+    end_accelerations,
+)
+from knotwork.curves.interpolation.options import PlannerOptions
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.from_accelerations import (
+    corrected_accelerations,
+    cubics_from_accelerations,
+)
+from knotwork.errors import OptionError
+from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
+
+SAME_KNOT_TIME = 1e-9
+"""Difference relative to the largest time below which times are equal."""
+
+STALE = 1e-3
+"""Maximum correction of rounding, relative to the largest acceleration."""
+
+
+def plan_modified_hermite(
+    waypoints: JointWaypoints, options: PlannerOptions
+) -> PiecewisePolynomial:
+    """Make a C2 smooth curve of degree three through positions and velocities.
+
+    Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
+    with a known acceleration divide the curve into sections that are independent of each other.
+    Chosen segments are sections as well.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
+        options: Knot placement (`knots`), accelerations at both ends (`end_acceleration`), and
+            chosen segments (`chosen`).
+
+    Raises:
+        KnotError: Given knots do not suit the waypoints.
+        OptionError: End accelerations are wrong. A chosen segment does not begin, end and pass at
+            waypoints, has fewer than two knots between two of them, overlaps another, or has
+            accelerations for other waypoints.
+    """
+    runs = options.chosen or ()
+    located = [_locate_run(waypoints, run, i) for i, run in enumerate(runs, 1)]
+    known = np.full(waypoints.position.shape, np.nan)
+    if waypoints.acceleration is not None:
+        known[:] = waypoints.acceleration
+    for (rows, _), run in zip(located, runs, strict=True):
+        _fill(known, rows[[0, -1]], run.acceleration[[0, -1]])
+    ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
+    if ends is not None:
+        _fill(known, [0, -1], np.array(ends))
+    parts: list[tuple[FloatArray, FloatArray]] = []
+    done = 0
+    for i, ((rows, knots), run) in enumerate(zip(located, runs, strict=True), 1):
+        if rows[0] < done:
+            raise OptionError("chosen", f"run {i} begins before the end of the previous run")
+        parts += _gap_pieces(waypoints, known, done, rows[0], options)
+        parts.append(_run_pieces(waypoints, known, rows, knots, run, i))
+        done = rows[-1]
+    parts += _gap_pieces(waypoints, known, done, len(waypoints.time) - 1, options)
+    breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
+    return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
+
+
+def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
+    """Replace unknown values."""
+    known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
+
+
+def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
+    """The waypoints of a chosen segment, and the index of the knot at each."""
+    t, x = waypoints.time, run.times
+    if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
+        raise OptionError("chosen", f"run {i} has accelerations of other joints")
+    stale = "times that were chosen belong to its knots: change both, or choose them again"
+    slack = SAME_KNOT_TIME * max(1.0, float(np.abs(t).max()))
+    for end in (x[0], x[-1]):
+        if np.abs(t - end).min() > slack:
+            where = f"run {i} begins or ends at {end:.9g} s, where no waypoint is"
+            raise OptionError("chosen", f"{where}; {stale}")
+    rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
+    knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
+    missing = np.abs(x[knots] - t[rows]) > slack
+    if missing.any():
+        row = rows[missing][0]
+        where = (
+            f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
+        )
+        raise OptionError("chosen", f"{where}; {stale}")
+    is_sparse = np.diff(knots) < 3
+    if is_sparse.any():
+        name = waypoints.names[rows[1:][is_sparse][0]]
+        message = f"run {i} has fewer than two knots between {name!r} and the one before"
+        raise OptionError("chosen", message)
+    return rows, knots
+
+
+def _gap_pieces(
+    waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Knots and coefficients of the curve between chosen segments, if there is a gap."""
+    if first == last:
+        return []
+    rows = slice(first, last + 1)
+    spline = ModifiedHermiteSpline(
+        waypoints.time[rows],
+        waypoints.position[rows],
+        waypoints.velocity[rows],
+        knots=options.knots,
+        acceleration=known[rows],
+    )
+    return [(spline.x, spline.c)]
+
+
+def _run_pieces(
+    waypoints: JointWaypoints,
+    known: FloatArray,
+    rows: IndexArray,
+    knots: IndexArray,
+    run: ChosenRun,
+    i: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Knots and coefficients of a chosen segment."""
+    x, a = run.times.copy(), run.acceleration.copy()
+    x[knots] = waypoints.time[rows]
+    a[[0, -1]] = known[rows[[0, -1]]]
+    peak = np.abs(run.acceleration).max(axis=0)
+    pieces = []
+    for k, (low, high) in zip(rows, pairwise(knots), strict=False):
+        part = slice(low, high + 1)
+        span, ends = np.diff(x[part])[None], slice(k, k + 2)
+        states = waypoints.position[ends], waypoints.velocity[ends]
+        corrected = corrected_accelerations(span, a[part][None], *states)
+        change = np.abs(corrected[0] - a[part]).max(axis=0)
+        beyond = np.flatnonzero(change > STALE * np.maximum(peak, 1e-9))
+        if beyond.size:
+            raise OptionError(
+                "chosen",
+                f"run {i} is for other waypoints than {waypoints.names[k]!r} and "
+                f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
+                f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
+                f"{change[beyond[0]]:.3g}; choose the times again",
+            )
+        pieces.append(cubics_from_accelerations(span, corrected, *states))
+    return x, np.concatenate(pieces, axis=1)

@@ -1,0 +1,50 @@
+"""Insertion of breaks into curves, and parts of curves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
+from knotwork.waypoints import FloatArray
+
+
+def split_at(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
+    """Insert breaks into a curve.
+
+    >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
+    >>> split_at(parabola, [1.0]).c.T
+    array([[1., 0., 0.],
+           [1., 2., 1.]])
+
+    Args:
+        curve: A curve along axis 0.
+        times: Additional breaks, within the curve's time.
+    """
+    breaks = distinct(curve.x, times)
+    piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
+    c = np.array(curve.c[:, piece])
+    shift = (breaks[:-1] - curve.x[piece]).reshape(-1, *[1] * (c.ndim - 2))
+    # Synthetic division by (s − shift), once for each coefficient, expands about the new break.
+    for end in range(c.shape[0], 1, -1):
+        for k in range(1, end):
+            c[k] += shift * c[k - 1]
+    return PiecewisePolynomial(c, breaks)
+
+
+def cut_curve(curve: PiecewisePolynomial, start: float, end: float) -> PiecewisePolynomial:
+    """Cut a part out of a curve.
+
+    >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
+    >>> middle = cut_curve(parabola, 0.5, 1.0)
+    >>> middle.x, middle(1.0)
+    (array([0.5, 1. ]), array(1.))
+
+    Args:
+        curve: A curve along axis 0.
+        start: Time within the curve's.
+        end: Time within the curve's, after the start.
+    """
+    fine = split_at(curve, np.array([start, end]))
+    first, last = np.searchsorted(fine.x, (start, end))
+    return PiecewisePolynomial(fine.c[:, first:last], fine.x[first : last + 1])

@@ -1,0 +1,114 @@
+"""Clocks: the time τ of a planned motion as a curve over execution time t.
+
+A clock is C2 smooth and never decreases; its rate τ' is the speed override.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.errors import InputError
+from knotwork.waypoints import FloatArray
+
+BISECTIONS = 60
+
+
+def rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
+    """Rates over time (C1 smooth): two parabolas between values, with zero slope at each value.
+
+    Args:
+        times: Strictly increasing [s], shape (n,), n >= 2.
+        rates: Rates, shape (n,).
+    """
+    middle = 0.5 * (times[1:] + times[:-1])
+    half, rise = 0.5 * np.diff(times), np.diff(rates)
+    breaks = np.sort(np.concatenate((times, middle)))
+    bend, zero = 0.5 * rise / half**2, np.zeros_like(rise)
+    first = np.stack((bend, zero, rates[:-1]))
+    second = np.stack((-bend, rise / half, rates[:-1] + 0.5 * rise))
+    return PiecewisePolynomial(np.stack((first, second), axis=2).reshape(3, -1), breaks)
+
+
+class Profile(NamedTuple):
+    """A speed override over time, with smooth changes between values.
+
+    Attributes:
+        times: From 0 on, strictly increasing [s], shape (n,).
+        rates: Overrides, 1 is the planned speed, shape (n,).
+    """
+
+    times: FloatArray
+    rates: FloatArray
+
+    def clock(self, start: float, duration: float) -> PiecewisePolynomial:
+        """The time of a motion over time (C2 smooth).
+
+        The clock ends with the motion, or with the profile if that ends at 0.
+
+        Args:
+            start: Start time of the motion [s].
+            duration: Duration of the motion [s].
+        """
+        times, rates = self
+        if rates[-1] > 0.0:  # the last override stays until the motion ends
+            end = times[-1] + 2.0 * duration / rates[-1]
+            times, rates = np.append(times, end), np.append(rates, rates[-1])
+        shown = rate_curve(times, rates).antiderivative()
+        if float(shown(times[-1])) > duration:
+            shown = cut_curve(shown, 0.0, float(inverse_time(shown, np.array([duration]))[0]))
+        c = np.array(shown.c)
+        c[-1] += start
+        return PiecewisePolynomial(c, shown.x)
+
+
+def checked_profile(profile: Mapping[float, float]) -> Profile:
+    """Check a speed override over time.
+
+    Before the first time and after the last the override keeps its value.
+
+    Args:
+        profile: Overrides by time [s]; 1 is the planned speed.
+
+    Raises:
+        InputError: A time or an override is negative or not finite, or the override is always 0.
+    """
+    if not profile:
+        raise InputError("an override profile has no values; accepted: {0: 1.0, 2.0: 0.3}")
+    times = np.array(sorted(profile), dtype=float)
+    rates = np.array([profile[time] for time in sorted(profile)], dtype=float)
+    for name, values in (("time", times), ("override", rates)):
+        wrong = ~np.isfinite(values) | (values < 0.0)
+        if wrong.any():
+            raise InputError(
+                f"override profile: {name} {values[wrong][0]:g}; accepted: finite numbers >= 0"
+            )
+    if times[0] > 0.0:
+        times, rates = np.append(0.0, times), np.append(rates[0], rates)
+    if not rates.any():
+        raise InputError("override profile: the override is 0 at all times; the arm would not move")
+    return Profile(times, rates)
+
+
+def inverse_time(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
+    """Times at which a clock first reaches given values.
+
+    Args:
+        clock: A curve that never decreases.
+        at: Values within the range of the clock, shape (n,).
+
+    Returns:
+        Times, shape (n,).
+    """
+    shown = clock(clock.x)
+    piece = np.clip(np.searchsorted(shown, at, side="left") - 1, 0, len(shown) - 2)
+    low, high = clock.x[piece], clock.x[piece + 1]
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        late = clock(middle) >= at
+        low, high = np.where(late, low, middle), np.where(late, middle, high)
+    return np.where(at <= shown[0], clock.x[0], high)

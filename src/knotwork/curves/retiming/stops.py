@@ -1,0 +1,247 @@
+"""Minimum-time stops from a time of a motion: on its path, and of each joint independently."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from knotwork.curves.interpolation import ModifiedHermiteSpline
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.refined import cut_curve, split_at
+from knotwork.curves.polynomial.two_point import raise_degree
+from knotwork.curves.retiming.clock import inverse_time
+from knotwork.curves.retiming.shortest import shortest_stop
+from knotwork.errors import InputError
+from knotwork.waypoints import FloatArray
+
+LIMIT_SHARES = (0.999, 0.99, 0.95)
+"""Candidate fractions of the limits at samples, in order, until the limits are kept between
+samples.
+"""
+SHORTEST_PHASE = 1e-9
+"""Duration below which phases of a stop are left out [s]."""
+REST_BOUND = 1e-9
+"""Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
+MOST_LATER_STARTS = 3
+"""Number of later breaks at which a stop may begin, if none is found from the first time."""
+DURATION_GUESS = 1.3
+"""First guess of the duration of a stop on the path, relative to that of independent joints."""
+MINIMUM_GAIN = 1e-3
+"""Minimum relative gain over the curve's next rest for a stop to be searched for."""
+
+
+MOST_HALVINGS = 8
+# Fraction of the duration within which breaks are equal.
+SAME_BREAK = 1e-9
+
+
+def joint_stop(
+    q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
+) -> PiecewisePolynomial:
+    """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
+
+    The acceleration changes to a peak, stays there if the peak is at the limit, and changes to
+    zero. With direction d = ±1 of the peak p, v + d (2 p² - a²)/(2 J) = 0 where the limit is not
+    reached.
+
+    Args:
+        q: Positions [rad or m], shape (d,).
+        v: Velocities.
+        a: Accelerations.
+        acceleration: Limits of acceleration, finite.
+        jerk: Limits of jerk, finite.
+
+    Returns:
+        Positions over the time since the state [s]. Joints that stop earlier stay at rest.
+    """
+    # a state above the limit returns to it
+    direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
+    unlimited = np.sqrt(np.maximum(0.5 * a**2 - direction * v * jerk, 0.0))
+    peak = np.minimum(unlimited, acceleration)
+    grow = np.abs(direction * peak - a) / jerk
+    fade = peak / jerk
+    changed = 0.5 * (a + direction * peak) * grow + 0.5 * direction * peak * fade
+    hold = np.maximum(-direction * (v + changed), 0.0) / np.where(peak > 0.0, peak, 1.0)
+    corners = np.cumsum([np.zeros_like(q), grow, hold, fade], axis=0)
+    heights = np.stack((a, direction * peak, direction * peak, np.zeros_like(a)))
+    times = distinct(corners)
+    times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
+    if len(times) < 2:
+        raise InputError("the motion stands still at this moment; it can't be stopped")
+    columns = zip(corners.T, heights.T, strict=True)
+    ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
+    slopes = np.diff(ramps, axis=0) / np.diff(times)[:, None]
+    moved = PiecewisePolynomial(np.stack((slopes, ramps[:-1])), times).antiderivative(2)
+    c = np.array(moved.c)
+    c[-1] += q + v * times[:-1, None]
+    c[-2] += v
+    return PiecewisePolynomial(c, times)
+
+
+def stop_on_path(
+    curve: PiecewisePolynomial,
+    at: float,
+    acceleration: FloatArray,
+    jerk: FloatArray,
+    tolerance: float,
+) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
+    """The minimum-time stop on the path (C2 smooth, cubics), with a speed override of at most 1.
+
+    If the curve comes to rest earlier, that is the stop.
+
+    Args:
+        curve: Positions over time, trailing shape (d,).
+        at: Start time of the stop [s]; the curve is not at rest.
+        acceleration: Limits [rad/s² or m/s²], shape (d,); infinite where there is none.
+        jerk: Limits [rad/s³ or m/s³], shape (d,).
+        tolerance: Maximum deviation of a joint from the path [rad or m].
+
+    Returns:
+        The clock and the motion; `None` if no such stop keeps the limits before the curve ends. The
+        clock is the time of the curve over the time since the start of the stop [s].
+    """
+    rest_time = first_rest(curve, at)
+    end = float(curve.x[-1]) if rest_time is None else rest_time
+    best = np.inf if rest_time is None else rest_time - at
+    later_starts = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
+        :MOST_LATER_STARTS
+    ]
+    for begin in (at, *later_starts.tolist()):
+        min_duration = _min_duration(curve, begin, acceleration, jerk)
+        if begin - at + min_duration >= (1.0 - MINIMUM_GAIN) * best:
+            continue
+        for share in LIMIT_SHARES:
+            limits = share * acceleration, share * jerk
+            clock = shortest_stop(
+                curve, begin, end, min(DURATION_GUESS * min_duration, best), *limits
+            )
+            if clock is None or begin - at + clock.x[-1] >= best:
+                break
+            clock = _start_earlier(clock, at, begin)
+            motion, _ = cubic_through(compose(curve, clock), tolerance)
+            if keeps_joint_limits(motion, curve, acceleration, jerk):
+                return clock, motion
+    if rest_time is None:
+        return None
+    clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest_time - at])
+    motion = cut_curve(curve, at, rest_time)
+    return clock, PiecewisePolynomial(motion.c, motion.x - at)
+
+
+def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
+    """The first time after a given one at which a curve is at rest, or `None`."""
+    times = np.append(at, curve.x[curve.x > at])
+    moves = np.zeros(len(times), bool)
+    for nu in (1, 2):
+        scale = np.maximum(curve.extrema(nu).peak, 1.0)
+        moves |= (np.abs(curve(times, nu)) > REST_BOUND * scale).any(axis=1)
+    return None if moves.all() else float(times[np.argmin(moves)])
+
+
+def _min_duration(
+    curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
+) -> float:
+    """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
+    q, v, a = (curve(at, nu) for nu in range(3))
+    jolt = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
+    return float(joint_stop(q, v, a, acceleration, jolt).x[-1])
+
+
+def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
+    """A clock extended to an earlier start with a rate of 1."""
+    if begin == at:
+        return clock
+    first = np.zeros((len(clock.c), 1))
+    first[-2:] = [[1.0], [at]]
+    c = np.concatenate((first, clock.c), axis=1)
+    return PiecewisePolynomial(c, np.append(0.0, begin - at + clock.x))
+
+
+def keeps_joint_limits(
+    motion: PiecewisePolynomial,
+    curve: PiecewisePolynomial,
+    acceleration: FloatArray,
+    jerk: FloatArray,
+) -> bool:
+    """Whether a motion keeps limits, or exceeds them at most as much as the curve."""
+    return all(
+        (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
+        for nu, limit in ((2, acceleration), (3, jerk))
+    )
+
+
+def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
+    """The exact composition q(τ(t)) of a curve q and a clock τ, as smooth as both.
+
+    Args:
+        curve: Values over the clock's values, trailing shape (d,).
+        clock: Time of the curve over time, never decreasing.
+
+    Returns:
+        A curve over the clock's time; its degree is the product of both.
+    """
+    shown = clock(clock.x[[0, -1]])
+    inner = curve.x[(curve.x > shown[0]) & (curve.x < shown[1])]
+    times = inverse_time(clock, inner)
+    fine = split_at(clock, _without_breaks(times, clock.x))
+    middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
+    piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
+    inside = np.array(fine.c)
+    inside[-1] -= curve.x[piece]
+    # Horner's rule with the clock's polynomial in place of a number
+    c = curve.c[:1, piece]
+    for row in curve.c[1:, piece]:
+        product = np.zeros((len(c) + len(inside) - 1, *c.shape[1:]))
+        for power, factor in enumerate(inside):
+            product[power : power + len(c)] += factor[:, None] * c
+        product[-1] += row
+        c = product
+    return PiecewisePolynomial(c, fine.x)
+
+
+def cubic_through(
+    curve: PiecewisePolynomial, tolerance: float, through: Sequence[float] = ()
+) -> tuple[PiecewisePolynomial, FloatArray]:
+    """A curve of cubics (C2 smooth) that deviates from a C2 smooth one by at most a tolerance.
+
+    At every break of the curve, and at given times, position, velocity and acceleration are equal.
+    Between them the modified cubic Hermite method places knots. Steps are halved until the
+    deviation is within the tolerance. It is computed from the polynomials and not from samples.
+
+    Args:
+        curve: A curve of any degree, trailing shape (d,).
+        tolerance: Maximum deviation of a component, in its unit.
+        through: Additional times at which the curves are equal, within the curve's time.
+
+    Returns:
+        The cubics, and the maximum deviation of each component, shape (d,).
+
+    Raises:
+        InputError: The tolerance is not met with steps of 1/256 of those of the curve.
+    """
+    times = distinct(curve.x, _without_breaks(np.array(through), curve.x))
+    for _ in range(MOST_HALVINGS + 1):
+        q, v, a = (curve(times, nu) for nu in range(3))
+        cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
+        exact, fine = split_at(curve, cubics.x), split_at(cubics, curve.x)
+        c = exact.c - raise_degree(fine.c, exact.degree)
+        gap = PiecewisePolynomial(c, exact.x).extrema(0).peak
+        if gap.max() <= tolerance:
+            # cubic pieces are kept: rounding would change their third derivative
+            is_cubic = np.logical_not(exact.c[:-4].any(axis=(0, 2)))
+            c = np.where(is_cubic.reshape(-1, 1), exact.c[-4:], fine.c)
+            return PiecewisePolynomial(c, exact.x), gap
+        times = distinct(times, 0.5 * (times[1:] + times[:-1]))
+    raise InputError(
+        f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "
+        f"a tolerance of {gap.max():.3g} or more, now {tolerance:g}"
+    )
+
+
+def _without_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
+    """The times that are not breaks, except for rounding."""
+    after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
+    gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
+    return np.asarray(times[gap > SAME_BREAK * np.ptp(breaks)])

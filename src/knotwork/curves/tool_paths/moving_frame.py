@@ -1,0 +1,214 @@
+"""`MovingFrame`: a frame carried by a chain of joints with known motions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.tool_paths.rotations import multiply
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class KnownJoints:
+    """Consecutive joints with a common origin and known positions over time.
+
+    Attributes:
+        placement: `pin.SE3` of their axes at position 0, relative to their carrier.
+        axis: Unit vector of each joint in these axes, shape (e, 3).
+        turns: Whether each joint is revolute; otherwise prismatic.
+        curve: Joint positions over time [rad or m].
+    """
+
+    placement: pin.SE3
+    axis: FloatArray
+    turns: tuple[bool, ...]
+    curve: EndlessCurve
+
+
+class ToolMotion(NamedTuple):
+    """Pose and motion of a tool at k times.
+
+    Attributes:
+        position: Positions [m], shape (k, 3).
+        rotation: Rotations, shape (k, 3, 3).
+        twist: Twists, linear, then angular [m/s, rad/s], shape (k, 6).
+        acceleration: Derivatives of the twists, shape (k, 6).
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+    twist: FloatArray
+    acceleration: FloatArray
+
+
+class FrameDerivatives(NamedTuple):
+    """Homogeneous matrices of a moving frame and their time derivatives, at k times.
+
+    Attributes:
+        place: Matrices [m], shape (k, 4, 4).
+        rate: First derivatives, shape (k, 4, 4).
+        change: Second derivatives, shape (k, 4, 4).
+    """
+
+    place: FloatArray
+    rate: FloatArray
+    change: FloatArray
+
+    def with_placement(self, placement: pin.SE3) -> FrameDerivatives:
+        """The motion of a frame fixed in this one."""
+        return FrameDerivatives(*(X @ placement.homogeneous for X in self))
+
+    def compose(self, inner: FrameDerivatives) -> FrameDerivatives:
+        """The motion of a frame from its motion in this one, by the product rule."""
+        X, dX, ddX = self
+        Y, dY, ddY = inner
+        return FrameDerivatives(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
+
+    def carried_tool(self, tool: ToolMotion) -> ToolMotion:
+        """The motion of a tool from its motion in this frame."""
+        R, dR, ddR = (X[:, :3, :3] for X in self)
+        p, dp, ddp = (X[:, :3, 3] for X in self)
+        r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
+        a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
+        inverse = R.transpose(0, 2, 1)
+        linear = multiply(dR, r) + dp + multiply(R, v)
+        angular = _skew_vector(dR @ inverse) + multiply(R, w)
+        faster = multiply(ddR, r) + ddp + 2.0 * multiply(dR, v) + multiply(R, a)
+        spin = _skew_vector(ddR @ inverse) + multiply(dR, w) + multiply(R, b)
+        return ToolMotion(
+            multiply(R, r) + p,
+            R @ tool.rotation,
+            np.hstack((linear, angular)),
+            np.hstack((faster, spin)),
+        )
+
+    def relative_motion(
+        self, position: FloatArray, rotation: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Points [m], rotations and velocities [m/s] of the base frame, in the moving frames.
+
+        Args:
+            position: Points in the base frame, shape (k, 3).
+            rotation: Rotations in the base frame, shape (k, 3, 3).
+            velocity: Velocities in the base frame, shape (k, 3).
+        """
+        inverse = self.place[:, :3, :3].transpose(0, 2, 1)
+        place = multiply(inverse, position - self.place[:, :3, 3])
+        slip = velocity - self.rate[:, :3, 3] - multiply(self.rate[:, :3, :3], place)
+        return place, inverse @ rotation, multiply(inverse, slip)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingFrame:
+    """A frame in motion.
+
+    Attributes:
+        joints: Joints that carry the frame, the outermost first; empty for a fixed frame.
+        placement: `pin.SE3` in the axes of the last joint.
+        link: Link of the robot that carries the chain; empty for the base.
+    """
+
+    joints: tuple[KnownJoints, ...]
+    placement: pin.SE3
+    link: str = ""
+
+    @property
+    def moves(self) -> bool:
+        """Whether a joint carries the frame."""
+        return bool(self.joints)
+
+    @property
+    def rest_placement(self) -> pin.SE3:
+        """Placement in the base frame where all joints are at 0."""
+        placed = pin.SE3.Identity()
+        for joints in self.joints:
+            placed = placed * joints.placement
+        return placed * self.placement
+
+    def inside(self, placement: pin.SE3) -> MovingFrame:
+        """A frame fixed in this one."""
+        return replace(self, placement=self.placement * placement)
+
+    def with_joints(
+        self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve
+    ) -> MovingFrame:
+        """This frame with joints added at its origin; arguments of `KnownJoints`."""
+        added = KnownJoints(self.placement, axis, turns, curve)
+        return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
+
+    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
+        """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
+        times = np.asarray(t, dtype=float)
+        nothing = np.zeros((len(times), 4, 4))
+        frame = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
+        for joints in self.joints:
+            frame = frame.with_placement(joints.placement)
+            rows = (joints.curve(times, order).T for order in range(3))
+            for axis, turns, *row in zip(joints.axis, joints.turns, *rows, strict=True):
+                frame = frame.compose(_joint_motion(axis, turns, *row))
+        return frame.with_placement(self.placement if placement is None else placement)
+
+    def placement_at(self, time: float) -> pin.SE3:
+        """Placement in the base frame at a time [s]."""
+        return pin.SE3(self.motion([time]).place[0])
+
+    def pose_at(self, pose: pin.SE3, time: float) -> pin.SE3:
+        """Pose at a time [s] of a pose fixed in the frame, given with all joints at 0."""
+        return self.placement_at(time) * self.rest_placement.actInv(pose)
+
+    def pose_at_rest(self, pose: pin.SE3, time: float) -> pin.SE3:
+        """Inverse of `pose_at`."""
+        return self.rest_placement * self.placement_at(time).actInv(pose)
+
+    def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
+        """Velocity of a tool that moves in the frame, in base axes.
+
+        Args:
+            pose: Pose of the tool with all joints at 0.
+            twist: Twist of the tool in the frame, in base axes with all joints at 0.
+            time: Time [s].
+        """
+        position, rotation = np.array(pose.translation), np.array(pose.rotation)
+        tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
+        return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
+
+    def since_rest(self, t: ArrayLike) -> FrameDerivatives:
+        """`motion` of the frame that coincides with the base frame when all joints are at 0."""
+        return self.motion(t, self.placement * self.rest_placement.inverse())
+
+
+def add_weave(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
+    """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
+    frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
+    return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
+
+
+def _skew_vector(matrices: FloatArray) -> FloatArray:
+    """The vectors of the skew-symmetric parts of matrices."""
+    return (
+        np.stack([matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)], 1) / 2
+    )
+
+
+def _joint_motion(
+    axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
+) -> FrameDerivatives:
+    """Motion of the frame behind a joint, in the joint's axes."""
+    place = np.tile(np.eye(4), (len(q), 1, 1))
+    rate, change = np.zeros_like(place), np.zeros_like(place)
+    if turns:
+        skew = pin.skew(axis)
+        turn = np.array([pin.exp3(angle * axis) for angle in q]).reshape(-1, 3, 3)
+        v, a = v[:, None, None], a[:, None, None]
+        place[:, :3, :3], rate[:, :3, :3] = turn, v * skew @ turn
+        change[:, :3, :3] = (a * skew + v**2 * (skew @ skew)) @ turn
+    else:
+        for matrix, row in ((place, q), (rate, v), (change, a)):
+            matrix[:, :3, 3] = row[:, None] * axis
+    return FrameDerivatives(place, rate, change)

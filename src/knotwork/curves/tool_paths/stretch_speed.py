@@ -1,0 +1,94 @@
+"""The speed at which a stretch of a tool path takes a given time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from knotwork.curves.tool_paths.timing_profile import (
+    RAMP_TOLERANCE,
+    check_acceleration,
+    checked_speed,
+)
+from knotwork.errors import PathError, StretchTimeError
+
+
+def speed_for_duration(
+    length: float,
+    duration: float,
+    *,
+    acceleration: float,
+    start_speed: float | None = None,
+    end_speed: float | None = None,
+) -> float:
+    """Find the speed at which a stretch takes a given time, including its ramps.
+
+    Args:
+        length: Length of the stretch [m].
+        duration: Duration of the stretch [s].
+        acceleration: Maximum acceleration along the path where the speed changes [m/s²].
+        start_speed: Speed at the start of the stretch [m/s]; by default the stretch's.
+        end_speed: Speed at the end of the stretch [m/s]; by default the stretch's.
+
+    Returns:
+        The speed [m/s].
+
+    Raises:
+        PathError: A value is not positive, or no speed gives this duration; the message has the
+            feasible durations.
+
+    >>> speed = kw.tool_paths.speed_for_duration(
+    ...     0.1, 2.15, start_speed=0.0, end_speed=0.0, acceleration=0.5)
+    >>> round(speed, 12)
+    0.05
+    """
+    check_acceleration(acceleration)
+    for name, value, unit in (("length", length, "m"), ("duration", duration, "s")):
+        if not (math.isfinite(value) and value > 0.0):
+            raise PathError(f"{name} is {value!r} {unit}; it must be greater than 0")
+    known = [
+        checked_speed(value, name)
+        for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
+        if value is not None
+    ]
+
+    def time(v: float) -> float:
+        ramps = sum((v - p) * abs(v - p) for p in known)
+        return (length + 0.75 * ramps / acceleration) / v
+
+    if not known:
+        return length / duration
+    lowest, highest = _feasible_speeds(length, known, acceleration)
+    least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
+    if not least * (1.0 - RAMP_TOLERANCE) <= duration <= most * (1.0 + RAMP_TOLERANCE):
+        upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
+        message = (
+            f"{duration:.6g} s are requested for a stretch of {length:.6g} m; with its changes of "
+            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
+        )
+        raise StretchTimeError(message, least=least, most=most)
+    return _bisect(lambda v: time(v) > duration, lowest, highest)
+
+
+def _feasible_speeds(length: float, known: list[float], acceleration: float) -> tuple[float, float]:
+    """Minimum and maximum speed [m/s] for which ramps to the known speeds fit."""
+    squares = [v**2 for v in known]
+    change = 0.75 * abs(squares[0] - squares[-1])
+    if change > acceleration * length:
+        raise PathError(
+            f"the stretch is {length:.6g} m long, but to go from {known[0]:.6g} to {known[1]:.6g} "
+            f"m/s takes {change / acceleration:.6g} m"
+        )
+    reach, count = 4.0 * acceleration * length / 3.0, len(known)
+    lowest = math.sqrt(max((sum(squares) - reach) / count, 0.0))
+    return lowest, math.sqrt((reach + sum(squares)) / count)
+
+
+def _bisect(too_slow: Callable[[float], bool], low: float, high: float) -> float:
+    """Minimum speed between two that is not too low, to the last digit."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        if too_slow(middle):
+            low = middle
+        else:
+            high = middle
+    return high

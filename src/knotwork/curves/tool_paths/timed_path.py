@@ -1,0 +1,172 @@
+"""`TimedPath`: a tool path with its timing, the target of the tool at any time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.tool_paths.moving_frame import MovingFrame, ToolMotion, add_weave
+from knotwork.curves.tool_paths.timing_profile import Timing
+from knotwork.curves.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
+from knotwork.errors import PathError, TimeRangeError
+from knotwork.waypoints import FloatArray
+
+STOP_SPEED_SHARE = 1e-6
+"""Maximum speed at a stop, relative to the path's mean speed."""
+
+
+class TimedPath:
+    """Motion of the tool on a path over time.
+
+    Args:
+        path: The path.
+        timing: Timing along the path.
+        start_time: Start time [s].
+        carrier: Moving frame that carries the path, or `None`.
+        weave: Offset added to the path, in base axes with the carrier at joint positions 0 [m],
+            shape (3,).
+        breaks: Breaks of the weave, as times since the start [s].
+
+    Attributes:
+        path, timing, start_time: The arguments; the path is given with the carrier at joint
+            positions 0.
+        seam_carrier: The argument `carrier`.
+        carrier: The carrier with the weave added; `None` without both.
+        end_time: End time [s].
+        breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
+        full_speed: Maximum speed along the path [m/s].
+        stands: Whether the tool stays at the start of the path.
+
+    Raises:
+        PathError: Path and timing have different lengths, or the tool does not stop where the path
+            needs a stop.
+
+    >>> tp = kw.tool_paths
+    >>> still = tp.OrientationCurve.constant(np.eye(3), 1)
+    >>> path = tp.ToolPath([tp.Line([0, 0, 0], [1, 0, 0])], still)
+    >>> timed = tp.TimedPath(path, tp.speed_profile([1], [0.25], acceleration=1), start_time=2)
+    >>> timed.end_time, timed.pose(4.0).translation
+    (6.0, array([0.5, 0. , 0. ]))
+    """
+
+    def __init__(
+        self,
+        path: ToolPath,
+        timing: Timing,
+        start_time: float = 0.0,
+        carrier: MovingFrame | None = None,
+        weave: EndlessCurve | None = None,
+        breaks: ArrayLike = (),
+    ) -> None:
+        self.path, self.timing, self.start_time = path, timing, float(start_time)
+        self.seam_carrier = self.carrier = carrier
+        if weave is not None:
+            self.carrier = add_weave(carrier, weave)
+        self.end_time = self.start_time + timing.duration
+        length = float(timing(np.array([timing.duration]), side="left")[0])
+        self.stands = not timing.arc_length.c.any()
+        if not self.stands and abs(length - path.length) > LENGTH_MISMATCH * path.length:
+            raise PathError(
+                f"the timing is for {length:.12g} m and the path is {path.length:.12g} m long; "
+                "both must be the same"
+            )
+        at_breaks = timing.time_of(path.breaks[1:-1])
+        for i in sorted(path.stops):
+            if i + 1 < len(path.starts):
+                self._check_stop(i, float(path.starts[i + 1]))
+        times = np.sort(np.concatenate((timing.arc_length.x, at_breaks, breaks)))
+        apart = np.diff(times, prepend=-np.inf) > 1e-12 * timing.duration
+        local = times[apart]
+        # Between two breaks a time in the middle selects the pieces of path and timing.
+        self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
+        self._along: FloatArray = timing(self._middle)
+        ends = np.concatenate((timing(local, 1), timing(local, 1, side="left")))
+        self.full_speed = float(timing.speeds[0] if self.stands else ends.max())
+        self.breaks: FloatArray = self.start_time + local
+        self.breaks[-1] = self.end_time
+
+    def _check_stop(self, curve: int, s: float) -> None:
+        t = self.timing.time_of(np.array([s]))
+        speed = float(np.abs(self.timing(t, 1))[0])
+        if speed > STOP_SPEED_SHARE * self.path.length / self.timing.duration:
+            raise PathError(
+                f"the path needs a stop after curve {curve}, at arc length {s:.6g} m, but the "
+                f"timing goes on at {speed:.6g} m/s there; name it in the timing's stops"
+            )
+
+    def _pieces(
+        self, t: FloatArray, at: ArrayLike | None, side: str
+    ) -> tuple[FloatArray, FloatArray]:
+        """Times since the start, and the intervals in which they are evaluated."""
+        chosen = t if at is None else np.broadcast_to(np.asarray(at, dtype=float), t.shape)
+        outside = ~((chosen >= self.start_time) & (chosen <= self.end_time))
+        if outside.any():
+            raise TimeRangeError(float(chosen[outside][0]), self.start_time, self.end_time)
+        index = np.searchsorted(self.breaks, chosen, "left" if side == "left" else "right") - 1
+        return t - self.start_time, np.clip(index, 0, len(self._middle) - 1)
+
+    def arc_length(self, t: ArrayLike) -> FloatArray:
+        """Arc length at times [m], shape (k,)."""
+        local, index = self._pieces(np.asarray(t, dtype=float), None, "right")
+        return self.timing(local, 0, self._middle[index])
+
+    def speed(self, t: ArrayLike) -> FloatArray:
+        """Speed along the path at times [m/s], shape (k,)."""
+        local, index = self._pieces(np.asarray(t, dtype=float), None, "right")
+        return self.timing(local, 1, self._middle[index])
+
+    def pose(self, t: float) -> pin.SE3:
+        """Pose of the tool at a time [s]."""
+        position, rotation, _, _ = self.state(np.array([t]))
+        return pin.SE3(rotation[0], position[0])
+
+    def state(self, t: ArrayLike, at: ArrayLike | None = None, side: str = "right") -> ToolMotion:
+        """Pose, velocity and acceleration of the tool, in base axes.
+
+        Args:
+            t: Times [s], shape (k,).
+            at: Times that choose the pieces of path and timing, by default t [s], shape (k,): a
+                piece is extended smoothly beyond its ends.
+            side: Side of a break that is evaluated: `"right"` or `"left"`.
+
+        Raises:
+            TimeRangeError: A time that chooses a piece is outside the path's.
+        """
+        local, index = self._pieces(np.asarray(t, dtype=float), at, side)
+        middle, along = self._middle[index], self._along[index]
+        s, ds, dds = (self.timing(local, order, middle) for order in range(3))
+        ds, dds = ds[:, None], dds[:, None]
+        path = self.path
+        place, tangent, bend = path.derivatives(s, 2, along)
+        rotation, rate, change = path.orientation.states(s, along)
+        twist = np.hstack((tangent * ds, rate * ds))
+        acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
+        tool = ToolMotion(place, rotation, twist, acceleration)
+        return tool if self.carrier is None else self.carrier.since_rest(t).carried_tool(tool)
+
+    def twist(self, t: float) -> pin.Motion:
+        """Velocity of the tool at a time [s], in base axes."""
+        return pin.Motion(self.state(np.array([t]))[2][0])
+
+    def relative_motion(
+        self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Motion of tools relative to the carrier of the path, comparable with `path`.
+
+        Args:
+            t: Times [s], shape (k,).
+            position: Positions in the base frame [m], shape (k, 3).
+            rotation: Rotations, shape (k, 3, 3).
+            velocity: Velocities [m/s], shape (k, 3).
+        """
+        if self.carrier is None:
+            return position, rotation, velocity
+        return self.carrier.since_rest(t).relative_motion(position, rotation, velocity)
+
+    def requested_speed(self, t: ArrayLike) -> FloatArray:
+        """Full speed of the stretches that contain times [m/s], shape (k,)."""
+        local = np.asarray(t, dtype=float) - self.start_time
+        index = np.searchsorted(self.timing.times, local, "right") - 1
+        return np.asarray(self.timing.speeds[np.clip(index, 0, len(self.timing.speeds) - 1)])

@@ -1,0 +1,286 @@
+"""Speed along a path: constant on each stretch, with smooth ramps between speeds.
+
+A ramp is v = v0 + (v1 - v0)(3 u² - 2 u³), u = t/T. Its acceleration is zero at both ends and at
+most 1.5 |v1 - v0| / T; its length is (v0 + v1) T / 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import horner
+from knotwork.errors import PathError, RampError
+from knotwork.waypoints import FloatArray, read_only
+
+RAMP_TOLERANCE = 1e-9
+"""Relative excess of ramps over the length of their stretch up to which they are shortened."""
+
+RAMP_RESOLUTION = 1e-12
+"""Minimum duration of a change of speed, relative to the path's, for the resolution of time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """Timing of a tool along its path.
+
+    >>> timing = kw.tool_paths.speed_profile([0.3], [0.05], acceleration=0.5)
+    >>> round(timing.duration, 6), timing([3.0]), timing([3.0], 1)
+    (6.0, array([0.15]), array([0.05]))
+
+    Attributes:
+        arc_length: Arc length over time from 0 [m], of degree 4.
+        times: Times at the ends of the stretches [s], shape (n + 1,).
+        full_speed: Interval in which each stretch has its full speed [s], shape (n, 2).
+        speeds: Full speed of each stretch [m/s], shape (n,).
+    """
+
+    arc_length: PiecewisePolynomial
+    times: FloatArray
+    full_speed: FloatArray
+    speeds: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """Duration of the path [s]."""
+        return float(self.times[-1])
+
+    @cached_property
+    def _curves(self) -> tuple[PiecewisePolynomial, ...]:
+        """Arc length over time, speed and its derivative."""
+        return tuple(self.arc_length.derivative(order) for order in range(3))
+
+    def __call__(
+        self, t: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Arc length at times, or its derivatives with respect to time.
+
+        Args:
+            t: Times [s], shape (k,).
+            order: Order of the derivative.
+            at: Times that choose the pieces, by default t [s], shape (k,): a piece is extended
+                smoothly beyond its ends.
+            side: Side of a break that is evaluated: `"right"` or `"left"`.
+        """
+        curve = self._curves[order] if order < 3 else self.arc_length.derivative(order)
+        t = np.asarray(t, dtype=float)
+        chosen = t if at is None else np.asarray(at, dtype=float)
+        piece = np.searchsorted(curve.x, chosen, side="left" if side == "left" else "right") - 1
+        piece = np.clip(piece, 0, len(curve.x) - 2)
+        local = t - curve.x[piece]
+        value = np.zeros(t.shape)
+        for coefficient in curve.c:
+            value = value * local + coefficient[piece]
+        return value
+
+    def time_of(self, s: ArrayLike) -> FloatArray:
+        """Times at which the tool reaches arc lengths [s], shape (k,); exact at stretch ends."""
+        s = np.asarray(s, dtype=float)
+        breaks = self.arc_length.x
+        low_of = self(breaks)
+        low_of[-1] = self(breaks[-1:], side="left")[0]
+        piece = np.clip(np.searchsorted(low_of, s, "right") - 1, 0, len(breaks) - 2)
+        low, high = breaks[piece], breaks[piece + 1]
+        begin, coefficients = low, self.arc_length.c[:, piece]
+        for _ in range(60):  # bisection, because the speed may be zero at an end
+            middle = 0.5 * (low + high)
+            below = horner(coefficients, middle - begin) < s
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        times = 0.5 * (low + high)
+        nearest = np.abs(s[:, None] - low_of).argmin(axis=1)
+        snapped = np.abs(s - low_of[nearest]) <= 1e-12 * low_of[-1]
+        return np.where(snapped, breaks[nearest], times)
+
+
+def standstill(duration: float, speed: float) -> Timing:
+    """The timing of a tool that stays at the start of a path.
+
+    Args:
+        duration: Duration [s].
+        speed: Reference speed [m/s].
+    """
+    still = PiecewisePolynomial(np.zeros((5, 1)), np.array([0.0, duration]))
+    return Timing(still, still.x, np.zeros((1, 2)), np.array([speed]))
+
+
+def speed_profile(
+    lengths: ArrayLike,
+    speeds: ArrayLike,
+    *,
+    acceleration: float,
+    start_speed: float | None = None,
+    end_speed: float | None = None,
+    stops: Collection[int] = (),
+) -> Timing:
+    """Time a path with a speed for each stretch.
+
+    Between two speeds, the ramp is in the faster stretch.
+
+    Args:
+        lengths: Lengths of the stretches [m], shape (n,), n >= 1.
+        speeds: Their speeds [m/s], shape (n,), > 0.
+        acceleration: Maximum acceleration along the path where speeds change [m/s²].
+        start_speed: Speed at the start of the path [m/s]; by default that of the first stretch.
+        end_speed: Speed at the end [m/s]; by default that of the last stretch.
+        stops: Indices of the stretches that end at a stop.
+
+    Raises:
+        WaypointDataError: Arrays are not finite or have a wrong shape.
+        PathError: A length, speed or acceleration is not positive, or a stretch is too slow for the
+            resolution of time in its ramps.
+        RampError: A stretch is too short for its ramps; the error has feasible values.
+
+    >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
+    >>> timing = kw.tool_paths.speed_profile([0.1], [0.05], acceleration=0.5, **ends)
+    >>> timing.full_speed.round(6), round(timing.duration, 6)
+    (array([[0.15, 2.  ]]), 2.15)
+    """
+    check_acceleration(acceleration)
+    length, speed = _checked_stretches(lengths, speeds)
+    count = len(length)
+    end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
+    # at a junction the lower of two speeds, and zero at a stop
+    joint = np.minimum(speed[:-1], speed[1:])
+    joint[[i for i in stops if i < count - 1]] = 0.0
+    outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
+    first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
+    met = [float(first), *joint.tolist(), float(last)]
+    totals = np.concatenate(([0.0], np.cumsum(length)))
+    breaks, coefficients, times, full, durations = [0.0], [], [0.0], [], []
+    for i, ends in enumerate(pairwise(met)):
+        fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
+        stretch, v = i if count > 1 else None, float(speed[i])
+        shrink = _shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
+        pieces = _stretch(totals[i : i + 2], v, ends, acceleration / shrink)
+        starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
+        full.append(starts[1:3])
+        for end, (T, c) in zip(starts[1:], pieces, strict=True):
+            if T > 0.0:
+                breaks.append(float(end))
+                coefficients.append(c)
+                durations.append(T)
+        times.append(float(starts[-1]))
+    _check_resolved(min(durations), np.diff(times), speed)
+    curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
+    return Timing(curve, np.array(times), np.array(full), speed)
+
+
+def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
+    """Refuse a piece [s] that is too short for the duration of the path."""
+    min_duration = RAMP_RESOLUTION * float(durations.sum())
+    if shortest >= min_duration:
+        return
+    k = int(durations.argmax())
+    # the duration of a ramp is proportional to the speed, that of the path inversely
+    raise PathError(
+        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve its "
+        f"changes of speed in time, which take {shortest:.3g} s; accepted: at least "
+        f"{math.sqrt(min_duration / shortest) * speeds[k]:.6g} m/s"
+    )
+
+
+def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Lengths [m] and speeds [m/s] of stretches, positive, shape (n,) each, n >= 1."""
+    count = len(np.atleast_1d(np.asarray(lengths)))
+    length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
+    for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
+        if (values <= 0.0).any():
+            i = int((values <= 0.0).argmax())
+            raise PathError(
+                f"{quantity} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+            )
+    if not count:
+        raise PathError("no stretches are given; a path needs at least one")
+    return length, speed
+
+
+def _stretch(
+    s: FloatArray, v: float, ends: tuple[float, float], acceleration: float
+) -> list[tuple[float, list[float]]]:
+    """Durations and coefficients of arc length of ramp, full speed and ramp from s[0] to s[1]."""
+    # Speeds that are equal within rounding have no ramp, because it would be too short.
+    v0, v1 = (v if math.isclose(v, end, rel_tol=RAMP_TOLERANCE) else end for end in ends)
+    T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
+    covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
+    even = (float(s[1] - s[0]) - sum(covered)) / v
+    return [
+        (T0, _ramp(v0, v, T0, float(s[0]))),
+        (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
+        (T1, _ramp(v, v1, T1, float(s[1]) - covered[1])),
+    ]
+
+
+def check_acceleration(acceleration: float) -> None:
+    """Refuse an acceleration [m/s²] that is not greater than zero."""
+    if not (math.isfinite(acceleration) and acceleration > 0.0):
+        raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
+
+
+def checked_speed(speed: float, name: str) -> float:
+    """Return a speed at an end of the path [m/s], 0 or greater."""
+    if not (math.isfinite(speed) and speed >= 0.0):
+        raise PathError(f"{name} is {speed!r} m/s; it must be 0 or greater")
+    return float(speed)
+
+
+def _shortening(
+    stretch: int | None,
+    length: float,
+    v: float,
+    ends: tuple[float, float],
+    fixed: tuple[bool, bool],
+    acceleration: float,
+) -> float:
+    """Factor, 1 or just below, by which the ramps of a stretch are shortened.
+
+    Raises:
+        RampError: The ramps are longer than the stretch.
+    """
+    part = 0.75 * sum(abs(v**2 - end**2) for end in ends)
+    needed = part / acceleration
+    if needed <= length:
+        return 1.0
+    if needed <= length * (1.0 + RAMP_TOLERANCE):
+        return length / needed
+    highest, min_acceleration = _highest_speed(length, ends, fixed, acceleration), part / length
+    if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
+        highest = None
+    named = "the path" if stretch is None else f"stretch {stretch}"
+    slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
+    raise RampError(
+        f"{named} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "
+        f"takes {needed:.6g} m; accepted: {slower}an acceleration of at least "
+        f"{min_acceleration:.6g} m/s² or a longer stretch",
+        stretch=stretch or 0,
+        length=length,
+        needed=needed,
+        highest_speed=highest,
+        lowest_acceleration=min_acceleration,
+    )
+
+
+def _highest_speed(
+    length: float, ends: tuple[float, float], fixed: tuple[bool, bool], acceleration: float
+) -> float | None:
+    """Maximum feasible speed of a stretch.
+
+    Speeds at fixed ends stay, and neighbours adapt to it.
+    """
+    (low, _), (high, high_fixed) = sorted(zip(ends, fixed, strict=True))
+    reach = 4.0 * acceleration * length / 3.0
+    if reach >= high**2 - low**2:
+        return math.sqrt(0.5 * (reach + low**2 + high**2))
+    return None if high_fixed else math.sqrt(low**2 + reach)
+
+
+def _ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:
+    """Coefficients of arc length on a ramp, highest power first."""
+    change = v1 - v0
+    return [-0.5 * change / T**3, change / T**2, 0.0, v0, offset] if T > 0.0 else []

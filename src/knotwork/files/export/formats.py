@@ -1,0 +1,290 @@
+"""The table of export formats, and motions written in them.
+
+Writers of formats are loaded on demand.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from pkgutil import resolve_name
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.files.export.labels import side_file, side_path
+from knotwork.files.storage import write_file, write_files
+
+if TYPE_CHECKING:
+    from knotwork.curves.trajectory import JointTrajectory
+    from knotwork.files.export.lossless import Points
+    from knotwork.files.export.table import MotionTable
+
+
+@dataclass(frozen=True)
+class Format:
+    """An export format.
+
+    Attributes:
+        name: Name; the function `to_` plus this name returns the text, bytes or object.
+        summary: Short description.
+        suffix: Suffix of its files; empty without a file.
+        module: Its module in `knotwork.files.export`.
+        options: Names of the keyword arguments of its function.
+        binary: Whether its files are binary.
+        events: Whether it contains events; otherwise a second file does.
+    """
+
+    name: str
+    summary: str
+    suffix: str
+    module: str
+    options: tuple[str, ...] = ()
+    binary: bool = False
+    events: bool = False
+
+    @property
+    def tabular(self) -> bool:
+        """Whether the format is a table of samples or points."""
+        return self.options is TABLE_OPTIONS
+
+    def takes_points(self, options: Mapping[str, Any]) -> bool:
+        """Whether the format, with these options, consists of points of the motion."""
+        return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
+
+    @property
+    def straight(self) -> bool:
+        """Whether the format has only positions, which receivers interpolate by straight lines."""
+        return self.module in ("programs", "streams", "franka")
+
+    def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
+        """Give a motion in this format, or the content of a file of it; see `export`."""
+        function = "to_scipy_npz" if file and self.name == "scipy" else f"to_{self.name}"
+        make = resolve_name(f"{__package__}.{self.module}:{function}")
+        return make(motion, **checked_options(self, options))
+
+
+TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "fit", "robot", "labels")
+_MESSAGE_OPTIONS = ("goal", "accelerations", "fit")
+_DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "fit")
+_PROGRAM_OPTIONS = ("fit", "robot")
+_ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
+_PVT = "position-velocity-time table for motion drives, as CSV"
+_URSCRIPT = "program for a controller of Universal Robots"
+_KRL = "program for a controller of KUKA: spline blocks"
+_RAPID = "program for a controller of ABB"
+_LS = "program for a controller of FANUC"
+_J519 = "joint angles each 8 ms for FANUC's stream motion"
+_FRANKA = "positions each 1 ms for Franka's control interface, within its limits"
+_MUJOCO = "keyframes of MuJoCo: positions, velocities and controls of position actuators"
+_PARQUET = "samples or knots as Parquet (needs pyarrow)"
+_SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
+_DRAKE = "for Drake there is trajectory.to_drake() in Python"
+
+_ALL_FORMATS = (
+    Format("ros2", _ROS2, ".yaml", "ros2", _MESSAGE_OPTIONS),
+    Format("pvt", _PVT, ".csv", "pvt", _DRIVE_OPTIONS),
+    Format("urscript", _URSCRIPT, ".script", "urscript", _PROGRAM_OPTIONS, events=True),
+    Format("krl", _KRL, ".src", "programs", _PROGRAM_OPTIONS, events=True),
+    Format("rapid", _RAPID, ".mod", "programs", _PROGRAM_OPTIONS, events=True),
+    Format("ls", _LS, ".ls", "programs", _PROGRAM_OPTIONS, events=True),
+    Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
+    Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
+    Format("j519", _J519, ".csv", "streams", ("robot",)),
+    Format("franka", _FRANKA, ".csv", "franka", ("robot",)),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", TABLE_OPTIONS, events=True),
+    Format("json", "samples or knots as JSON", ".json", "samples", TABLE_OPTIONS, events=True),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", TABLE_OPTIONS, True, True),
+    Format("parquet", _PARQUET, ".parquet", "samples", TABLE_OPTIONS, True, True),
+    Format("mujoco", _MUJOCO, ".xml", "keyframes", ("rate", "lead")),
+    Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomial_files", binary=True),
+    Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True),
+    Format("drake", _DRAKE, "", "polynomial_files", binary=True),
+)
+
+FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL_FORMATS})
+"""All formats by name."""
+
+
+def get_format(name: str) -> Format:
+    """Return the format of a name.
+
+    >>> form = get_format("pvt")
+    >>> form.suffix, form.options
+    ('.csv', ('degrees', 'scale', 'offset', 'incremental', 'fit'))
+
+    Raises:
+        UnknownNameError: The name is unknown.
+    """
+    if not isinstance(name, str) or name not in FORMATS:
+        raise UnknownNameError("format", name, FORMATS)
+    return FORMATS[name]
+
+
+def file_format(name: str) -> Format:
+    """Return the format of a name if it has a file.
+
+    >>> file_format("scipy").suffix
+    '.npz'
+
+    Raises:
+        UnknownNameError: The name is unknown.
+        InputError: The format is an object in memory.
+    """
+    form = get_format(name)
+    if not form.suffix:
+        raise InputError(
+            f"format {name!r} is an object in memory and has no file of its own; make it in "
+            f"Python with trajectory.to_{name}()"
+        )
+    return form
+
+
+def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options if the format accepts all of them.
+
+    >>> checked_options(get_format("csv"), {"rate": 50})
+    {'rate': 50}
+
+    Raises:
+        InputError: An option would be ignored.
+    """
+    for name in options:
+        if name not in form.options:
+            takers = ", ".join(known.name for known in _ALL_FORMATS if name in known.options)
+            advice = f"; formats that do: {takers}" if takers else ""
+            raise InputError(f"format {form.name!r} takes no option {name!r}{advice}")
+    return dict(options)
+
+
+def export(motion: JointTrajectory | Points | MotionTable, name: str, **options: Any) -> Any:
+    """Give a motion in a format: text, bytes or an object, as its `to_…` function does.
+
+    >>> import knotwork as kw
+    >>> motion = kw.plan("paper_case").trajectory
+    >>> export(motion, "csv", rate=100).partition(",")[0]
+    'time_s'
+
+    Args:
+        motion: The motion. Formats of points also accept points from `motion_points`, and
+            tables a table from `motion_table`.
+        name: Name of the format.
+        options: Options of the format.
+
+    Raises:
+        UnknownNameError: The format is unknown.
+        InputError: The format does not accept an option, or can't represent the motion.
+    """
+    return get_format(name).make(motion, **options)
+
+
+def content(
+    motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
+) -> str | bytes:
+    """Give the content of a file in a format; arguments as for `export`.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> content(lift, "csv", rate=2).splitlines()[1]
+    '0,0,0,6,-12'
+
+    Raises:
+        InputError: The format has no file, or as for `export`.
+    """
+    text: str | bytes = file_format(name).make(motion, file=True, **options)
+    return text
+
+
+def checked_target(path: Path | str, *, force: bool = False) -> Path:
+    """Return the resolved file of a path if it may be written.
+
+    >>> checked_target("motion.csv").name
+    'motion.csv'
+
+    Args:
+        path: Path of the file.
+        force: Replace it if it exists.
+
+    Raises:
+        InputError: The file exists, or the path is not a file.
+    """
+    try:
+        names_folder = os.path.basename(path) in ("", ".", "..")
+        target = Path(path).resolve()
+        exists, is_file = target.exists(), target.is_file()
+    except (TypeError, OSError, RuntimeError, ValueError) as error:
+        # no text; a loop of links; a NUL in the name
+        raise InputError(f"can't write to {path!r}: {error}; give the path of a file") from error
+    if names_folder:
+        raise InputError(
+            f"can't write to {str(path)!r}: it names a folder; give the path of a file"
+        )
+    if exists and not is_file:
+        raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
+    if exists and not force:
+        raise InputError(
+            f"{path} exists and is kept; give another path, or replace it with --force (in Python "
+            "force=True)"
+        )
+    return target
+
+
+def save(
+    trajectory: JointTrajectory, name: str, path: Path | str, *, force: bool = False, **options: Any
+) -> Path:
+    """Write a motion to a file in a format. If it fails, no file is written.
+
+    If the format has no events, a second file has the events of the motion: next to
+    `motion.yaml` it is `motion.events.json`.
+
+    >>> import knotwork as kw
+    >>> motion = kw.plan("paper_case").trajectory
+    >>> save(motion, "pvt", "axis_table.csv", force=True, degrees=True).name
+    'axis_table.csv'
+
+    Args:
+        trajectory: The motion.
+        name: Name of the format.
+        path: Path of the file; its folder is created if it does not exist.
+        force: Replace the file if it exists.
+        options: Options of the format.
+
+    Returns:
+        Path of the file.
+
+    Raises:
+        UnknownNameError: The format is unknown.
+        InputError: The file exists or can't be written, or the format can't represent the motion.
+    """
+    checked_target(path, force=force)
+    is_held = get_format(name).events or not trajectory.events
+    text = content(trajectory, name, **options)
+    return write(path, text, force=force, side_content=None if is_held else side_file(trajectory))
+
+
+def write(
+    path: Path | str, text: str | bytes, *, force: bool = False, side_content: str | None = None
+) -> Path:
+    """Write content to a file. If it fails, no file is written.
+
+    >>> write("notes/motion.csv", "time,lift").read_text()
+    'time,lift'
+
+    Args:
+        path: Path of the file; its folder is created if it does not exist.
+        text: Content of the file.
+        force: Replace the file if it exists.
+        side_content: Content of the second file, if any.
+
+    Raises:
+        InputError: The file exists or can't be written.
+    """
+    target = checked_target(path, force=force)
+    if side_content is None:
+        return write_file(target, text)
+    side = side_path(target)
+    # the same motion in another format has the same one
+    known = side.is_file() and side.read_bytes() == side_content.encode()
+    side = checked_target(side, force=force or known)
+    return write_files(target.parent, {target.name: text, side.name: side_content})[0]

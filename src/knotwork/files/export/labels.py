@@ -1,0 +1,68 @@
+"""Names of segments, and events: as text in tables, or in a separate file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.files.storage import to_json
+from knotwork.waypoints import FloatArray
+
+SAME_ROW_TIME = 1e-9
+"""Time before an event within which a row is at the event [s]."""
+
+EVENTS_FORMAT = "knotwork.events"
+
+
+def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[str]]:
+    """The segment of each row of a table, and the signals switched since the previous row.
+
+    >>> plan = kw.plan("paper_case")
+    >>> labels_at(plan.trajectory, np.array([0.0, 6.0]))["segment"]
+    ['A to B', 'B to C']
+
+    Args:
+        trajectory: The motion.
+        time: Times of the rows [s], shape (s,); the last one is the end of the motion.
+    """
+    starts = np.array([segment.start for segment in trajectory.segments])
+    names = ["", *(segment.name for segment in trajectory.segments)]
+    switched: list[list[str]] = [[] for _ in time]
+    for event in trajectory.events:
+        row = int(np.searchsorted(time, event.time - SAME_ROW_TIME))
+        switched[min(row, len(time) - 1)].append(event.text)
+    segment = [names[i] for i in np.searchsorted(starts, time, "right")]
+    return {"segment": segment, "event": ["; ".join(row) for row in switched]}
+
+
+def side_file(trajectory: JointTrajectory) -> str:
+    """Events and segments as JSON, their times since the start of the motion [s]."""
+    start = trajectory.start_time
+    events = [
+        {
+            "time_from_start": item.time - start,
+            **{key: value for key, value in item.to_dict().items() if key != "time"},
+        }
+        for item in trajectory.events
+    ]
+    segments = [
+        {**item.to_dict(), "start": item.start - start, "end": item.end - start}
+        for item in trajectory.segments
+    ]
+    return to_json({"format": EVENTS_FORMAT, "version": 1, "events": events, "segments": segments})
+
+
+def side_path(path: Path) -> Path:
+    """Path of the separate file of events.
+
+    >>> side_path(Path("motion.yaml")).name
+    'motion.events.json'
+    """
+    return path.with_name(f"{path.stem}.events.json")
+
+
+def one_ascii_line(name: str) -> str:
+    """A name in one line of ASCII: text after a line break would be a part of a program."""
+    return ascii(name)[1:-1]

@@ -1,0 +1,264 @@
+"""Lossless export: points that define a motion exactly, or within a tolerance.
+
+A receiver interpolates positions and velocities by cubics, and with accelerations by quintics. If
+the motion has such pieces, the receiver reproduces it exactly. Otherwise it makes another curve,
+and the difference follows from the polynomials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.critical_points import differentiate
+from knotwork.curves.polynomial.extrema import candidates
+from knotwork.curves.polynomial.refined import split_at
+from knotwork.curves.polynomial.two_point import raise_degree, two_point_coefficients
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import ExportError, InputError
+from knotwork.errors.arguments import finite_number, flag
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.waypoints import FloatArray, IndexArray
+
+LOSSLESS = 1e-12
+"""Error of the curve below which points are lossless, relative to the largest term of the motion's
+polynomials: about a hundred times the rounding error.
+"""
+
+MOST_EXPORTED_POINTS = 1_000_000
+"""Maximum number of points. No controller accepts more in one message."""
+
+MOST_CUTS = 64
+"""Maximum number of parts into which a piece is divided at once."""
+
+PIECE_NAMES = {2: "cubics", 3: "quintics"}
+POINT_CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """A motion as points, from which a receiver rebuilds it (C1; C2 with accelerations).
+
+    Attributes:
+        trajectory: The curve that the receiver computes: its knots are the points.
+        with_acceleration: Whether the points have accelerations, so that the pieces are quintics.
+        exact: Whether the curve is the motion itself up to rounding.
+        error: Largest error [rad or m], over all joints and all time.
+        velocity_error: Largest velocity error [rad/s or m/s].
+        acceleration_error: Largest acceleration error [rad/s² or m/s²].
+        acceleration_jump: Largest jump of the acceleration if the motion is fitted by
+            points without accelerations [rad/s² or m/s²]; otherwise 0.
+        inserted: Number of points between the knots of the motion.
+    """
+
+    trajectory: JointTrajectory
+    with_acceleration: bool
+    exact: bool
+    error: float
+    velocity_error: float
+    acceleration_error: float
+    acceleration_jump: float
+    inserted: int
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return int(self.trajectory.breaks.size)
+
+    def describe(self) -> str:
+        """Describe the number of points and their accuracy."""
+        points = f"{self.count} points of {POINT_CONTENTS[3 if self.with_acceleration else 2]}"
+        if self.exact:
+            return f"{points} define the whole motion exactly"
+        smooth = f"C1: acceleration jumps by up to {self.acceleration_jump:.3g} [per s^2]"
+        return (
+            f"{points}, {self.inserted} of them inserted; off by at most "
+            f"{self.error:.3g} in position [rad or m], {self.velocity_error:.3g} in velocity "
+            f"[per s] and {self.acceleration_error:.3g} in acceleration [per s^2]; "
+            f"{'C2' if self.with_acceleration else smooth}"
+        )
+
+
+def motion_points(
+    motion: JointTrajectory | Points,
+    *,
+    accelerations: bool | None = False,
+    fit: float | None = None,
+) -> Points:
+    """Take the knots of a motion, or sufficient points for a curve within a tolerance.
+
+    Points are inserted only where the error of the cubics (or quintics) through the knots exceeds
+    the tolerance. The error is the maximum of the difference of the polynomials, from its critical
+    points and not from samples.
+
+    >>> import knotwork as kw
+    >>> quintic = kw.plan("paper_case", planner="quintic").trajectory
+    >>> motion_points(quintic, accelerations=True).exact
+    True
+    >>> motion_points(quintic, fit=1e-4).count > quintic.breaks.size
+    True
+
+    Args:
+        motion: The motion, or points of it, which are returned unchanged.
+        accelerations: Include accelerations, so that receivers use quintics;
+            `None` for receivers without accelerations.
+        fit: Tolerance of the result [rad or m]; by default it must be exact.
+
+    Raises:
+        ExportError: The knots alone do not define the motion and no tolerance is given. Or no
+            number of points defines it, because a quantity in them jumps.
+        InputError: The tolerance is not positive, is below the rounding of the values, or takes
+            more than a million points; or points are given, and other ones are requested.
+    """
+    if accelerations is not None:
+        accelerations = flag(accelerations, "accelerations")
+    if isinstance(motion, Points):
+        if motion.with_acceleration != bool(accelerations) or fit is not None:
+            raise InputError("these points have their options already; give the trajectory")
+        return motion
+    order = 3 if accelerations else 2
+    tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+    times = np.array(motion.breaks)
+    joined = _receiver_pieces(motion, times, order)
+    exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
+    if not exact:
+        _refuse_jumps(motion, order, tolerance)
+        if tolerance is None:
+            raise _lossy(motion, order, times, joined, may_accelerate=accelerations is False)
+        floor = float(_scale(motion).max()) * LOSSLESS
+        if tolerance < floor:
+            raise InputError(
+                f"a fit within {tolerance:g} is below the rounding of the values; at least "
+                f"{floor:.3g} is accepted"
+            )
+        times, joined = _refine(motion, times, joined, order, tolerance)
+    off, slow, slower = (
+        float(largest_difference(motion, times, joined, nu).max()) for nu in range(3)
+    )
+    curve = motion if exact else replace(motion, polynomial=PiecewisePolynomial(joined, times))
+    jump = 0.0 if exact or accelerations else curve.continuity.acceleration.jump
+    inserted = int(times.size - motion.breaks.size)
+    return Points(curve, bool(accelerations), exact, off, slow, slower, jump, inserted)
+
+
+def _receiver_pieces(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
+    """Pieces that a receiver makes of points, as coefficients of shape (2·order, pieces, d)."""
+    derivatives = tuple(trajectory(times, nu) for nu in range(order))
+    return two_point_coefficients(times, derivatives)
+
+
+def largest_difference(
+    trajectory: JointTrajectory, times: FloatArray, joined: FloatArray, order: int = 0
+) -> FloatArray:
+    """Largest absolute difference of a derivative on each piece, shape (pieces, d).
+
+    Args:
+        trajectory: The motion; its breaks are among the times.
+        times: Ends of the pieces [s], shape (pieces + 1,).
+        joined: Polynomials of the pieces, highest power first, shape (k + 1, pieces, d).
+        order: Order of the derivative: 0 for the position.
+    """
+    pieces = split_at(trajectory.polynomial, times).c
+    degree = max(len(pieces), len(joined)) - 1
+    difference = raise_degree(pieces, degree) - raise_degree(joined, degree)
+    for _ in range(order):
+        difference = differentiate(difference)
+    return np.asarray(np.abs(candidates(times, difference)[0]).max(axis=0))
+
+
+def split_evenly(times: FloatArray, parts: IndexArray) -> FloatArray:
+    """Times that divide each interval into a number of equal parts, shape (sum of parts + 1,)."""
+    index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    step = np.repeat(np.diff(times) / parts, parts)
+    return np.append(np.repeat(times[:-1], parts) + index * step, times[-1])
+
+
+def _scale(trajectory: JointTrajectory) -> FloatArray:
+    """Largest term of each joint's polynomials [rad or m], shape (d,)."""
+    c = trajectory.polynomial.c
+    powers = np.arange(len(c) - 1, -1, -1.0)[:, None, None]
+    return np.asarray(np.abs(c * np.diff(trajectory.breaks)[:, None] ** powers).max(axis=(0, 1)))
+
+
+def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) -> None:
+    """Refuse a motion with a jump of a quantity of which each point has only one value."""
+    smooth = trajectory.continuity
+    if smooth.order >= order - 1:
+        return
+    quantity = DERIVATIVES[smooth.order + 1]
+    jump = getattr(smooth, quantity)
+    unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
+    unit = rate_unit(unit, smooth.order + 1)
+    instead = (
+        "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
+    )
+    raise ExportError(
+        f"points of {POINT_CONTENTS[order]} can't define this motion"
+        f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
+        f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
+        f"one value of it; {instead}",
+        joint=jump.joint,
+        error=jump.jump,
+        time=jump.time,
+    )
+
+
+def _lossy(
+    trajectory: JointTrajectory,
+    order: int,
+    times: FloatArray,
+    joined: FloatArray,
+    *,
+    may_accelerate: bool,
+) -> ExportError:
+    """The error for a motion that is not defined by its knots."""
+    off = largest_difference(trajectory, times, joined)
+    piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
+    degree = trajectory.polynomial.degree
+    name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
+    jumps = ", and accept that the acceleration jumps" if order == 2 else ""
+    remedies = [f"give a tolerance to fit within, in rad or m (--fit){jumps}"]
+    if may_accelerate and degree <= 5 and trajectory.continuity.order >= 2:
+        remedies.insert(0, "send accelerations too (--accelerations), which makes it exact")
+    remedies.append("choose a planner of cubics")
+    planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
+    return ExportError(
+        f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
+        f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
+        f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
+        f"{times[piece + 1]:.6g} s): {'; or '.join(remedies)}",
+        joint=name,
+        error=float(off[piece, joint]),
+        time=float(times[piece]),
+    )
+
+
+def _refine(
+    trajectory: JointTrajectory,
+    times: FloatArray,
+    joined: FloatArray,
+    order: int,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Divide the pieces until no error exceeds the tolerance.
+
+    The error of a piece decreases with the power 2·order of its length, which gives the number of
+    parts. The error of the parts is then measured.
+    """
+    while True:
+        worst = largest_difference(trajectory, times, joined).max(axis=1)
+        bad = np.flatnonzero(worst > tolerance)
+        if not bad.size:
+            return times, joined
+        parts = np.ones(worst.size, dtype=int)
+        needed = np.ceil((worst[bad] / tolerance) ** (0.5 / order))
+        parts[bad] = np.clip(needed, 2, MOST_CUTS).astype(int)
+        if parts.sum() + 1 > MOST_EXPORTED_POINTS:
+            raise InputError(
+                f"a fit within {tolerance:g} takes more than {MOST_EXPORTED_POINTS} points; choose "
+                "a larger tolerance"
+            )
+        times = split_evenly(times, parts)
+        joined = _receiver_pieces(trajectory, times, order)

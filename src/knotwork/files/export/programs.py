@@ -1,0 +1,351 @@
+"""Programs of points for controllers of KUKA, ABB and FANUC.
+
+Such a controller plans its own motion between the points of a program, from positions and times,
+without velocities. The points are so close that straight lines between them are within a tolerance
+of the motion, and the program states the error. The rounding of corners by a controller
+is not published.
+
+At rests of the arm the program waits. Outputs are switched at separate points, by the
+controller's function for switching in motion: TRIGGER, TriggAbsJ, TB.
+
+Angles are those of the URDF, in deg, and lengths in mm. URDFs of ROS-Industrial count axes as the
+controllers do. FANUC counts J3 from the horizontal.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.curves.trajectory import Event, JointTrajectory
+from knotwork.errors import ExportError
+from knotwork.errors.plain_text import waypoint_text
+from knotwork.files.export.labels import one_ascii_line
+from knotwork.files.export.straight import (
+    ARM_AXES,
+    AXES_ACCEPTED,
+    CONTROLLER_UNITS,
+    RESTING_SPEED,
+    STRAIGHT,
+    TIME_TICK,
+    Positions,
+    arm_joints,
+    bound_text,
+    from_horizontal,
+    straight_points,
+)
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+MAX_REMARK_LENGTH = 32
+"""Largest number of characters of a remark of FANUC."""
+MAX_TRIGGERS = 8
+"""Largest number of triggers of one move of ABB."""
+
+
+@dataclass(frozen=True)
+class ProgramStep:
+    """The step from one point to the next.
+
+    Attributes:
+        to: Index of the point.
+        time: Duration [s].
+        moving_time: Time at its end since the arm was last at rest [s].
+        stands: Whether the arm is at rest.
+        first, last: Whether the arm starts to move, or comes to rest at the end.
+        notes: Names of segments that begin at its start.
+        flying: Events at its end that are switched while the arm moves.
+        resting: Events at its end that are switched at rest.
+    """
+
+    to: int
+    time: float
+    moving_time: float
+    stands: bool
+    first: bool
+    last: bool
+    notes: tuple[str, ...]
+    flying: tuple[Event, ...]
+    resting: tuple[Event, ...]
+
+
+def to_krl(
+    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
+    """Write a program for a controller of KUKA: spline blocks of axis positions, with times.
+
+    The controller draws a spline through the points (KSS 8.3 and later). Its algorithm is not
+    published; the points are close enough for straight lines.
+
+    >>> import knotwork as kw
+    >>> to_krl(kw.plan("ur5_deburring").trajectory).count("SPTP {")
+    69
+
+    Args:
+        motion: From rest to rest, of an arm with six revolute axes, base first; sliding joints are
+            external axes. Or points of it from `knotwork.files.export.straight_points`.
+        fit: Largest error of straight lines between points [rad or m]; by default
+            1e-3.
+        robot: Robot with the revolute external axes, those of tables and positioners.
+
+    Raises:
+        ExportError: The motion moves at an end, the arm has other axes, or an event has no
+            output.
+        InputError: The tolerance is out of range.
+    """
+    points = straight_points(motion, **STRAIGHT["krl"], fit=fit)
+    arm, outer, further = _axes(points, points.position, robot)
+    names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
+
+    def axes(i: int) -> str:
+        values = zip(names, (*arm[i], *outer[i]), strict=True)
+        return "{" + ", ".join(f"{name} {value:.6f}" for name, value in values) + "}"
+
+    def switch(event: Event) -> str:
+        return f"$OUT[{_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
+
+    def move(step: ProgramStep) -> Iterator[str]:
+        if step.first:
+            yield from ("PTP_SPLINE", "  TIME_BLOCK START")
+        for event in step.flying:
+            yield f"  TRIGGER WHEN PATH=0 DELAY=0 DO {switch(event)}"
+        yield f"  SPTP {axes(step.to)}"
+        # parts are proportions of the time at the end of the block
+        yield f"  TIME_BLOCK PART = {step.time:.3f}"
+        if step.last:
+            yield from (f"  TIME_BLOCK END = {step.moving_time:.3f}", "ENDSPLINE")
+
+    about = (*_about(points, "KUKA", further), "File: knotwork_motion.src.")
+    begin = [*(f"; {line}" for line in about), "BAS(#INITMOV, 0)", f"PTP {axes(0)}"]
+    body = _body(points, _steps(points), "; {}", "WAIT SEC {:.3f}", switch, move)
+    return _text(["DEF knotwork_motion()", *_indented(begin + body), "END"])
+
+
+def to_rapid(
+    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
+    """Write a module for a controller of ABB: moves between axis positions, with times.
+
+    Arguments and errors are those of `to_krl`. A signal keeps its name, or is `do3` for output 3
+    without a name.
+
+    >>> import knotwork as kw
+    >>> to_rapid(kw.plan("ur5_deburring").trajectory).count("MoveAbsJ kw_q")
+    70
+    """
+    points = straight_points(motion, **STRAIGHT["rapid"], fit=fit)
+    arm, outer, further = _axes(points, points.position, robot)
+    unused = ["9E9"] * (ARM_AXES - outer.shape[1])
+    targets = []
+    for angles, values in zip(arm, outer, strict=True):
+        external = [f"{value:.6f}" for value in values] + unused
+        targets.append(f"  [[{','.join(f'{x:.6f}' for x in angles)}],[{','.join(external)}]]")
+    program = list(_steps(points))
+    flying = [event for step in program for event in step.flying]
+    triggers = {event: f"kw_t{n}" for n, event in enumerate(flying, 1)}
+
+    def switch(event: Event) -> str:
+        return f"SetDO {_signal(event)}, {int(bool(event.value))};"
+
+    def move(step: ProgramStep) -> Iterator[str]:
+        if len(step.flying) > MAX_TRIGGERS:
+            raise ExportError(f"ABB switches {MAX_TRIGGERS} signals at a time at most")
+        first, *others = [triggers[event] for event in step.flying] or [""]
+        name = "TriggAbsJ" if first else "MoveAbsJ"
+        names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))
+        zone = ("fine" if step.last else "z0") if not first else f"{names}, z0"
+        yield rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {zone}, tool0;"
+
+    data = [
+        *(f"! {line}" for line in _about(points, "ABB", further)),
+        f"CONST jointtarget kw_q{{{len(targets)}}} := [",
+        *",\n".join(targets).split("\n"),
+        "];",
+        *(f"VAR triggdata {name};" for name in triggers.values()),
+    ]
+    steps = [
+        rf"TriggIO {name}, 0\Time\DOp:={_signal(event)}, {int(bool(event.value))};"
+        for event, name in triggers.items()
+    ]
+    steps.append(r"MoveAbsJ kw_q{1}\NoEOffs, v100, fine, tool0;")
+    steps += _body(points, program, "! {}", r"WaitTime\InPos, {:.3f};", switch, move)
+    routine = ["PROC knotwork_motion()", *_indented(steps), "ENDPROC"]
+    return _text(["MODULE KnotworkMotion", *_indented(data + routine), "ENDMODULE"])
+
+
+def to_ls(
+    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
+    """Write a program for a controller of FANUC: joint moves with times.
+
+    Arguments and errors are those of `to_krl`. The angle J3 counts from the horizontal: it is
+    joint 3 less joint 2 of a URDF of ROS-Industrial.
+
+    >>> import knotwork as kw
+    >>> to_ls(kw.plan("ur5_deburring").trajectory).count("msec CNT100")
+    68
+    """
+    points = straight_points(motion, **STRAIGHT["ls"], fit=fit)
+    arm, outer, further = _axes(points, from_horizontal(points, robot), robot)
+
+    def switch(event: Event) -> str:
+        return f"  DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
+
+    def move(step: ProgramStep) -> Iterator[str]:
+        end = "FINE" if step.last else "CNT100"
+        # one output can be switched with a move, and others after it
+        first = f" TB .00sec,{switch(step.flying[0]).lstrip()}" if step.flying else ""
+        yield f"J P[{step.to + 1}] {round(step.time / TIME_TICK)}msec {end}{first}"
+        yield from map(switch, step.flying[1:])
+
+    about = f"{points.time[-1]:.3f} s, lines {bound_text(points.error, 2)} off"
+    remark = f"  !{{:.{MAX_REMARK_LENGTH}}}"
+    moves = [remark.format(about), "J P[1] 10% FINE"]
+    moves += _body(points, _steps(points), remark, "  WAIT {:.2f}(sec)", switch, move)
+    lines = ["/PROG  KNOTWORK", "/ATTR", 'COMMENT = "KNOTWORK";', "DEFAULT_GROUP = 1,*,*,*,*;"]
+    lines += ["/MN", *(f"{i:4}:{line} ;" for i, line in enumerate(moves, 1)), "/POS"]
+    for i in range(points.time.size):
+        values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
+        external = enumerate(zip(outer[i], further.values(), strict=True), 1)
+        values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in external]
+        lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
+    return _text([*lines, "/END"])
+
+
+def _body(
+    points: Positions,
+    steps: Iterable[ProgramStep],
+    remark: str,
+    wait: str,
+    switch: Callable[[Event], str],
+    move: Callable[[ProgramStep], Iterable[str]],
+) -> list[str]:
+    """Lines after the move to the first point: names of segments, moves, waits, and outputs."""
+    lines = [switch(event) for event, i in _events_by_point(points) if i == 0]
+    for step in steps:
+        lines += [remark.format(note) for note in step.notes]
+        lines += [wait.format(step.time)] if step.stands else move(step)
+        lines += map(switch, step.resting)
+    return lines
+
+
+def _axes(
+    points: Positions, q: FloatArray, robot: Robot | None
+) -> tuple[FloatArray, FloatArray, dict[str, str]]:
+    """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
+    units = points.trajectory.joint_units
+    arm = arm_joints(points.trajectory, robot)
+    outer = [i for i in range(len(units)) if i not in arm]
+    if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
+        raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {AXES_ACCEPTED}")
+    names = points.trajectory.joint_names
+    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in outer}
+    factors = np.array([factor for _, factor in shown.values()])
+    written = {name: unit for name, (unit, _) in shown.items()}
+    return np.degrees(q[:, arm]), q[:, outer] * factors, written
+
+
+def _steps(points: Positions) -> Iterator[ProgramStep]:
+    """The steps between the points, with the events at their ends."""
+    motion, time = points.trajectory, points.time
+    switched: list[list[Event]] = [[] for _ in time]
+    for event, i in _events_by_point(points):
+        switched[i].append(event)
+    notes: list[list[str]] = [[] for _ in time]
+    for segment in motion.segments:
+        start = segment.start - motion.start_time + 0.5 * TIME_TICK
+        i = int(np.searchsorted(time, start, "right"))
+        notes[min(i, len(time) - 1)].append(one_ascii_line(segment.name))
+    stands = [True, *_stands(points), True]
+    # without the points inside a rest
+    ends = [
+        i
+        for i in range(1, len(time) - 1)
+        if not (stands[i] and stands[i + 1]) or switched[i] or notes[i + 1]
+    ]
+    moving_time = 0.0
+    for before, i in pairwise([0, *ends, len(time) - 1]):
+        duration = float(time[i] - time[before])
+        moving_time = 0.0 if stands[i] else moving_time + duration
+        first, last = stands[before], stands[i + 1]
+        is_flying = not (stands[i] or last)
+        flying, resting = (switched[i], []) if is_flying else ([], switched[i])
+        texts = tuple(notes[before + 1]), tuple(flying), tuple(resting)
+        yield ProgramStep(i, duration, moving_time, stands[i], first, last, *texts)
+
+
+def _stands(points: Positions) -> list[bool]:
+    """Whether the arm is at rest between two points; times are rounded by half a tick."""
+    motion = points.trajectory
+    start, end = points.time[:-1], points.time[1:]
+    inside = np.array([start + 0.5 * TIME_TICK, 0.5 * (start + end), end - 0.5 * TIME_TICK])
+    clock = np.minimum(motion.start_time + inside, motion.end_time)
+    speed = np.abs(motion.velocity(clock)).max(axis=(0, 2))
+    at_rest = (end - start > 1.5 * TIME_TICK) & (speed <= RESTING_SPEED)
+    return [bool(rests) for rests in at_rest]
+
+
+def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:
+    """Events with the indices of their points."""
+    for event in points.trajectory.events:
+        time = event.time - points.trajectory.start_time
+        yield event, int(np.abs(points.time - time).argmin())
+
+
+def _signal(event: Event) -> str:
+    """The name of an event's signal in RAPID.
+
+    Raises:
+        ExportError: The event has no valid name, or another value than on or off.
+    """
+    name = f"do{event.output}" if event.name.startswith("output ") else event.name
+    if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
+        raise _unsupported_event(event, "ABB", "a signal named by letters, digits and _")
+    return name
+
+
+def _number(event: Event, maker: str) -> int:
+    """The output of an event.
+
+    Raises:
+        ExportError: The event has no output.
+    """
+    if not event.output or not isinstance(event.value, bool):
+        known = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
+        raise _unsupported_event(event, maker, known)
+    return event.output
+
+
+def _unsupported_event(event: Event, maker: str, known: str) -> ExportError:
+    return ExportError(
+        f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
+        f"{maker} can't switch it; accepted: on and off, with {known}; or --without-events",
+        time=event.time,
+    )
+
+
+def _about(points: Positions, maker: str, further: Mapping[str, str]) -> Iterator[str]:
+    motion = points.trajectory
+    yield f"A motion of {motion.duration:.6g} s for a controller of {maker}."
+    yield f"{points.describe()}."
+    arm = (name for name in motion.joint_names if name not in further)
+    yield f"Joints: {', '.join(map(one_ascii_line, arm))}, in deg."
+    if further:
+        named = (f"{one_ascii_line(name)} [{unit}]" for name, unit in further.items())
+        yield f"External axes: {', '.join(named)}."
+    yield "Try it in a simulator first."
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
+
+
+def _text(lines: list[str]) -> str:
+    return "\n".join(lines) + "\n"

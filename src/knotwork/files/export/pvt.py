@@ -1,0 +1,108 @@
+"""Position-velocity-time tables for motion drives in PVT mode.
+
+A drive in PVT mode interpolates positions and velocities by cubics, so the knots define the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors.arguments import finite_number, flag
+from knotwork.files.export.lossless import Points, motion_points
+from knotwork.files.storage import to_csv
+from knotwork.waypoints import FloatArray
+
+DEGREES = 180.0 / math.pi
+
+
+@np.errstate(over="ignore", invalid="ignore")  # refused with a reason
+def to_pvt(
+    motion: JointTrajectory | Points,
+    *,
+    degrees: bool = False,
+    scale: Mapping[str, float] | None = None,
+    offset: Mapping[str, float] | None = None,
+    incremental: bool = False,
+    fit: float | None = None,
+) -> str:
+    """Write a position-velocity-time table as CSV whose header describes each column.
+
+    A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
+
+    >>> to_pvt(kw.plan("paper_case").trajectory, degrees=True).splitlines()[4]
+    'time_from_start_s,joint_1.position_deg,joint_1.velocity_deg_per_s'
+
+    Args:
+        motion: The motion, or points of it from `motion_points`.
+        degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
+        scale: Drive units per rad (deg, m) by joint name, not 0; 1 for joints left out.
+        offset: Position of the drive at joint position 0, by joint name; 0 for joints left out.
+        incremental: Give times since the previous row instead of since the start.
+        fit: Tolerance [rad or m], met by inserted points; by default the knots must be exact.
+
+    Raises:
+        ExportError: The points can't define the motion, see `motion_points`.
+        InputError: A factor or the tolerance is out of range, or a joint is unknown.
+    """
+    degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
+    points = motion_points(motion, accelerations=None, fit=fit)
+    trajectory, knots = points.trajectory, points.trajectory.knots
+    factors = _by_joint(trajectory, scale, 1.0, "scale")
+    shifts = _by_joint(trajectory, offset, 0.0, "offset")
+    time = np.asarray(trajectory.breaks - trajectory.start_time)
+    columns, since = {"time_from_start_s": time}, "the start"
+    if incremental:
+        columns, since = {"time_step_s": increments(time)}, "the previous row"
+    about = [
+        "Position-velocity-time table: join the rows by cubics in each joint.",
+        f"{points.describe()}.",
+        f"Column 1: time [s] since {since}.",
+    ]
+    for i, name in enumerate(trajectory.joint_names):
+        factor, shift, unit = factors[i], shifts[i], trajectory.joint_units[i]
+        per = factor
+        if degrees and unit == "rad":
+            unit, per = "deg", factor * DEGREES
+        position, velocity = knots.position[:, i] * per + shift, knots.velocity[:, i] * per
+        if not np.isfinite([position, velocity]).all():
+            raise InputError(f"scale of joint {name!r} is {factor!r}, which exceeds all numbers")
+        is_joint_unit = factor == 1.0 and shift == 0.0
+        label = unit if is_joint_unit else "drive"
+        columns[f"{name}.position_{label}"] = position
+        columns[f"{name}.velocity_{label}_per_s"] = velocity
+        drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
+        about.append(
+            f"Columns {2 * i + 2}, {2 * i + 3}: position of joint {name!r} [{unit}], velocity "
+            f"[{unit}/s]{'' if is_joint_unit else drive}."
+        )
+    return "".join(f"# {line}\n" for line in about) + to_csv(columns)
+
+
+def increments(time: FloatArray) -> FloatArray:
+    """Steps between rows. Their sum is the time of each row, without drift by rounding."""
+    steps, total = np.empty_like(time), 0.0
+    for i, end in enumerate(time.tolist()):
+        steps[i] = end - total
+        total += steps[i]
+    return steps
+
+
+def _by_joint(
+    trajectory: JointTrajectory, mapping: Mapping[str, float] | None, missing: float, option: str
+) -> list[float]:
+    """A number for each joint."""
+    if mapping is not None and not isinstance(mapping, Mapping):
+        raise InputError(f"{option} is {mapping!r}; it must be a mapping of joint names to numbers")
+    values: dict[str, float] = {}
+    for name, value in (mapping or {}).items():
+        if name not in trajectory.joint_names:
+            raise UnknownNameError("joint", name, trajectory.joint_names, where=option)
+        values[name] = finite_number(value, f"{option} of joint {name!r}")
+        if option == "scale" and values[name] == 0.0:
+            raise InputError(f"scale of joint {name!r} is {value!r}; it must be other than 0")
+    return [values.get(name, missing) for name in trajectory.joint_names]

@@ -1,0 +1,223 @@
+"""Joint positions for receivers that interpolate by straight lines, and their error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.curves.polynomial.extrema import candidates
+from knotwork.curves.polynomial.two_point import two_point_coefficients
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import ExportError, InputError
+from knotwork.errors.arguments import finite_number
+from knotwork.files.export.lossless import MOST_EXPORTED_POINTS, largest_difference, split_evenly
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+ARM_AXES = 6
+"""Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
+AXES_ACCEPTED = (
+    f"turning joints of an arm; accepted: {ARM_AXES}, and up to {ARM_AXES} external axes, which "
+    "slide or are `external_axes` of the robot (in Python robot=plan.space.robot)"
+)
+LINE_TOLERANCE = 1e-3
+"""Default error of straight lines between points [rad or m]."""
+TIME_TICK = 1e-3
+"""Programs have times in whole milliseconds [s]."""
+CONTINUE_ADVICE = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
+_DIGIT = np.radians(0.5e-6)
+STRAIGHT: Mapping[str, Any] = {
+    "krl": {"written": _DIGIT},
+    "rapid": {"written": _DIGIT},
+    # numbers have two digits less there, and joint 3 is a sum of two values
+    "ls": {"written": 200.0 * _DIGIT},
+    "rsi": {"cycle": 0.004},
+    "egm": {"cycle": 0.004},
+    "j519": {"cycle": 0.008},
+    "franka": {"cycle": 0.001},
+}
+"""Options of `straight_points` for formats of positions."""
+CONTROLLER_UNITS = {"rad": ("deg", np.degrees(1.0)), "m": ("mm", 1e3)}
+"""Units of positions in files for controllers by the unit of a joint, and their factors."""
+RESTING_SPEED = 1e-9
+"""Speed below which a joint is at rest [rad/s or m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Positions:
+    """Positions of a motion at given times.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> points = straight_points(lift, cycle=0.25)
+    >>> points.time.size, round(points.error, 6)
+    (5, 0.035264)
+
+    Attributes:
+        trajectory: The motion.
+        time: Times since the motion's start [s], shape (n,); the last one may be after its end.
+        position: Positions [rad or m], shape (n, d).
+        error: Largest error of straight lines between them [rad or m].
+    """
+
+    trajectory: JointTrajectory
+    time: FloatArray
+    position: FloatArray
+    error: float
+
+    def describe(self) -> str:
+        """Describe their number and error."""
+        return (
+            f"{self.time.size} points; straight lines between them are off the motion by at most "
+            f"{bound_text(self.error)} [rad or m]"
+        )
+
+
+def bound_text(value: float, digits: int = 3) -> str:
+    """Text of an upper bound, rounded up to few digits.
+
+    >>> bound_text(0.00091027)
+    '0.000911'
+    """
+    if value <= 0.0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.{digits}g}"
+
+
+def arm_joints(trajectory: JointTrajectory, robot: Robot | None) -> list[int]:
+    """Indices of an arm's revolute joints, without external axes of a given robot."""
+    outer = robot.external_axes if robot is not None else ()
+    joints = zip(trajectory.joint_names, trajectory.joint_units, strict=True)
+    return [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in outer]
+
+
+def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray:
+    """Positions with FANUC's J3, which counts from the horizontal, shape (n, d).
+
+    It is joint 3 less joint 2 of a URDF of ROS-Industrial.
+
+    Raises:
+        ExportError: There are more than six joints, and the arm's are unknown.
+    """
+    q = points.position.copy()
+    arm = arm_joints(points.trajectory, robot)
+    if len(arm) > ARM_AXES:
+        raise ExportError(f"the motion has {len(arm)} {AXES_ACCEPTED}")
+    if len(arm) > 2:
+        q[:, arm[2]] -= q[:, arm[1]]
+    return q
+
+
+def straight_points(
+    motion: JointTrajectory | Positions,
+    *,
+    cycle: float | None = None,
+    fit: float | None = None,
+    written: float = 0.0,
+) -> Positions:
+    """Positions of a motion from rest to rest, and the error of straight lines between them.
+
+    >>> import knotwork as kw
+    >>> motion = kw.plan("ur5_deburring").trajectory
+    >>> near, fine = (straight_points(motion, fit=fit) for fit in (1e-2, 1e-4))
+    >>> near.time.size < fine.time.size, fine.error <= 1e-4
+    (True, True)
+
+    Args:
+        motion: The motion; points of it are returned unchanged.
+        cycle: Time between two positions [s]; the last one is at the end or just after it. By
+            default there are as many as the tolerance needs, at whole milliseconds, and one at each
+            event.
+        fit: Tolerance of the lines in each joint [rad or m]; by default 1e-3.
+        written: Rounding error of a position as written [rad or m].
+
+    Raises:
+        ExportError: A joint moves at an end; the message has a remedy.
+        InputError: The tolerance is not positive, infeasible with a point per millisecond, or takes
+            more than a million points.
+    """
+    if isinstance(motion, Positions):
+        return motion
+    tolerance = (
+        LINE_TOLERANCE if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+    )
+    refuse_moving(motion)
+    last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
+    if cycle is not None:
+        return _sample_positions(motion, np.arange(last + 1.0) * cycle)
+    moments = [event.time - motion.start_time for event in motion.events]
+    aim = tolerance
+    while True:
+        near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TIME_TICK)
+        ticks = np.append(np.unique(near[near < last]), last)
+        points = _sample_positions(motion, ticks * TIME_TICK, written)
+        if points.error <= tolerance:
+            return points
+        if ticks.size > last:
+            raise InputError(
+                f"fit {tolerance:g} takes points nearer than 1 ms, or more digits than the format "
+                f"has; accepted: {bound_text(points.error)} or more"
+            )
+        aim *= min(0.8, 0.9 * tolerance / points.error)
+
+
+def _sample_positions(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
+    """Positions at times since the start, and the error of lines between them."""
+    if time.size > MOST_EXPORTED_POINTS:
+        raise InputError(
+            f"the motion takes {time.size} points; at most {MOST_EXPORTED_POINTS} are accepted"
+        )
+    clock = np.minimum(motion.start_time + time, motion.end_time)
+    position = motion.position(clock)
+    # the lines in pieces between the breaks of the motion
+    fine = np.union1d(motion.breaks, clock)
+    since = fine - motion.start_time
+    lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
+    off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))
+    return Positions(motion, time, position, float(off.max()) + written)
+
+
+def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
+    """Times since the start between which straight lines are within a tolerance [s].
+
+    A line over the length h has an error up to h² max|a| / 8, so each piece of the motion is
+    split evenly into as many parts as its largest acceleration requires.
+    """
+    breaks = motion.breaks - motion.start_time
+    h = np.diff(breaks)
+    peak = np.abs(candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]).max(axis=(0, 2))
+    parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
+    if parts.sum() > MOST_EXPORTED_POINTS:
+        raise InputError(
+            f"lines within {tolerance:g} take more than {MOST_EXPORTED_POINTS} points; give a "
+            "larger fit"
+        )
+    return split_evenly(breaks, parts.astype(int))
+
+
+def refuse_moving(trajectory: JointTrajectory) -> None:
+    """Refuse a motion that does not begin and end at rest.
+
+    Raises:
+        ExportError: A joint moves there; the message has a remedy.
+    """
+    for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
+        speeds = np.abs(trajectory.velocity(time))
+        joint = int(speeds.argmax())
+        if speeds[joint] > RESTING_SPEED:
+            name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
+            raise ExportError(
+                f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} {unit}/s, and "
+                "this format is for motions from rest to rest; add a waypoint with stop: true "
+                f"{'before' if where == 'starts' else 'after'} it"
+                f"{CONTINUE_ADVICE if where == 'starts' else ''}",
+                joint=name,
+                error=float(speeds[joint]),
+                time=float(time),
+            )

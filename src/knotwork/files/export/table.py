@@ -1,0 +1,188 @@
+"""Contents of the sampled formats: times, the joints' quantities, and the tool's pose and twist."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory.sampling import sample_times
+from knotwork.errors import InputError
+from knotwork.errors.arguments import flag
+from knotwork.files.export.labels import labels_at
+from knotwork.files.export.lossless import Points, motion_points
+from knotwork.joint_quantities import DERIVATIVES
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+DEFAULT_RATE = 100.0
+"""Default sampling rate [Hz]."""
+
+MOST_TABLE_VALUES = 20_000_000
+"""Maximum number of values in a table, about 400 MB of text.
+
+More indicate a mistake in the rate.
+"""
+
+TOOL_COLUMNS = {
+    "tool_position": ("tool.position", "xyz", "m"),
+    "tool_quaternion": ("tool.quaternion", "xyzw", ""),
+    "tool_linear_velocity": ("tool.linear_velocity", "xyz", "m_per_s"),
+    "tool_angular_velocity": ("tool.angular_velocity", "xyz", "rad_per_s"),
+}
+"""Columns of the tool: name, components and unit. Pose and twist of the
+tool centre point in the axes of the robot's base; quaternions are scalar-last."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionTable:
+    """A motion at a sequence of times.
+
+    Attributes:
+        trajectory: The motion itself.
+        time: Times [s], shape (s,).
+        joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
+        tool: As in `TOOL_COLUMNS`, each of shape (s, 3) or, for the quaternion, (s, 4); empty
+            without a robot.
+        note: Accuracy of the motion defined by the rows.
+        labels: `"segment"` and `"event"`, a text for each row; or empty.
+    """
+
+    trajectory: JointTrajectory
+    time: FloatArray
+    joints: Mapping[str, FloatArray]
+    tool: Mapping[str, FloatArray]
+    note: str
+    labels: Mapping[str, list[str]]
+
+    def columns(self) -> dict[str, FloatArray]:
+        """All columns by name, each of shape (s,).
+
+        Names end in the units of their values: `time_s` [s], `elbow.velocity_rad_per_s` [rad/s].
+        """
+        columns, motion = {"time_s": self.time}, self.trajectory
+        for quantity, table in self.joints.items():
+            order = DERIVATIVES.index(quantity)
+            per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
+            for name, unit, values in zip(
+                motion.joint_names, motion.joint_units, table.T, strict=True
+            ):
+                columns[f"{name}.{quantity}_{unit}{per}"] = values
+        for key, values in self.tool.items():
+            name, components, unit = TOOL_COLUMNS[key]
+            for i, component in enumerate(components):
+                label = "_".join(part for part in (name, component, unit) if part)
+                if label in columns:
+                    raise InputError(f"a joint's column is named {label!r}, as one of the tool's")
+                columns[label] = values[:, i]
+        return columns
+
+
+def motion_table(
+    motion: JointTrajectory | Points,
+    *,
+    rate: float | None = None,
+    knots_only: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+    robot: Robot | None = None,
+    labels: bool | None = None,
+) -> MotionTable:
+    """Sample a motion, or take the points that define it.
+
+    >>> import knotwork as kw
+    >>> table = motion_table(kw.plan("paper_case").trajectory, rate=10)
+    >>> table.joints["velocity"].shape
+    (251, 1)
+
+    Args:
+        motion: The motion; for knots, also points of it from `motion_points`.
+        rate: Samples per second [Hz], by default 100; the last one is at the end of the motion.
+        knots_only: Take points that define the whole motion instead of samples.
+        accelerations: These points have accelerations too, for quintics instead of cubics.
+        fit: Insert points until the motion is met within this tolerance [rad or m].
+        robot: Robot, for pose and twist of the tool.
+        labels: Include the names of segments and events; by default if there are events.
+
+    Raises:
+        ExportError: The points can't define the motion; see `motion_points`.
+        InputError: Options contradict each other, the rate makes too many values, or
+            the robot has other joints or is not a robot.
+    """
+    if flag(knots_only, "knots_only"):
+        if rate is not None:
+            raise InputError("a rate of samples and knots_only are both given; choose one")
+        trajectory, time, joints, note = _knots(motion, accelerations, fit)
+    else:
+        if accelerations or fit is not None:
+            raise InputError(
+                "accelerations and fit apply to knots: samples have accelerations anyway and "
+                "are exact at their times; use knots_only (--knots-only) or leave them out"
+            )
+        if isinstance(motion, Points):
+            raise InputError("points can't be sampled; give the trajectory, or knots_only")
+        trajectory = motion
+        time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
+    tool = {} if robot is None else _tool(trajectory, robot, time)
+    named = bool(trajectory.events) if labels is None else flag(labels, "labels")
+    texts = labels_at(trajectory, time) if named else {}
+    return MotionTable(trajectory, time, joints, tool, note, texts)
+
+
+def _samples(
+    motion: JointTrajectory, rate: float, robot: Robot | None
+) -> tuple[FloatArray, dict[str, FloatArray], str]:
+    """Times of samples, joint values there, and a note on them."""
+    columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
+    columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
+    time = sample_times(
+        motion.start_time, motion.end_time, rate, max_samples=MOST_TABLE_VALUES // columns
+    )
+    joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
+    return time, joints, f"{time.size} samples at {rate:g} Hz"
+
+
+def _knots(
+    motion: JointTrajectory | Points, accelerations: bool, fit: float | None
+) -> tuple[JointTrajectory, FloatArray, dict[str, FloatArray], str]:
+    """The motion of knots, their times, joint values there, and a note on them."""
+    points = motion_points(motion, accelerations=accelerations, fit=fit)
+    knots = points.trajectory.knots
+    joints = {"position": knots.position, "velocity": knots.velocity}
+    if accelerations:
+        joints["acceleration"] = knots.acceleration
+    return points.trajectory, knots.time, joints, points.describe()
+
+
+def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[str, FloatArray]:
+    """Pose and twist of the tool centre point at times of shape (s,)."""
+    import pinocchio as pin
+
+    if not hasattr(robot, "forward_and_jacobian"):
+        raise InputError(
+            f"robot is {robot!r}; it must be a Robot, as from knotwork.load_robot, or None"
+        )
+    curve = trajectory.reordered(
+        robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}"
+    )
+    q, v = curve.position(time), curve.velocity(time)
+    rows = {
+        key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL_COLUMNS.items()
+    }
+    last = np.array([0.0, 0.0, 0.0, 1.0])
+    for i, (position, velocity) in enumerate(zip(q, v, strict=True)):
+        pose, jacobian = robot.forward_and_jacobian(position)
+        twist = jacobian @ velocity
+        quaternion = pin.SE3ToXYZQUAT(pose)[3:]
+        # q and -q are the same rotation; take the one nearer to the previous sample
+        last = quaternion if quaternion @ last >= 0.0 else -quaternion
+        rows["tool_position"][i] = pose.translation
+        rows["tool_quaternion"][i] = last
+        rows["tool_linear_velocity"][i] = twist[:3]
+        rows["tool_angular_velocity"][i] = twist[3:]
+    return rows

@@ -1,0 +1,166 @@
+"""Executors of rows: this process, child processes, or Dask's workers."""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
+
+from knotwork.errors import InputError
+from knotwork.files.documents import Document, Edits
+from knotwork.files.export.packages import import_package
+from knotwork.planning.sweeps.child import Child, ChildCrashedError, ChildTimeoutError, by_children
+from knotwork.planning.sweeps.folder import RESUME_ADVICE, own_version
+from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcome_of
+from knotwork.planning.sweeps.spec import StudySpec
+
+MAX_BATCH, MIN_BATCHES = 8, 32
+"""Maximum number of rows in a batch, and number of batches of a small study."""
+CONNECT_TIMEOUT = 20.0
+"""Timeout of the connection to a scheduler [s]."""
+MAX_ABSENCE = 300.0
+"""Maximum time for which rows wait for a worker [s]."""
+
+_NumberedEdits = tuple[int, Edits]
+"""The number of a row and its values."""
+
+
+def plan_rows(
+    spec: StudySpec, rows: Sequence[int], workers: int, scheduler: str | None
+) -> Iterator[tuple[int, Outcome]]:
+    """Plan rows, and give their numbers and outcomes in the order of completion.
+
+    Args:
+        spec: The study.
+        rows: Numbers of the rows to plan.
+        workers: Number of child processes; 0 to plan in this process, which a crash of a row ends.
+        scheduler: Address of a Dask scheduler, in place of child processes.
+
+    Raises:
+        InputError: The scheduler can't be reached or is lost, or its workers can't plan.
+    """
+    numbered = ((row, spec.edits(row)) for row in rows)
+    if scheduler is not None:
+        yield from _on_scheduler(spec, list(numbered), scheduler)
+    elif workers:
+        plan_row = partial(_in_child, spec.document, spec.time_limit)
+        yield from by_children(plan_row, numbered, workers)
+    else:
+        for row, edits in numbered:
+            yield row, outcome_of(spec.document, edits)
+
+
+def _in_child(
+    document: Document, time_limit: float, child: Child, numbered: _NumberedEdits
+) -> tuple[int, Outcome]:
+    """Plan a row in a child process, and report a timeout or crash."""
+    (row, edits), begin = numbered, time.perf_counter()
+    try:
+        return row, child.call(outcome_of, document, edits, limit=time_limit)
+    except (ChildTimeoutError, ChildCrashedError) as error:
+        verdict = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
+        plan_time = time.perf_counter() - begin
+        return row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
+
+
+def distributed() -> Any:
+    """The package `distributed`, Dask's scheduler.
+
+    Raises:
+        InputError: The package can't be imported.
+    """
+    advice = "pip install 'knotwork[sweep]'"
+    return import_package("distributed", "a sweep with a scheduler", advice)
+
+
+def _on_scheduler(
+    spec: StudySpec, rows: Sequence[_NumberedEdits], address: str
+) -> Iterator[tuple[int, Outcome]]:
+    size = max(1, min(MAX_BATCH, len(rows) // MIN_BATCHES))
+    batches = [rows[i : i + size] for i in range(0, len(rows), size)]
+    with _client(address) as client:
+        _check_workers(client, address)
+        try:
+            # batches have only the values of their rows, because a whole study may be large
+            fixed = {"document": spec.document, "time_limit": spec.time_limit}
+            yield from _as_completed(client, client.map(_by_worker, batches, **fixed, pure=False))
+        except InputError:
+            raise
+        except (Exception, asyncio.CancelledError) as error:
+            why = f"{type(error).__name__}: {error}"
+            raise InputError(
+                f"the scheduler was lost, or can't plan ({why}); {RESUME_ADVICE}"
+            ) from error
+
+
+def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
+    """Outcomes of batches in the order of completion.
+
+    Raises:
+        InputError: All workers are lost.
+    """
+    remaining = set(futures)
+    while remaining:
+        try:
+            for future, outcomes in distributed().as_completed(
+                remaining, with_results=True, timeout=MAX_ABSENCE
+            ):
+                remaining.remove(future)
+                yield from outcomes
+        except asyncio.TimeoutError:
+            _wait_for_worker(client)
+
+
+def _wait_for_worker(client: Any) -> None:
+    try:
+        client.wait_for_workers(1, timeout=MAX_ABSENCE)
+    except asyncio.TimeoutError as error:
+        raise InputError(
+            f"all workers are lost, and no new ones joined; {RESUME_ADVICE}"
+        ) from error
+
+
+_thread = threading.local()
+
+
+def _by_worker(
+    batch: Sequence[_NumberedEdits], document: Document, time_limit: float
+) -> list[tuple[int, Outcome]]:
+    """Plan rows in the child process of this thread of a Dask worker."""
+    # Dask's workers are daemons, for which Python allows no children. These children end with their
+    # parent.
+    multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
+    if not hasattr(_thread, "child"):
+        _thread.child = Child()
+    return [_in_child(document, time_limit, _thread.child, numbered) for numbered in batch]
+
+
+def _client(address: str) -> Any:
+    try:
+        return distributed().Client(address, timeout=CONNECT_TIMEOUT)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(
+            f"scheduler {address}: can't be reached ({error or type(error).__name__}); accepted: "
+            "the address that dask scheduler prints, for example tcp://host:8786"
+        ) from error
+
+
+def _check_workers(client: Any, address: str) -> None:
+    try:
+        versions = client.run(own_version)
+    except Exception as error:
+        raise InputError(
+            f"scheduler {address}: its workers can't plan: {error}; install knotwork there"
+        ) from error
+    if not versions:
+        raise InputError(f"scheduler {address}: has no workers; start some with dask worker")
+    for worker, version in versions.items():
+        if version != own_version():
+            raise InputError(
+                f"scheduler {address}: worker {worker} has knotwork {version}, and here it is "
+                f"{own_version()}; install the same version"
+            )

@@ -1,0 +1,113 @@
+"""Figures of a motion in a row: values of its report, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from knotwork.errors import UnknownNameError
+from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.verification.metrics import squared_effort
+
+if TYPE_CHECKING:
+    from knotwork.planning import Plan
+
+
+@dataclass(frozen=True)
+class RowFigure:
+    """A figure of a row, or `None` if the plan does not have it.
+
+    >>> from knotwork.planning.sweeps import FIGURES
+    >>> FIGURES["clearance"].unit, FIGURES["clearance"].more_is_better
+    ('m', True)
+
+    Attributes:
+        name: Name of its column.
+        title: Title in pictures.
+        unit: SI unit; empty for a fraction of a limit and for singular values.
+        more_is_better: Whether the best row has the largest value.
+        value_of: Computes it from a plan.
+    """
+
+    name: str
+    title: str
+    unit: str
+    more_is_better: bool
+    value_of: Callable[[Plan], float | None]
+
+
+# Limits of tool and links by the quantity in findings; those of joints have a table of their own.
+_TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
+
+
+def _use(quantity: str) -> RowFigure:
+    """Figure for the largest used fraction of a kind of limit."""
+    # the tool also has a position at waypoints
+    kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
+
+    def max_use(plan: Plan) -> float | None:
+        findings = plan.report.select(quantity=quantity, **kind)
+        if any(finding.only_sampled for finding in findings):
+            return None  # its use of the limit is unknown
+        uses = (finding.use for finding in findings)
+        return max((use for use in uses if use is not None), default=None)
+
+    title = f"used share of limits of {quantity.replace('_', ' ')}"
+    return RowFigure(f"{quantity}_use", title, "", False, max_use)
+
+
+def _values(plan: Plan, quantity: str) -> Iterator[float]:
+    values = (finding.value for finding in plan.report.select(quantity=quantity))
+    return (value for value in values if value is not None)
+
+
+def _min_singular(plan: Plan) -> float | None:
+    return min(_values(plan, _SINGULAR), default=None)
+
+
+def _deviation(plan: Plan) -> float | None:
+    return max(_values(plan, "path_deviation"), default=None)
+
+
+def _clearance(around: bool, plan: Plan) -> float | None:
+    """Minimum clearance to the surroundings, or of the robot and held objects to itself."""
+    pairs = plan.report.select(quantity="clearance", subject="pair")
+    values = (pair.value for pair in pairs if pair.around == around)
+    return min((value for value in values if value is not None), default=None)
+
+
+def _squared_effort(plan: Plan) -> float | None:
+    if plan.space.carrying is None:
+        return None
+    return sum(squared_effort(*part) for part in plan.space.carrying.parts(plan.trajectory))
+
+
+_SINGULAR = "smallest_singular_value"
+_outer, _inner = partial(_clearance, True), partial(_clearance, False)
+
+FIGURES: dict[str, RowFigure] = {
+    figure.name: figure
+    for figure in (
+        RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
+        RowFigure(_SINGULAR, "smallest singular value", "", True, _min_singular),
+        RowFigure("clearance", "clearance to the surroundings", "m", True, _outer),
+        RowFigure("self_clearance", "clearance to itself", "m", True, _inner),
+        *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
+        RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
+        RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),
+    )
+}
+"""All figures by name, in the order of the columns."""
+
+
+def figure_named(name: str) -> RowFigure:
+    """Find a figure.
+
+    Raises:
+        UnknownNameError: The figure is unknown.
+    """
+    if name not in FIGURES:
+        raise UnknownNameError("figure", name, FIGURES)
+    return FIGURES[name]

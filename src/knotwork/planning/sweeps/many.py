@@ -1,0 +1,78 @@
+"""`kw.plan_many`: plans of many scenarios, in several processes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from knotwork.errors import InputError, KnotworkError, shown
+from knotwork.errors.arguments import finite_number
+from knotwork.planning import Plan, plan
+from knotwork.planning.sweeps.child import (
+    Child,
+    ChildCrashedError,
+    ChildTimeoutError,
+    by_children,
+    refuse_own_checks,
+)
+from knotwork.planning.sweeps.run import DEFAULT_TIME_LIMIT
+from knotwork.task import Task
+from knotwork.task.scenario import Scenario
+
+
+def plan_many(
+    scenarios: Iterable[str | Path | Mapping[str, Any] | Task | Scenario],
+    *,
+    workers: int | None = None,
+    time_limit: float = DEFAULT_TIME_LIMIT,
+) -> list[Plan | KnotworkError]:
+    """Plan and check many scenarios, in several processes of this machine.
+
+    Args:
+        scenarios: Scenarios, each as for `knotwork.plan`.
+        workers: Number of processes; by default as many as there are processors.
+        time_limit: Time limit of one scenario [s].
+
+    Returns:
+        For each scenario its plan, or the error without one: of `knotwork.plan`,
+        or for a timeout or crash.
+
+    Raises:
+        InputError: You have checks of your own, or the number of workers, the time limit or the
+            type of a scenario is wrong.
+
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    >>> good, bad = kw.plan_many([{"waypoints": lift}, "no_such_task"], workers=1)
+    >>> good.report.ok, type(bad).__name__
+    (True, 'UnknownNameError')
+    """
+    count = os.cpu_count() or 1 if workers is None else workers
+    if not isinstance(count, int) or count < 1:
+        raise InputError(f"workers is {workers!r}; it must be a whole number of at least 1")
+    refuse_own_checks("use kw.plan")
+    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    tasks = list(scenarios)
+    for i, task in enumerate(tasks):
+        accepted = "a name, path, mapping, task or scenario"
+        if not isinstance(task, str | Path | Mapping | Task | Scenario):
+            raise InputError(f"scenarios[{i}] is {shown(task)}; accepted: {accepted}")
+
+    def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
+        try:
+            return i, child.call(_plan, tasks[i], limit=limit)
+        except (ChildTimeoutError, ChildCrashedError) as error:
+            return i, KnotworkError(str(error))
+        except Exception as error:  # a fault in one does not stop the others
+            return i, KnotworkError(f"internal error: {type(error).__name__}: {error}")
+
+    plans = dict(by_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
+    return [plans[i] for i in range(len(tasks))]
+
+
+def _plan(scenario: Any) -> Plan | KnotworkError:
+    try:
+        return plan(scenario)
+    except KnotworkError as error:
+        return error

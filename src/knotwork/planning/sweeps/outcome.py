@@ -1,0 +1,82 @@
+"""Outcome of a row: its verdict, the reason of a failure, and its figures."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from knotwork import errors
+from knotwork.files.documents import Document, Edits
+from knotwork.planning import Plan, plan
+from knotwork.planning.sweeps.field_path import scenario_with
+from knotwork.planning.sweeps.figures import FIGURES
+
+ROW_PASSED, ROW_FAILED, ROW_REFUSED = "passed", "failed", "refused"
+"""Verdicts: all checks pass; one fails; there is no motion."""
+ROW_TIME_LIMIT, ROW_CRASHED = "time limit", "crashed"
+"""Verdicts: the time limit was exceeded; the process crashed."""
+ROW_WRONG_INPUT = "wrong input"
+# The first matching class decides.
+_REASONS: tuple[tuple[type[Exception], str], ...] = (
+    (errors.OutOfReachError, "out of reach"),
+    (errors.BranchError, "branch"),
+    (errors.SingularityError, "singularity"),
+    (errors.FollowingError, "path not followed"),
+    (errors.CollisionError, "collision at the start"),
+    (errors.TimingError, "no time found"),
+    (errors.PathError, "path not made"),
+    (errors.TaskError, "task"),
+    (errors.InputError, ROW_WRONG_INPUT),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of one scenario.
+
+    Attributes:
+        verdict: One of the verdicts above.
+        reason: Reason of a failure, in few words; else empty.
+        message: Reason as a sentence; for a motion that passes, the number of sampled requirements.
+        figures: Figures by name; `None` without a motion, or if the report does not have it.
+        plan_time: Planning time [s].
+    """
+
+    verdict: str
+    reason: str = ""
+    message: str = ""
+    figures: dict[str, float | None] = field(default_factory=dict)
+    plan_time: float = 0.0
+
+
+def outcome_of(document: Document, edits: Edits) -> Outcome:
+    """Plan a document with other values."""
+    begin = time.perf_counter()
+    try:
+        motion = plan(scenario_with(document, edits))
+        return _with_motion(motion, time.perf_counter() - begin)
+    except Exception as error:  # an internal error in one row does not stop the others
+        return _without_motion(error, time.perf_counter() - begin)
+
+
+def _with_motion(motion: Plan, plan_time: float) -> Outcome:
+    figures, failures = row_figures(motion), motion.report.failures
+    if failures:
+        return Outcome(ROW_FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+    sampled = len(motion.report.sampled)
+    are = "is" if sampled == 1 else "are"
+    message = f"{sampled} of its requirements {are} sampled only" if sampled else ""
+    return Outcome(ROW_PASSED, "", message, figures, plan_time)
+
+
+def _without_motion(error: Exception, plan_time: float) -> Outcome:
+    for kind, reason in _REASONS:
+        if isinstance(error, kind):
+            return Outcome(ROW_REFUSED, reason, str(error), {}, plan_time)
+    message = f"internal error: {type(error).__name__}: {error}"
+    return Outcome(ROW_CRASHED, ROW_CRASHED, message, {}, plan_time)
+
+
+def row_figures(plan: Plan) -> dict[str, float | None]:
+    """All figures of a motion, by name."""
+    return {name: figure.value_of(plan) for name, figure in FIGURES.items()}

@@ -1,0 +1,193 @@
+"""`kw.sweep`: a study, started or continued."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knotwork.errors import InputError, shown
+from knotwork.errors.arguments import finite_number
+from knotwork.planning.sweeps import executors
+from knotwork.planning.sweeps.child import refuse_own_checks
+from knotwork.planning.sweeps.field_path import scenario_with
+from knotwork.planning.sweeps.folder import StudyFolder, create, is_study, reopen
+from knotwork.planning.sweeps.outcome import ROW_PASSED
+from knotwork.planning.sweeps.spec import StudySpec, scenario_document
+from knotwork.planning.sweeps.study import Study
+from knotwork.planning.sweeps.variations import make_axes
+from knotwork.task import Task
+from knotwork.task.scenario import Scenario
+
+DEFAULT_TIME_LIMIT = 60.0
+"""Default time limit of a row [s]."""
+
+
+@dataclass(frozen=True)
+class SweepProgress:
+    """Progress of a sweep.
+
+    >>> at = kw.sweeps.SweepProgress(done=30, total=90, passed=12, before=10, seconds=4.0)
+    >>> at.rate, at.left
+    (5.0, 12.0)
+
+    Attributes:
+        done: Number of finished rows.
+        total: Number of rows of the study.
+        passed: Number of finished rows that pass.
+        before: Number of rows finished at its start, from `resume`.
+        seconds: Elapsed time [s].
+    """
+
+    done: int
+    total: int
+    passed: int
+    before: int
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Rows per second."""
+        return (self.done - self.before) / self.seconds if self.seconds else 0.0
+
+    @property
+    def left(self) -> float | None:
+        """Remaining time [s]; `None` without a rate."""
+        return (self.total - self.done) / self.rate if self.rate else None
+
+
+def sweep(
+    scenario: str | Path | Mapping[str, Any] | Task | Scenario,
+    vary: Mapping[str, Any] | None = None,
+    *,
+    rows: str | Path | None = None,
+    together: bool = False,
+    samples: int | None = None,
+    seed: int = 0,
+    out: str | Path | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    stop_after: int | None = None,
+    time_limit: float = DEFAULT_TIME_LIMIT,
+    progress: Callable[[SweepProgress], None] | None = None,
+) -> Study:
+    """Plan and check a scenario with varied values, one row per combination.
+
+    A row reports a timeout or crash. But for the planning time, rows do not depend on workers.
+
+    Args:
+        scenario: As for `knotwork.plan`.
+        vary: Values by the path of the field in the file, such as `waypoints[pick].after`: a list
+            or array of values in the file's units, or text, such as `"-200:200:41"` (a range and
+            its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
+        rows: A CSV file with paths as headings; each row is one variation.
+        together: Vary all values together, row by row, in place of their product.
+        samples: Number of random samples of `uniform` fields, which vary together.
+        seed: Seed of the random numbers.
+        out: Folder for the study; by default only in memory.
+        resume: Continue the study in the folder.
+        workers: Number of child processes, by default one per processor; 0 for none, untimed.
+        scheduler: Address of a Dask scheduler, in place of `workers`.
+        stop_after: Stop after this many passing rows.
+        time_limit: Time limit of a row [s].
+        progress: Callback for finished rows.
+
+    Raises:
+        InputError: Scenario or values are wrong, you have checks of your own and `workers` is not
+            0, the folder has another study or can't be written to, or a package is missing.
+
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
+    >>> kw.sweep(task, {"waypoints[1].after": "1:2:3", "rate": [100, 200]}, workers=0).reasons
+    {'velocity': 2}
+    """
+    workers = _checked_workers(workers, scheduler)
+    for name, count in (("stop_after", stop_after), ("samples", samples)):
+        _check_count(name, count, 1)
+    axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
+    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    spec = StudySpec(scenario_document(scenario), axes, limit)
+    _refuse_wrong_values(spec)
+    folder = _folder(spec, out, resume)
+    _plan_missing(folder, workers, scheduler, progress, stop_after or math.inf)
+    return Study(folder)
+
+
+def _checked_workers(workers: int | None, scheduler: str | None) -> int:
+    """Number of child processes without a scheduler."""
+    if scheduler is not None and workers is not None:
+        raise InputError("workers and scheduler are both given; give one of the two")
+    if workers is None:
+        workers = os.cpu_count() or 1
+    _check_count("workers", workers, 0)
+    if scheduler is not None or workers:
+        refuse_own_checks("give workers=0 to plan in this process")
+    if scheduler is not None:
+        executors.distributed()
+    return workers
+
+
+def _folder(spec: StudySpec, out: str | Path | None, resume: bool) -> StudyFolder:
+    """The study's folder, created or continued."""
+    if not isinstance(out, str | Path | None):
+        raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
+    if out is None:
+        if resume:
+            raise InputError("there is no study to continue: resume is given without out")
+        return StudyFolder(None, spec)
+    return reopen(Path(out), spec) if resume and is_study(out) else create(Path(out), spec)
+
+
+def _plan_missing(
+    folder: StudyFolder,
+    workers: int,
+    scheduler: str | None,
+    progress: Callable[[SweepProgress], None] | None,
+    max_passed: float,
+) -> None:
+    """Plan the rows that are not finished, until enough pass; each is kept at once."""
+    spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
+    passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
+    missing = [row for row in range(len(spec)) if row not in folder.rows]
+    if passed >= max_passed or not missing:
+        return
+    with closing(executors.plan_rows(spec, missing, workers, scheduler)) as results:  # type: ignore[type-var]
+        for row, outcome in results:
+            folder.add(row, outcome)
+            passed += outcome.verdict == ROW_PASSED
+            if progress is not None:
+                seconds = time.monotonic() - begin
+                progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))
+            if passed >= max_passed:
+                return
+
+
+def _check_count(name: str, value: int | None, minimum: int) -> None:
+    if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
+        raise InputError(f"{name} is {value!r}; it must be a whole number")
+    if value is not None and value < minimum:
+        raise InputError(f"{name} is {value}; it must be at least {minimum}")
+
+
+def _refuse_wrong_values(spec: StudySpec) -> None:
+    """Refuse a study that is wrong for the first, the last and a middle row.
+
+    Raises:
+        InputError: The error of the first.
+    """
+    faults: list[InputError] = []
+    for row in (0, len(spec) // 2, len(spec) - 1):
+        try:
+            scenario_with(spec.document, spec.edits(row))
+            return
+        except InputError as error:
+            faults.append(error)
+    pairs = zip(spec.paths, spec.values(0), strict=True)
+    faults[0].locate(f"with {', '.join(f'{path} = {value!r}' for path, value in pairs)}")
+    raise faults[0]

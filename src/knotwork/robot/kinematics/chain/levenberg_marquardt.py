@@ -1,0 +1,245 @@
+"""Damped least squares on the pose error, inside joint limits: one local search of pose IK."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from eigenpy import LDLT  # type: ignore[import-untyped]
+
+from knotwork.robot import Robot
+from knotwork.robot.kinematics.chain.joint_ranges import Limits, held_joints
+from knotwork.waypoints import FloatArray
+
+# Largest motion of a joint in a step. Beyond it the linearisation is not valid, and the search
+# leaves the neighbourhood of the start.
+MAX_STEP = 1.0
+# Damping λ² = factor · error². It is large where the error is large. It decreases fast enough near
+# the solution to keep quadratic convergence (Fan and Yuan, Computing 74, 2005).
+FIRST_FACTOR = 1e-2
+MAX_FACTOR = 1e8
+# Error below which a search gets the usual effort, because the solution is near [m, rad].
+CLOSE_ERROR = 0.3
+# Fraction of the tolerances that searches must reach, so that rounding does not decide.
+TOLERANCE_MARGIN = 0.9
+# Within the tolerances, a search continues until the error is this fraction of them, or for this
+# number of steps.
+POLISHED_SHARE = 1e-4
+POLISH_STEPS = 2
+
+
+class Effort(NamedTuple):
+    """The effort of a local search.
+
+    Attributes:
+        iterations: Maximum number of steps.
+        patience: Number of steps in which the error must halve.
+        least_factor: Minimum factor of the damping.
+    """
+
+    iterations: int = 80
+    patience: int = 12
+    least_factor: float = 1e-6
+
+
+# A search that has not halved its error in twelve steps is at a local minimum. Even at a
+# singularity of a stretched arm, a Newton step reduces the error to a quarter.
+USUAL_EFFORT = Effort()
+# At simultaneous singularities convergence takes longer.
+PATIENT_EFFORT = Effort(iterations=400, patience=60)
+# Searches for any solution stop earlier and keep more damping. Over random poses this takes the
+# smallest total number of steps.
+HASTY_EFFORT = Effort(patience=5, least_factor=1e-2)
+
+
+class LocalSolution(NamedTuple):
+    """The end of a local search.
+
+    Attributes:
+        q: Joint positions [rad or m], shape (d,).
+        position_error: Distance of the TCP from the pose [m].
+        orientation_error: Angle from the pose [rad].
+        iterations: Number of steps.
+        converged: Whether both errors are within the tolerances.
+    """
+
+    q: FloatArray
+    position_error: float
+    orientation_error: float
+    iterations: int
+    converged: bool
+
+
+class PoseSearch:
+    """Local searches for one pose of the TCP of one robot.
+
+    The error is e = (Rᵀ(p* − p), log₃(RᵀR*)), in tool axes. J is the Jacobian of the TCP in tool
+    axes; −J is not quite the derivative of e. Still, −Jᵀe is the exact gradient of |e|²/2, because
+    w is an eigenvector of the Jacobian of log₃ at w, and |p* − p| does not depend on R. Each step
+    solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are not fixed at a limit.
+
+    Args:
+        robot: The robot.
+        pose: Pose of the TCP in the base frame, `pin.SE3`.
+        position_tolerance: Position tolerance [m].
+        orientation_tolerance: Orientation tolerance [rad].
+        orientation_weight: Weight of the orientation error; 0 ignores the orientation.
+        position_weight: Weight of the position error.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        pose: Any,
+        position_tolerance: float,
+        orientation_tolerance: float,
+        *,
+        position_weight: float = 1.0,
+        orientation_weight: float = 1.0,
+    ) -> None:
+        self.robot, self.pose = robot, pose
+        self._model, self._data, self._frame = robot.model, robot.data, robot.require_tool()
+        self._H, self._ldlt = np.empty((robot.dof, robot.dof)), LDLT(robot.dof)
+        self.tolerances = position_tolerance, orientation_tolerance
+        self._target = robot.base_placement * pose
+        # An error of zero weight has no tolerance.
+        self._most_position = position_tolerance if position_weight else math.inf
+        self._most_orientation = orientation_tolerance if orientation_weight else math.inf
+        self._weights: FloatArray | None = None
+        if (position_weight, orientation_weight) != (1.0, 1.0):
+            self._weights = np.repeat([position_weight, orientation_weight], 3)
+
+    def is_within(self, position_error: float, orientation_error: float) -> bool:
+        """Whether errors of position [m] and orientation [rad] are within the tolerances."""
+        return position_error <= self._most_position and orientation_error <= self._most_orientation
+
+    def errors(self, q: FloatArray) -> tuple[float, float]:
+        """Distance of the TCP from the pose [m], and angle from it [rad]."""
+        _, _, position, orientation = self._error(q)
+        return math.sqrt(position), math.sqrt(orientation)
+
+    def error(self, q: FloatArray) -> FloatArray:
+        """Weighted error e, shape (6,)."""
+        return self._error(q)[0]
+
+    def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
+        """|e|²/2 and its gradient −Jᵀe, shape (d,)."""
+        e, square, _, _ = self._error(q)
+        return 0.5 * square, np.asarray(-self._last_jacobian().T.dot(e))
+
+    def measure(self, q: FloatArray) -> LocalSolution:
+        """A configuration as the end of a search."""
+        errors = self.errors(q)
+        return LocalSolution(q, *errors, 0, self.is_within(*errors))
+
+    def jacobian(self, q: FloatArray) -> FloatArray:
+        """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
+        self._error(q)
+        return self._last_jacobian()
+
+    def bend(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Acceleration of the TCP in tool axes while the joints move steadily, shape (6,)."""
+        pin.forwardKinematics(self._model, self._data, q, v, np.zeros_like(v))
+        a = pin.getFrameClassicalAcceleration(self._model, self._data, self._frame, pin.LOCAL)
+        return np.asarray(a.vector)
+
+    def _error(self, q: FloatArray) -> tuple[FloatArray, float, float, float]:
+        """Weighted error e, shape (6,), |e|², and the squares of distance [m²] and angle [rad²]."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        placement = pin.updateFramePlacement(self._model, self._data, self._frame)
+        off = placement.actInv(self._target)
+        # The angular part of log₆ is log₃, and log₆ gives an array directly.
+        e = pin.log6(off).vector
+        e[:3] = off.translation
+        x, y, z, u, v, w = e.tolist()
+        position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
+        if self._weights is None:
+            return e, position + orientation, position, orientation
+        e *= self._weights
+        return e, float(e.dot(e)), position, orientation
+
+    def _last_jacobian(self) -> FloatArray:
+        """The Jacobian at the last evaluation of the error."""
+        J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
+        if J.ndim == 1:  # of a single joint
+            J = J[:, np.newaxis]
+        return J if self._weights is None else J * self._weights[:, np.newaxis]
+
+    def _step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
+        """The step of the free joints, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
+        H = self._H
+        J.T.dot(J, out=H)
+        for i in held:
+            H[i] = H[:, i] = 0.0
+        H.reshape(-1)[:: len(H) + 1] += damping + 1e-30
+        self._ldlt.compute(H)
+        step: FloatArray = self._ldlt.solve(gradient).reshape(-1)  # (1, 1) with a single joint
+        moves = step.tolist()
+        if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
+            step *= MAX_STEP / max(map(abs, moves))
+        return step
+
+    def solve(
+        self, start: FloatArray, limits: Limits, effort: Effort = USUAL_EFFORT
+    ) -> LocalSolution:
+        """Search from a start.
+
+        Args:
+            start: Joint positions [rad or m], shape (d,); clipped to the limits.
+            limits: Joint limits.
+            effort: Effort of the search; close to the pose `HASTY_EFFORT` becomes `USUAL_EFFORT`.
+        """
+        # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
+        lows, highs = limits[0].tolist(), limits[1].tolist()
+        enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
+        most_position, most_orientation = self._most_position**2, self._most_orientation**2
+        q, at_limit = _inside(start, lows, highs)
+        e, square, position, orientation = self._error(q)
+        if not square < math.inf:
+            return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
+        if effort is HASTY_EFFORT and square <= CLOSE_ERROR**2:
+            effort = USUAL_EFFORT
+        iterations, patience, least_factor = effort
+        factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
+        while iteration < iterations:
+            if position <= most_position and orientation <= most_orientation:
+                if polished == POLISH_STEPS or square <= enough:
+                    break
+                polished += 1
+            if iteration % patience == patience - 1:
+                if square > 0.25 * checkpoint:
+                    break
+                checkpoint = square
+            iteration += 1
+            if accepted:
+                J = self._last_jacobian()
+                gradient = J.T.dot(e)
+                held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
+                if len(held):
+                    gradient[held] = 0.0
+            step = self._step(J, gradient, held, factor * square)
+            candidate, touches = _inside(q + step, lows, highs)
+            error, trial, far, turned = self._error(candidate)
+            accepted = trial < square
+            if accepted:
+                q, at_limit, e, square = candidate, touches, error, trial
+                position, orientation = far, turned
+                factor = max(0.2 * factor, least_factor)
+            elif polished or factor > MAX_FACTOR or not step.any():
+                break
+            else:
+                factor *= 8.0
+        errors = math.sqrt(position), math.sqrt(orientation)
+        q = q.copy() if q is start else q
+        return LocalSolution(q, *errors, iteration, self.is_within(*errors))
+
+
+def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
+    """The nearest joint positions inside limits, and whether a joint is at a limit."""
+    at = q.tolist()
+    for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)
+        if not low < angle < high:
+            return np.array([min(max(a, b), c) for a, b, c in zip(at, lower, upper)]), True  # noqa: B905
+    return q, False

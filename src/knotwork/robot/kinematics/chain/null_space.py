@@ -1,0 +1,86 @@
+"""Self-motion of a redundant arm: null-space steps, and the configuration nearest another."""
+
+from __future__ import annotations
+
+import numpy as np
+from eigenpy import LDLT  # type: ignore[import-untyped]
+
+from knotwork.robot.kinematics.chain.joint_ranges import Limits, clip, held_joints, limits_of
+from knotwork.robot.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
+from knotwork.waypoints import FloatArray
+
+MAX_NULL_SPACE_STEPS = 30
+# Shorter steps end the motion [rad or m].
+SMALLEST_STEP = 1e-6
+# Effort of the correction back onto the pose after a null-space step.
+CORRECTION = Effort(iterations=12)
+
+
+def nearest_by_self_motion(
+    search: PoseSearch,
+    q: FloatArray,
+    near: FloatArray,
+    smallest_step: float = SMALLEST_STEP,
+    scale: FloatArray | None = None,
+) -> tuple[FloatArray, int]:
+    """Minimise |W⁻¹(q − near)| over the configurations with the same pose, starting from one.
+
+    This is null-space refinement. Each step is along W(I − (JW)⁺JW) W⁻¹(near − q), which keeps the
+    pose to first order. A correction back onto the pose follows.
+
+    Args:
+        search: The pose, and the robot.
+        q: A solution, shape (d,).
+        near: Preferred configuration, shape (d,).
+        smallest_step: Steps shorter than this end the motion [rad or m].
+        scale: Scale of each joint's motion, the diagonal of W, shape (d,); by default ones.
+
+    Returns:
+        A solution not farther than `q`, and the number of iterations.
+    """
+    limits = limits_of(search.robot)
+    scale = np.ones(len(q)) if scale is None else scale
+    distance, length, spent = float(np.linalg.norm((q - near) / scale)), 1.0, 0
+    step: FloatArray | None = None
+    for _ in range(MAX_NULL_SPACE_STEPS):
+        if step is None:
+            step = null_space_step(search, q, near, limits, scale)
+        if length * np.linalg.norm(step) < smallest_step:
+            break
+        solution = search.solve(clip(q + length * step, limits), limits, CORRECTION)
+        spent += solution.iterations + 1
+        reached = float(np.linalg.norm((solution.q - near) / scale))
+        if solution.converged and reached < distance:
+            q, distance, step = solution.q, reached, None
+            length = min(1.0, 2.0 * length)
+        else:
+            length *= 0.25
+    return q, spent
+
+
+def null_space_step(
+    search: PoseSearch, q: FloatArray, near: FloatArray, limits: Limits, scale: FloatArray
+) -> FloatArray:
+    """The step W(I − (JW)⁺JW) W⁻¹(near − q), shape (d,).
+
+    Joints at limits that it would violate are fixed.
+
+    Args:
+        search: The pose, and the robot.
+        q: Joint positions, shape (d,).
+        near: Preferred configuration, shape (d,).
+        limits: Joint limits.
+        scale: Diagonal of W, shape (d,).
+    """
+    J = search.jacobian(q) * scale
+    held = np.zeros(len(q), dtype=bool)
+    while True:
+        wanted = np.where(held, 0.0, (near - q) / scale)
+        J_free = np.where(held, 0.0, J)
+        # (I − J⁺J) x = x − Jᵀ (J Jᵀ)⁻¹ J x; the damping is for a singular J only.
+        gram = J_free @ J_free.T + 1e-12 * np.eye(6)
+        step = scale * (wanted - J_free.T @ LDLT(gram).solve(J_free @ wanted))
+        leaves = held_joints(q, step, limits)
+        if not (leaves & ~held).any():
+            return np.asarray(step)
+        held |= leaves

@@ -1,0 +1,310 @@
+"""Inverse kinematics of a velocity (eq 4): the joint velocities for a twist of the tool."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.errors import SingularityError, WaypointDataError
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import kept_with
+from knotwork.robot.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.robot.kinematics.pose_arguments import check_tolerance
+from knotwork.units import SI, Units
+from knotwork.waypoints import FloatArray, read_only
+
+# Singular value below which the joint velocities are checked against plausible limits. There a
+# joint at 3 rad/s moves the tool by less than 3 mm/s in the lost direction.
+IMPLAUSIBLE_SINGULAR_VALUE = 1e-3
+# Velocity limit near a singularity for a joint without one [rad/s or m/s]. No joint of an arm is
+# faster.
+FASTEST_JOINT = 10.0
+# Condition number below which Jacobians are inverted. One correction then reduces the rounding
+# errors to those of a singular value decomposition.
+WELL_CONDITIONED = 1e4
+# Fraction of the largest singular value below which a singular value counts as zero. It is of this
+# size if a joint is a few 1e-13 rad away from a singularity.
+RANK_TOLERANCE = 1e-11
+
+
+def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
+    """Singular values of the TCP's Jacobian, largest first, shape (min(6, d),).
+
+    One metre counts as one radian.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> stretched = np.zeros(6)
+    >>> values = kw.kinematics.singular_values(robot, stretched)
+    >>> values.shape, bool(values[-1] < 1e-9)
+    ((6,), True)
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (d,).
+
+    Raises:
+        WaypointDataError: A value is not finite, or an array has a wrong shape.
+        RobotError: No tool frame has been chosen.
+    """
+    values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
+    return np.asarray(values, dtype=float)
+
+
+def smallest_singular_value(robot: Robot, q: ArrayLike) -> float:
+    """Smallest of the `singular_values`: zero where the arm is singular.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> kw.kinematics.smallest_singular_value(robot, robot.configurations["home"]) > 0.05
+    True
+    """
+    return float(singular_values(robot, q)[-1])
+
+
+def solve_velocity_ik(
+    robot: Robot,
+    q: ArrayLike,
+    twist: Any,
+    *,
+    preferred: ArrayLike | None = None,
+    waypoint: str = "",
+    where: str = "",
+    linear_tolerance: float = 1e-9,
+    angular_tolerance: float = 1e-9,
+    units: Units = SI,
+) -> FloatArray:
+    """Find the joint velocities that give the TCP a twist: v = J(q)⁺ twist (eq 4).
+
+    For six joints this is J⁻¹ twist; for fewer, the only solution if there is one. For more, it is
+    the solution of minimum norm, weighted by the velocity limits: v = W (J W)⁺ twist, where W is
+    the diagonal matrix of the limits (Whitney, 1969). `preferred` adds its null-space component W
+    (I − (J W)⁺ J W) W⁻¹ v₀. There is no damping, so the result gives the twist exactly.
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (d,).
+        twist: Linear [m/s], then angular velocity [rad/s] of the TCP, in base axes
+            (`local_world_aligned`): `pin.Motion` or shape (6,).
+        preferred: Joint velocities v₀ that self-motion approximates [rad/s or m/s], shape (d,),
+            for example `pull_to_middle`; by default none.
+        waypoint: Name of the waypoint, for errors.
+        where: Location of its definition, for errors.
+        linear_tolerance: Residual allowed [m/s], for speeds above 1 m/s in proportion.
+        angular_tolerance: Residual allowed [rad/s], for speeds above 1 rad/s in proportion.
+        units: Units of speeds in errors.
+
+    Returns:
+        Joint velocities [rad/s or m/s], shape (d,).
+
+    Raises:
+        SingularityError: The twist is unattainable or, close to a singularity, needs joint
+            velocities above the arm's limits.
+        WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is not
+            positive.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> v = kw.solve_velocity_ik(robot, robot.configuration("home"), [0.1, 0, 0, 0, 0, 0])
+    >>> robot.twist(robot.configuration("home"), v).linear.round(6) + 0.0
+    array([0.1, 0. , 0. ])
+    """
+    check_tolerance(linear_tolerance, "linear_tolerance")
+    check_tolerance(angular_tolerance, "angular_tolerance")
+    wanted = read_only(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
+    self_motion = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
+    J = robot.jacobian(q)
+    if not wanted.any() and self_motion is None:
+        return np.zeros(robot.dof)
+    (v,), _ = solve_velocities(robot, J[None], wanted, self_motion)
+    tolerances = linear_tolerance, angular_tolerance
+    _check_attained(robot, J, wanted, v, tolerances, waypoint, where, units)
+    return np.asarray(v)
+
+
+def _check_attained(
+    robot: Robot,
+    J: FloatArray,
+    wanted: FloatArray,
+    v: FloatArray,
+    tolerances: tuple[float, float],
+    waypoint: str,
+    where: str,
+    units: Units,
+) -> None:
+    """Raise an error if joint velocities miss a twist or are too high near a singularity."""
+    residual, smallest = wanted - J @ v, float(np.linalg.svd(J, compute_uv=False)[-1])
+    linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
+    scale = max(1.0, float(np.linalg.norm(wanted)))
+    if linear > tolerances[0] * scale or angular > tolerances[1] * scale:
+        message = _unattainable_message(smallest, residual, units)
+    elif smallest < IMPLAUSIBLE_SINGULAR_VALUE and (np.abs(v) > _plausible_speeds(robot)).any():
+        message = _speed_message(robot, J, smallest, v, units)
+    else:
+        return
+    raise SingularityError(
+        waypoint,
+        message,
+        smallest_singular_value=smallest,
+        residual=(linear, angular),
+        joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
+        where=where,
+    )
+
+
+def solve_velocities(
+    robot: Robot,
+    J: FloatArray,
+    twists: FloatArray,
+    preferred: FloatArray | None = None,
+    ease: ArrayLike = 1.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
+
+    Args:
+        robot: The robot.
+        J: Jacobians, shape (n, 6, d).
+        twists: Linear [m/s], then angular velocities [rad/s], in base axes: shape (n, 6) or (6,).
+        preferred: Joint velocities that self-motion approximates [rad/s or m/s], shape (d,) or
+            (n, d).
+        ease: Factor on each joint's mobility, shape (n, d), or a number.
+
+    Returns:
+        Velocities [rad/s or m/s], shape (n, d), and their residuals of the twists [m/s, rad/s],
+        shape (n,). For more than six joints the velocities have minimum norm, weighted by the
+        velocity limits.
+    """
+    scale = joint_scales(robot) * np.atleast_2d(ease)
+    weighted = J * scale[:, None, :]
+    self_motion = (
+        np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
+    )
+    wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ self_motion[:, :, None]
+    w, residual = np.zeros((len(J), robot.dof, 1)), wanted
+    inverse = _pseudoinverses(weighted)
+    for _ in range(2):  # the second iteration removes most rounding errors
+        w += inverse @ residual
+        residual = wanted - weighted @ w
+    return (self_motion + w[:, :, 0]) * scale, np.abs(residual[:, :, 0]).max(axis=1)
+
+
+def _pseudoinverses(J: FloatArray) -> FloatArray:
+    """J⁺ of Jacobians (n, 6, d), shape (n, d, 6): fast far from singularities."""
+    across, singular = J.transpose(0, 2, 1), np.ones(len(J), dtype=bool)
+    result = np.empty(across.shape)
+    if J.shape[2] >= 6:
+        with contextlib.suppress(np.linalg.LinAlgError):
+            square = J.shape[2] == 6
+            result[:] = np.linalg.inv(J) if square else across @ np.linalg.inv(J @ across)
+            # the product bounds the condition number
+            size = (J * J).sum(axis=(1, 2)) * (result * result).sum(axis=(1, 2))
+            singular = ~(size < WELL_CONDITIONED**2)
+    if singular.any():
+        result[singular] = np.linalg.pinv(J[singular], rcond=RANK_TOLERANCE)
+    return result
+
+
+def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
+    """Joint velocities towards the middle of the joints' ranges, for `solve_velocity_ik`.
+
+    >>> robot = kw.load_robot("panda")
+    >>> q = robot.configurations["home"]
+    >>> wanted = kw.kinematics.pull_to_middle(robot, q, rate=0.5)
+    >>> middle = (robot.lower_position_limit + robot.upper_position_limit) / 2
+    >>> np.allclose(wanted, 0.5 * (middle - q))
+    True
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (d,).
+        rate: Fraction of the distance to the middle per second [1/s].
+
+    Returns:
+        Joint velocities [rad/s or m/s], zero for joints without limits, shape (d,).
+
+    Raises:
+        WaypointDataError: A number is not finite, or the array has a wrong shape.
+    """
+    position = read_only(q, (robot.dof,), "q")
+    if not np.isfinite(rate):
+        raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
+    limits = limits_of(robot)
+    return np.where(np.isfinite(limits).all(axis=0), rate * (middle(limits) - position), 0.0)
+
+
+@kept_with
+def joint_scales(robot: Robot) -> FloatArray:
+    """Weight of each joint in the minimum norm, shape (d,)."""
+    if robot.dof <= 6:
+        return np.ones(robot.dof)
+    limit = robot.velocity_limit
+    finite = np.isfinite(limit)
+    usual = float(np.mean(limit[finite])) if finite.any() else 1.0
+    scales = np.where(finite, limit, usual) / usual
+    scales /= robot.weights
+    scales[robot.virtual] = [joint.ease for joint in robot.virtual_joints]
+    return scales
+
+
+def _unattainable_message(smallest: float, residual: FloatArray, units: Units) -> str:
+    """Message for a twist outside the Jacobian's range, with the unattainable component."""
+    linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
+    amounts = [
+        units.text(float(amount), unit, ".3g")
+        for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
+        if amount > 1e-12
+    ]
+    return (
+        f"the arm can't give the tool this velocity: a component of {' and '.join(amounts)} "
+        f"{describe_direction(residual)} is unattainable here (smallest singular value "
+        f"{smallest:.3g})"
+    )
+
+
+def _plausible_speeds(robot: Robot) -> FloatArray:
+    return np.minimum(robot.velocity_limit, FASTEST_JOINT)
+
+
+def _speed_message(
+    robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units
+) -> str:
+    direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
+    use = np.abs(v) / _plausible_speeds(robot)
+    kinds = [f"{unit}/s" for unit in robot.joint_units]
+    needed = ", ".join(
+        f"{robot.joint_names[i]} at {units.text(abs(float(v[i])), kinds[i], '.4g')} "
+        + (
+            f"(limit {units.shown(limit, kinds[i])[0]:.4g})"
+            if np.isfinite(limit)
+            else "(no limit given)"
+        )
+        for i, limit in enumerate(robot.velocity_limit.tolist())
+        if use[i] > 1.0
+    )
+    return (
+        f"the arm is close to a singularity (smallest singular value {smallest:.3g}, "
+        f"{describe_direction(direction)}) and would need {needed}; {1 / use.max():.3g} of the "
+        "speed is feasible"
+    )
+
+
+def describe_direction(twist: FloatArray) -> str:
+    """Text of the base axes along and about which a twist is, for example `along z`.
+
+    Args:
+        twist: Linear, then angular velocity, shape (6,), of any size.
+    """
+    parts = []
+    for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
+        norm = float(np.linalg.norm(vector))
+        if norm < 1e-3 * float(np.linalg.norm(twist)):
+            continue
+        unit = vector / norm
+        axis = int(np.argmax(np.abs(unit)))
+        if abs(unit[axis]) > 0.999:
+            parts.append(f"{verb} {'xyz'[axis]}")
+        else:
+            values = ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in unit)
+            parts.append(f"{verb} ({values})")
+    return f"{' and '.join(parts)} of the base frame"

@@ -1,0 +1,220 @@
+"""Insertion of the waypoints along a tool path that a proof of its tolerances needs."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.curves.interpolation import ModifiedHermiteSpline
+from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.tool_paths import TimedPath
+from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.errors import PathError
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.robot.kinematics.following.path_proof import (
+    PathTolerance,
+    check_tolerance,
+    proved_tolerance_use,
+)
+from knotwork.waypoints import FloatArray
+
+# Fractions of each interval at which the curve is compared with the path, where errors are largest.
+FOLLOWING_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+# Waypoints are inserted until the sampled errors are below this fraction of the tolerances, and
+# then until the proof succeeds. The proof leaves no margin.
+SAMPLED_SHARE = 0.9
+# Number of waypoints above which tolerances are refused.
+MAX_WAYPOINTS = 100_000
+MAX_PARTS = 8
+EVEN_ROUNDS = 3
+# Tolerance of the self-motion between waypoints [rad or m], relative to the motion whose limits
+# were checked.
+SELF_MOTION_TOLERANCE = 5e-3
+# Duration below which an interval is not divided [s].
+SHORTEST_INTERVAL = 1e-5
+# Distance below which breaks of a path are merged [s]. With a shorter interval between waypoints,
+# rounding of joint positions would appear as acceleration and jerk.
+CLOSE_BREAKS = 2e-4
+
+
+class FollowedPath(NamedTuple):
+    """Waypoints that keep the joints on a path.
+
+    Attributes:
+        time: Times [s], shape (k,).
+        position, velocity, acceleration: Joint motion, shape (k, d).
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+def with_waypoints_inserted(
+    joints: JointsOnPath,
+    tolerance: PathTolerance,
+    *,
+    times: FloatArray | None = None,
+    knots: Any = "paper",
+) -> FollowedPath:
+    """Find waypoints along a path with which the modified Hermite curve provably follows it.
+
+    Between two waypoints with the positions, velocities and accelerations of the path the curve is
+    an independent section. Its error decreases with the fourth power of the interval, so few
+    waypoints are sufficient. Where the curvature of the path jumps, the acceleration is the mean of
+    both sides, and waypoints are dense.
+
+    Args:
+        joints: The arm on the path.
+        tolerance: Tolerances of the motion.
+        times: Times that get a waypoint, in addition to the breaks of the path [s].
+        knots: Knot placement of the curve: see `ModifiedHermiteSpline`.
+
+    Raises:
+        PathError: The tolerances need too many waypoints, or are too fine to be proved.
+    """
+    insertion, path = _Insertion(joints, tolerance, knots), joints.path
+    followed = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
+    # not earlier, because rounding errors near a singularity are far larger with fewer waypoints
+    check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
+    while True:
+        use = insertion.use(followed)
+        if (use <= 1.0).all():
+            curve = insertion.curve(followed)
+            use = proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
+        if (use <= 1.0).all():
+            return followed
+        followed = insertion.divide(followed, use)
+
+
+@dataclass(frozen=True, eq=False)
+class _Insertion:
+    """Insertion of waypoints along one path."""
+
+    joints: JointsOnPath
+    tolerance: PathTolerance
+    knots: Any
+
+    def waypoints_at(self, times: FloatArray) -> FollowedPath:
+        q = self.joints.positions(times)
+        return FollowedPath(times, q, *self.joints.rates(times, q))
+
+    def curve(self, followed: FollowedPath) -> ModifiedHermiteSpline:
+        return ModifiedHermiteSpline(
+            followed.time,
+            followed.position,
+            followed.velocity,
+            knots=self.knots,
+            acceleration=followed.acceleration,
+        )
+
+    def divide_evenly(self, ends: FloatArray) -> FollowedPath:
+        """Equal intervals between given times: the fewest waypoints on a smooth path."""
+        count = np.ones(len(ends) - 1, dtype=int)
+        followed = self.waypoints_at(ends)
+        for _ in range(EVEN_ROUNDS):
+            use = self.use(followed)
+            worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
+            if (worst <= 1.0).all():
+                break
+            more = np.ceil(count * np.minimum(worst, MAX_PARTS**4) ** 0.25).astype(int)
+            count = np.where(worst > 1.0, np.maximum(more, count + 1), count)
+            self._check_count(int(count.sum()))
+            pieces = zip(ends[:-1], ends[1:], count, strict=True)
+            wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
+            followed = self.waypoints_at(np.append(np.concatenate(wanted), ends[-1]))
+        return followed
+
+    def divide(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
+        """Divide the intervals that exceed the tolerances."""
+        open_ = use > 1.0
+        self._check_count(len(use) + int(open_.sum()))
+        self._check_lengths(known, use)
+        more = self.waypoints_at(0.5 * (known.time[1:] + known.time[:-1])[open_])
+        order = np.argsort(np.concatenate((known.time, more.time)))
+        values = zip(known, more, strict=True)
+        return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
+
+    def use(self, followed: FollowedPath) -> FloatArray:
+        """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
+        spline = self.curve(followed)
+        start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
+        times = (start + length * np.array(FOLLOWING_SAMPLES)).ravel()
+        allowed = self.tolerance
+        off = path_errors(
+            self.joints.robot, self.joints.path, spline(times), spline(times, 1), times
+        )
+        use = off / (
+            SAMPLED_SHARE * np.array([allowed.position, allowed.orientation, allowed.speed])
+        )
+        use = use.max(axis=1)
+        if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
+            use = np.maximum(
+                use, self._self_motion_error(spline(times), times) / SELF_MOTION_TOLERANCE
+            )
+        return np.asarray(use.reshape(len(start), -1).max(axis=1))
+
+    def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:
+        """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
+        strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
+        far = (
+            strayed > SELF_MOTION_TOLERANCE
+        )  # `joints.curve` is approximate: compute these exactly
+        if far.any():
+            strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
+        return np.asarray(strayed)
+
+    def _check_count(self, count: int) -> None:
+        if count > MAX_WAYPOINTS:
+            allowed = self.tolerance
+            raise PathError(
+                f"the tolerances {allowed.position:g} m, {allowed.orientation:g} rad and "
+                f"{allowed.speed:g} of the speed need more than {MAX_WAYPOINTS} waypoints along "
+                "the path; use wider ones, or round the corner where its curvature jumps"
+            )
+
+    def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
+        """Refuse intervals below the resolution of time."""
+        short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
+        if short.size:
+            i = int(short[use[short].argmax()])
+            along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
+            raise PathError(
+                f"{along:.6g} m along the path no waypoints keep the motion within its tolerances: "
+                f"even in {SHORTEST_INTERVAL:g} s the error is {use[i]:.3g} times as large; use "
+                "wider ones, a lower speed or a round corner there"
+            )
+
+
+def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
+    """Times of the waypoints that every tolerance needs: the given times and the breaks [s].
+
+    A break close to another of these times is left out.
+    """
+    fixed = distinct(path.breaks[[0, -1]], times)
+    ends = list(fixed)
+    for time in path.breaks[1:-1]:
+        i = bisect_left(ends, time)
+        if min(time - ends[i - 1], ends[i] - time) >= CLOSE_BREAKS:
+            ends.insert(i, time)
+    return np.array(ends)
+
+
+def path_errors(
+    robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
+) -> FloatArray:
+    """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
+    tip, columns, J = joint_axes(robot).place(q)
+    moved = np.einsum("ijn,nj->ni", J[:3], v)
+    place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
+    along = path.path.nearest(place, path.arc_length(times))
+    distance, gap = path.path.gaps(place, rotations, along)
+    off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
+    return np.stack((distance, angle_of(gap), off), axis=1)

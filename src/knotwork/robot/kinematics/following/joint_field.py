@@ -1,0 +1,165 @@
+"""Joint velocities that keep the tool on a path, and Newton's method that projects back onto it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.tool_paths import TimedPath
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
+from knotwork.robot.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
+from knotwork.waypoints import FloatArray
+
+# Tolerance of the projection onto the path [m, rad].
+PROJECTION_TOLERANCE = 1e-11
+PROJECTION_ROUNDS = 6
+
+
+# Exponent n: over the whole path, self-motion approaches its guide by a factor of e⁻ⁿ.
+GUIDE_RATE = 8.0
+
+
+# Fraction of their ranges beyond which soft virtual joints have a high cost, so that they slow down
+# before their limits.
+SOFT_RANGE, MIN_EASE, EASE_POWER = 0.95, 2e-3, 3
+
+
+class Guide(NamedTuple):
+    """A curve of postures that self-motion follows along a path.
+
+    Attributes:
+        postures: Joint positions [rad or m] over arc length [m], twice continuously differentiable.
+    """
+
+    postures: PiecewisePolynomial
+
+    def posture(self, s: ArrayLike, nu: int = 0) -> FloatArray:
+        """Postures at arc lengths, or their derivatives, shape (..., d)."""
+        x = self.postures.x
+        return np.asarray(self.postures(np.clip(s, x[0], x[-1]), nu))
+
+    def offset(self, turns: FloatArray) -> Guide:
+        """The guide with each joint turned by an angle [rad], shape (d,)."""
+        c = self.postures.c.copy()
+        c[-1] += turns
+        return Guide(PiecewisePolynomial(c, self.postures.x))
+
+    def rate(self, s: ArrayLike, q: FloatArray, nu: int = 0) -> FloatArray:
+        """Joint motion per length of the path that follows the guide, or its derivative over s."""
+        x = self.postures.x
+        off = self.posture(s, nu) - (0.0 if nu else q)
+        return np.asarray(self.posture(s, nu + 1) + GUIDE_RATE / (x[-1] - x[0]) * off)
+
+
+Pull = float | Guide
+
+
+class JointField:
+    """Joint velocities that follow a path (eq 4), with a target for self-motion.
+
+    Args:
+        robot: The arm.
+        pull: For an arm of more than six joints, the rate at which self-motion moves joints to the
+            middle of their ranges [1/s], or the guide that it follows.
+        speed: The full speed of the path [m/s].
+    """
+
+    def __init__(self, robot: Robot, pull: Pull = 0.0, speed: float = 1.0) -> None:
+        self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
+        self.speed = speed
+        self.guide = pull if isinstance(pull, Guide) else None
+        limits, rate = limits_of(robot), 0.0 if isinstance(pull, Guide) else pull
+        self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
+        self.middle = middle(limits)
+        span = np.full(robot.dof, np.inf)
+        for joint, virtual in enumerate(
+            robot.virtual_joints, robot.dof - len(robot.virtual_joints)
+        ):
+            span[joint] = virtual.upper - virtual.lower if virtual.soft else np.inf
+        self.narrow = 2.0 / (SOFT_RANGE * span) if np.isfinite(span).any() else None
+
+    def velocities(
+        self,
+        q: FloatArray,
+        twist: FloatArray,
+        share: ArrayLike = 1.0,
+        along: ArrayLike = 0.0,
+        onward: ArrayLike = 0.0,
+    ) -> FloatArray:
+        """Joint velocities [rad/s or m/s], shape (n, d).
+
+        Args:
+            q: Joint positions [rad or m], shape (n, d).
+            twist: Twist of the tool in base axes [m/s, rad/s], shape (n, 6) or (6,).
+            share: Speed of the tool relative to its full speed, so that self-motion stops with the
+                tool; a number, or shape (n,).
+            along: Arc length [m], likewise.
+            onward: For accelerations, share times speed [m/s], likewise: the factor of the guide's
+                derivative over arc length.
+        """
+        self_motion = None
+        if self.guide is not None:
+            self_motion = _column(share) * self.guide.rate(along, q)
+            self_motion = self.speed * (
+                self_motion + _column(onward) * self.guide.rate(along, q, 1)
+            )
+        elif self.pull.any():
+            self_motion = _column(share) * self.pull * (self.middle - q)
+        return solve_velocities(
+            self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
+        )[0]
+
+    def _ease(self, q: FloatArray) -> ArrayLike:
+        """Mobility of the joints: that of tilts decreases towards their limits."""
+        if self.narrow is None:
+            return 1.0
+        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, MIN_EASE) ** EASE_POWER
+
+    def arc_lengths(self, path: TimedPath, time: FloatArray) -> FloatArray:
+        """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
+        return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
+
+    def smallest(self, q: FloatArray) -> FloatArray:
+        """Smallest singular values, shape (n,). They are NaN where positions are NaN."""
+        known = np.isfinite(q).all(axis=1)
+        result = np.full(len(q), np.nan)
+        J = self.axes.jacobians(q[known]) * self.scale
+        result[known] = np.linalg.svd(J, compute_uv=False)[:, -1]
+        return result
+
+    def project(
+        self, q: FloatArray, position: FloatArray, rotation: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bring the tool to a pose by Newton's method.
+
+        Args:
+            q: Joint positions near the pose [rad or m], shape (n, d).
+            position: Position of the pose [m], shape (3,) or (n, 3).
+            rotation: Rotation of the pose, shape (3, 3) or (n, 3, 3).
+
+        Returns:
+            Joint positions, shape (n, d), and the remaining error [m, rad], shape (n,).
+        """
+        place = np.broadcast_to(position, (len(q), 3)).T
+        target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
+        error = np.full(len(q), np.inf)
+        for _ in range(PROJECTION_ROUNDS):
+            tip, turned, J = self.axes.place(q)
+            twist, _, _ = pose_errors(tip, turned, place, target)
+            before, error = error, np.abs(twist).max(axis=0)
+            # end on the path, or where rounding prevents progress
+            if (error <= PROJECTION_TOLERANCE).all() or not (error < 0.5 * before).any():
+                break
+            J = J.transpose(2, 0, 1)
+            q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))[0]
+        return q, error
+
+
+def _column(value: ArrayLike) -> FloatArray:
+    """A number, or one for each configuration, as a column."""
+    return np.multiply.outer(value, np.ones(1))

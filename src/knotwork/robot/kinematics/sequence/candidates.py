@@ -1,0 +1,249 @@
+"""The candidates at each waypoint of a task: all solutions of its pose, with their costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    all_turns,
+    difference,
+    limits_of,
+    nearest_turns,
+)
+from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.robot.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
+from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.robot.kinematics.sequence.nearness import limit_nearness, singular_nearness
+from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
+from knotwork.robot.kinematics.solutions.all_within_limits import sort_key, turned_within_limits
+from knotwork.robot.kinematics.solutions.enumeration import (
+    MAX_BRANCHES,
+    distinct_solutions,
+    find_branches,
+)
+from knotwork.robot.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
+from knotwork.units import SI, Units
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+# Residual above which a twist is infeasible [m/s, rad/s].
+TWIST_RESIDUAL = 1e-7
+# Number of samples of a self-motion.
+SELF_MOTION_SAMPLES = 24
+# Number of the nearest ones that are moved nearer to a configuration.
+NEARBY_SAMPLES = 2
+# Pose error of solutions [m, rad].
+CANDIDATE_ERROR = 1e-9
+
+
+class Candidates(NamedTuple):
+    """The configurations that may be chosen at one waypoint.
+
+    Attributes:
+        q: Joint positions inside the limits, all turns, shape (m, d).
+        branch: Index of the branch of each candidate, shape (m,).
+        flags: Configuration flags, shape (m, k).
+        unattainable: 0 where the twist is attainable, otherwise 1 + its residual [m/s, rad/s],
+            shape (m,).
+        excess: 0 where the joint velocities are within limits, otherwise their ratio to the
+            limits, shape (m,).
+        weight: Factor on the travel from and to each candidate, shape (m,).
+        velocity: Joint velocities for the twist [rad/s or m/s], shape (m, d).
+        branches: Number of branches inside the limits.
+        redundant: The arm is redundant at the pose: the candidates are samples of its self-motion.
+    """
+
+    q: FloatArray
+    branch: Any
+    flags: FloatArray
+    unattainable: FloatArray
+    excess: FloatArray
+    weight: FloatArray
+    velocity: FloatArray
+    branches: int
+    redundant: bool
+
+    def select(self, rows: Any) -> Candidates:
+        """The candidates at row indices or a mask."""
+        columns = {key: getattr(self, key)[rows] for key in self._fields[:-2]}
+        return self._replace(**columns)
+
+
+def find_candidates(
+    robot: Robot,
+    waypoints: Sequence[CartesianWaypoint],
+    references: Sequence[FloatArray],
+    units: Units = SI,
+) -> list[Candidates]:
+    """Find the candidates at waypoints in order of time.
+
+    Args:
+        robot: The robot.
+        waypoints: Poses and twists.
+        references: For each waypoint a configuration near which a solution may be wanted.
+        units: Units of lengths and angles in errors.
+
+    Raises:
+        OutsideLimitsError, UnreachablePoseError: A pose has no solution inside the limits.
+    """
+    if not waypoints:
+        return []
+    targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
+    redundant = robot.dof > 6
+    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
+    for i in hopeless[:1]:  # the reason, before the others are solved
+        _solution(robot, waypoints[i], references[i], units)
+    solve = _track_self_motion if redundant else find_branches
+    turns: list[tuple[list[FloatArray], bool]] = []
+    previous: FloatArray | None = None
+    for i, (waypoint, solutions, reference) in enumerate(
+        zip(waypoints, solve(robot, targets), references, strict=True)
+    ):
+        search = PoseSearch(robot, waypoint.pose, CANDIDATE_ERROR, CANDIDATE_ERROR)
+        sampled = redundant or len(solutions) > MAX_BRANCHES
+        if not sampled and not (i and np.array_equal(reference, references[i - 1])):
+            # The solution nearest the previous configuration must not be missing.
+            local = search.solve(reference, limits_of(robot))
+            if local.converged:
+                solutions = np.vstack([solutions, local.q])
+                solutions = distinct_solutions(robot, targets.take([i]), solutions)
+        solutions = turned_within_limits(search, solutions)
+        if not sampled:
+            # The order decides ties, so it must not depend on the order of searches.
+            solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
+        elif not redundant:
+            solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
+        copies = [all_turns(robot, q) for q in solutions]
+        if sampled or not copies:
+            for near in (reference,) if previous is None else (reference, previous):
+                if redundant and len(solutions):
+                    nearby = _nearest_samples(search, solutions, near)
+                else:
+                    nearby = [_solution(robot, waypoint, near, units)]
+                copies = [*(all_turns(robot, q) for q in nearby), *copies]
+                previous = nearby[0]
+        turns.append((copies, sampled))
+    return _evaluate(robot, waypoints, turns)
+
+
+def nearest_candidate(
+    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units = SI
+) -> Candidates:
+    """The candidate at a waypoint that is nearest a configuration.
+
+    Raises:
+        OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
+    """
+    q = _solution(robot, waypoint, near, units)
+    return _evaluate(robot, [waypoint], [([q[None]], False)])[0]
+
+
+def _solution(
+    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units
+) -> FloatArray:
+    """The solution of a waypoint's pose nearest a configuration, shape (d,)."""
+    from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
+
+    return solve_pose_ik(
+        robot,
+        waypoint.pose,
+        near,
+        waypoint=waypoint.name,
+        where=waypoint.where,
+        units=units,
+    ).q
+
+
+def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) -> list[FloatArray]:
+    """The nearest of some solutions, moved along their self-motion to be nearer still.
+
+    The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
+    speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
+    short moves.
+    """
+    robot, speed = search.robot, search.robot.velocity_limit
+    acceleration = robot.limits["acceleration"]
+    scales = [joint_scales(robot)]
+    if np.isfinite((speed + acceleration)[~robot.virtual]).all():
+        with np.errstate(invalid="ignore"):  # virtual joints have no limits
+            ramped = speed / (1.0 + speed / acceleration)
+        for limit in (ramped, acceleration):
+            usual = limit[~robot.virtual].mean()
+            scales.append(np.where(robot.virtual, scales[0], limit / usual))
+    result = []
+    for scale in scales:
+        gaps = difference(samples, near, joint_axes(robot).revolute) / scale
+        order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
+        for q in samples[order[:NEARBY_SAMPLES]]:
+            start = nearest_turns(robot, q, near)
+            result.append(nearest_by_self_motion(search, start, near, scale=scale)[0])
+    return result
+
+
+def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
+    """Samples of the self-motion at each pose, and projections of the previous pose's samples."""
+    fresh = [
+        farthest_apart(robot, q, SELF_MOTION_SAMPLES) for q in sample_self_motion(robot, targets)
+    ]
+    samples = [fresh[0]]
+    for i in range(1, len(targets)):
+        projections = solve_batch(
+            robot,
+            targets.take([i]),
+            samples[-1][:SELF_MOTION_SAMPLES],
+            tolerance=1e-10,
+            limits=limits_of(robot),
+            max_iterations=25,
+        )
+        samples.append(np.vstack([projections.q[projections.converged], fresh[i]]))
+    return samples
+
+
+def _evaluate(
+    robot: Robot,
+    waypoints: Sequence[CartesianWaypoint],
+    turns: Sequence[tuple[list[FloatArray], bool]],
+) -> list[Candidates]:
+    """Evaluate each solution: its joint speeds, and its nearness to limits.
+
+    Args:
+        robot: The robot.
+        waypoints: The waypoints.
+        turns: For each waypoint its solutions, each with its turns, shape (k, d), and whether the
+            arm is redundant there.
+    """
+    first = np.array([copies[0] for solutions, _ in turns for copies in solutions])
+    twists = np.array([np.concatenate([w.linear, w.angular]) for w in waypoints])
+    twists = np.repeat(twists, [len(solutions) for solutions, _ in turns], axis=0)
+    J = joint_axes(robot).jacobians(first)
+    v, residual = solve_velocities(robot, J, twists)
+    fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
+    excess = np.where(fastest > OVERSPEED_FACTOR, fastest, 0.0)
+    tolerance = TWIST_RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
+    unattainable = np.where(residual > tolerance, 1.0 + residual, 0.0)
+    flags, singular = configuration_flags(robot, first), singular_nearness(J)
+    result, begin = [], 0
+    for solutions, redundant in turns:
+        branch = np.repeat(np.arange(len(solutions)), [len(copies) for copies in solutions])
+        row, q = begin + branch, np.concatenate(solutions)
+        begin += len(solutions)
+        result.append(
+            Candidates(
+                q=q,
+                branch=branch,
+                flags=flags[row],
+                unattainable=unattainable[row],
+                excess=excess[row],
+                weight=1.0 + limit_nearness(robot, q) + singular[row],
+                velocity=v[row],
+                branches=len(solutions),
+                redundant=redundant,
+            )
+        )
+    return result

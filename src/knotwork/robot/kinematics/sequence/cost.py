@@ -1,0 +1,71 @@
+"""Lexicographic costs: arrays of shape (7, …), in which earlier levels have priority."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
+from knotwork.waypoints import FloatArray
+
+# Absolute and relative differences below which costs are equal. Then the next level decides, and
+# finally the order of the candidates, so that every machine chooses the same one.
+COST_TIE = 1e-9
+RELATIVE_COST_TIE = 1e-14
+# Absolute and relative widening of a bound, so that equal costs are within it.
+BOUND_WIDENING = 1e-6
+
+
+class CostLevel(IntEnum):
+    """Levels of a cost.
+
+    Attributes:
+        IMPOSSIBLE: Sum over waypoints with an unattainable twist of 1 + residual; infinite for a
+            forbidden change of branch.
+        COLLISIONS: Number of colliding candidates and steps.
+        INFEASIBLE: Sum of the ratios of joint speeds above their limits, on average over an
+            interval or at a waypoint, to the limits.
+        VIOLATION: Mid-interval violations: 2 − 1/u for a cubic at u times a velocity limit
+            halfway, 1 + excess [rad or m] for one beyond a position limit.
+        CHANGES: Number of avoidable changes of branch.
+        DISTANCE: Distance from the preferred configuration [s].
+        TRAVEL: Weighted travel [s].
+    """
+
+    IMPOSSIBLE = 0
+    COLLISIONS = 1
+    INFEASIBLE = 2
+    VIOLATION = 3
+    CHANGES = 4
+    DISTANCE = 5
+    TRAVEL = 6
+
+
+def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
+    """Costs of choices of a shape, zero but for levels by name, shape (7, *shape)."""
+    cost = np.zeros((len(CostLevel), *shape))
+    for name, values in levels.items():
+        cost[CostLevel[name.upper()]] = values
+    return cost
+
+
+def least_index(cost: FloatArray) -> Any:
+    """Index of the minimum along axis 1; ties within rounding go to the first."""
+    tied = np.ones(cost.shape[1:], dtype=bool)
+    for level in cost:
+        values = np.where(tied, level, np.inf)
+        least = values.min(axis=0, keepdims=True)
+        tied &= values <= least * (1.0 + RELATIVE_COST_TIE) + COST_TIE
+    return tied.argmax(axis=0)
+
+
+def is_within(cost: FloatArray, bound: FloatArray) -> BoolArray:
+    """Whether costs (7, m) are at most a bound (7,), within rounding."""
+    result = np.ones(cost.shape[1:], dtype=bool)
+    for level, most in zip(cost[::-1], bound[::-1].tolist(), strict=True):
+        slack = 0.0 if math.isinf(most) else BOUND_WIDENING * (1.0 + abs(most))
+        result = (level < most - slack) | ((level <= most + slack) & result)
+    return result

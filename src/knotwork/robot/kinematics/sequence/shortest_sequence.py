@@ -1,0 +1,157 @@
+"""The best choice of one configuration at each waypoint: the shortest path through layers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
+from knotwork.robot.kinematics.sequence.cost import CostLevel, is_within, least_index, make_cost
+from knotwork.robot.kinematics.sequence.step_costs import JointRules, Layer, StepRules, step_costs
+from knotwork.waypoints import FloatArray, IndexArray
+
+UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class ConfigurationSequence:
+    """A chosen sequence.
+
+    Attributes:
+        index: Index of the candidate chosen at each waypoint.
+        q: Joint positions; joints without limits at the turn they reach, shape (n, d).
+        cost: Cost of the whole sequence, shape (7,): see `CostLevel`.
+        blocked: The first waypoint that no allowed candidate reaches, or `None`.
+    """
+
+    index: tuple[int, ...]
+    q: FloatArray
+    cost: FloatArray
+    blocked: int | None = None
+
+
+class _LayerState(NamedTuple):
+    """The candidates of a layer that are kept, and the cheapest sequence to each.
+
+    Attributes:
+        layer: The candidates kept, at the turns that they reach; their cost includes the sequence.
+        rows: Indices of these candidates in the whole layer, shape (m,).
+        previous: Indices of their predecessors among those kept of the previous layer, shape (m,).
+    """
+
+    layer: Layer
+    rows: IndexArray
+    previous: IndexArray
+
+
+def choose_sequence(
+    layers: Sequence[Layer], joints: JointRules, steps: Sequence[StepRules]
+) -> ConfigurationSequence:
+    """Choose the minimum-cost sequence by dynamic programming (Bellman, 1957).
+
+    The cost of a joint without limits depends on its shortest rotation in a step. Its number of
+    turns only affects the cost where given positions follow later. There each candidate has the
+    turn of the cheapest sequence to it.
+
+    Args:
+        layers: The candidates at each of n waypoints, at least one in each.
+        joints: Rules for the joints.
+        steps: Rules for each of the n - 1 intervals.
+    """
+    remaining = _least_remaining(layers, joints, steps)
+    greedy = _cheapest_sequences(layers, joints, steps, remaining, UNBOUNDED_COST, greedy=True)
+    bound = greedy[-1].layer.cost[:, 0] if len(greedy) == len(layers) else UNBOUNDED_COST
+    states = _cheapest_sequences(layers, joints, steps, remaining, bound)
+    if len(states) < len(layers):
+        return ConfigurationSequence(
+            (), np.empty((0, len(joints.speed))), UNBOUNDED_COST, blocked=len(states)
+        )
+    row = int(least_index(states[-1].layer.cost))
+    cost = states[-1].layer.cost[:, row]
+    index, positions = [], []
+    for state in reversed(states):
+        index.append(int(state.rows[row]))
+        positions.append(state.layer.q[row])
+        row = int(state.previous[row])
+    return ConfigurationSequence(tuple(index[::-1]), np.array(positions[::-1]), cost)
+
+
+def _cheapest_sequences(
+    layers: Sequence[Layer],
+    joints: JointRules,
+    steps: Sequence[StepRules],
+    remaining: Sequence[FloatArray],
+    bound: FloatArray,
+    *,
+    greedy: bool = False,
+) -> list[_LayerState]:
+    """Find the cheapest sequence to each candidate of each layer.
+
+    Args:
+        layers: The candidates at each of n waypoints.
+        joints: Rules for the joints.
+        steps: Rules for each of the n - 1 intervals.
+        remaining: Lower bound on the cost from each layer to the end, n of shape (7,).
+        bound: Candidates without a sequence of at most this cost are left out, shape (7,).
+        greedy: Keep only the cheapest candidate of each layer.
+
+    Returns:
+        A state for each layer; fewer if the sequence is blocked.
+    """
+    states: list[_LayerState] = []
+    for i, layer in enumerate(layers):
+        cost, previous = layer.cost, np.zeros(len(layer.q), dtype=int)
+        if states:
+            before = states[-1].layer
+            step, moves = step_costs(joints, steps[i - 1], before, layer)
+            previous = least_index(before.cost[:, :, None] + step)
+            ends = np.arange(len(previous))
+            cost = before.cost[:, previous] + step[:, previous, ends] + layer.cost
+            if not layer.fixed:
+                unbounded = joints.unbounded
+                q = layer.q.copy()
+                q[:, unbounded] = (before.q.T[:, previous] + moves[:, previous, ends]).T[
+                    :, unbounded
+                ]
+                layer = layer._replace(q=q)
+            # At a singularity a branch has no flag, so it takes the flag of the sequence to it.
+            flags = np.where(layer.flags == 0.0, before.flags[previous], layer.flags)
+            layer = layer._replace(flags=flags)
+        feasible = np.isfinite(cost[CostLevel.IMPOSSIBLE])
+        rows = np.flatnonzero(feasible & is_within(cost + remaining[i][:, None], bound))
+        if greedy and rows.size:
+            rows = rows[[least_index(cost[:, rows])]]
+        if not rows.size:
+            break
+        layer = layer._replace(cost=cost)
+        states.append(_LayerState(layer.select(rows), rows, previous[rows]))
+    return states
+
+
+def _least_remaining(
+    layers: Sequence[Layer], joints: JointRules, steps: Sequence[StepRules]
+) -> list[FloatArray]:
+    """Lower bound on the cost from each layer to the end, in distance and travel.
+
+    It is the sum of the minimum costs of the steps if all joints could take their shortest
+    rotation.
+    """
+    turned = [_without_turns(layer.q).T for layer in layers]
+    remaining = [make_cost()]
+    for i in range(len(layers) - 2, -1, -1):
+        moves = turned[i][:, :, None] - turned[i + 1][:, None, :]
+        moves -= whole_turns(moves)
+        step = layers[i + 1].cost.min(axis=1)
+        step[: CostLevel.DISTANCE] = 0.0
+        step[CostLevel.TRAVEL] += joints.travel(moves, steps[i].rest_to_rest).min()
+        remaining.append(remaining[-1] + step)
+    return remaining[::-1]
+
+
+def _without_turns(q: FloatArray) -> FloatArray:
+    """Configurations that differ by more than whole turns, each once."""
+    rounded = np.round(q - whole_turns(q), 9)
+    return np.asarray(q[np.unique(rounded, axis=0, return_index=True)[1]])

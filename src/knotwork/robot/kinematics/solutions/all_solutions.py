@@ -1,0 +1,132 @@
+"""All solutions of a pose: every branch with its turns, or samples of the self-motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.robot import Robot
+from knotwork.robot.kinematics.chain.joint_ranges import all_turns, limits_of, middle
+from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
+from knotwork.robot.kinematics.geometry.configuration_flags import (
+    configuration_flags,
+    describe_flags,
+)
+from knotwork.robot.kinematics.pose_arguments import check_count, check_request
+from knotwork.robot.kinematics.solutions.all_within_limits import solutions_within_limits, sort_key
+from knotwork.robot.kinematics.solutions.diagnosis import solution_or_reason
+from knotwork.robot.kinematics.solutions.enumeration import MAX_BRANCHES
+from knotwork.robot.kinematics.solutions.self_motion import farthest_apart
+from knotwork.waypoints import FloatArray, read_only
+
+# Number of samples of the self-motion of a redundant arm.
+SELF_MOTION_SPREAD = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A solution of a pose, with its turns.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> pose = robot.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+    >>> branches = kw.solve_pose_ik_all(robot, pose)
+    >>> len(branches), branches[0].flags
+    (8, 'shoulder right, elbow up, no flip')
+
+    Attributes:
+        q: Joint positions inside the limits [rad or m], shape (d,), read-only, at the turn nearest
+            the middle of the limits, or nearest zero without limits.
+        turns: All copies inside the limits, offset by whole turns, shape (k, d), read-only. A
+            joint without limits is within half a turn of zero. At most 1024 copies are kept,
+            nearest the middle of the limits.
+        flags: Text of the configuration flags, `shoulder left, elbow up, no flip`; empty for an
+            arm without flags.
+        smallest_singular_value: Smallest singular value of the Jacobian: zero at a singularity.
+        position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
+        orientation_error: Angle of the tool from the pose, by `Robot.forward` [rad].
+        sampled: The arm is redundant at the pose, and this is a sample of its self-motion.
+    """
+
+    q: FloatArray
+    turns: FloatArray
+    flags: str
+    smallest_singular_value: float
+    position_error: float
+    orientation_error: float
+    sampled: bool = False
+
+
+def solve_pose_ik_all(
+    robot: Robot,
+    pose: Any,
+    *,
+    position_tolerance: float = 1e-8,
+    orientation_tolerance: float = 1e-8,
+    spread: int = SELF_MOTION_SPREAD,
+    waypoint: str = "",
+    where: str = "",
+) -> tuple[Branch, ...]:
+    """Find every branch that takes the TCP to a pose inside the joint limits, with its turns.
+
+    Some arms are solved in closed form: axes 2 and 3 parallel to each other and perpendicular to
+    axis 1, and a spherical wrist or that of a Universal Robots arm. Near singularities, and for
+    all other arms of up to six joints, searches are repeated until a round finds nothing new. A
+    redundant arm, or one that is singular at the pose, has infinitely many solutions: samples of
+    its self-motion are returned, marked `sampled`. The same arguments always give the same result.
+    `robot.solve_pose_ik_all(pose)` is the same.
+
+    Args:
+        robot: The robot.
+        pose: Pose of the TCP in the base frame, `pin.SE3`.
+        position_tolerance: Position tolerance [m].
+        orientation_tolerance: Orientation tolerance [rad].
+        spread: Number of samples of a self-motion.
+        waypoint: Name of the waypoint, for errors.
+        where: Location of its definition, for errors.
+
+    Returns:
+        The branches in a fixed order, at least one.
+
+    Raises:
+        OutsideLimitsError, UnreachablePoseError, WaypointDataError, RobotError: As `solve_pose_ik`.
+
+    Examples:
+        >>> import knotwork as kw
+        >>> robot = kw.load_robot("ur5")
+        >>> branches = kw.solve_pose_ik_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
+        >>> len(branches), sum(len(branch.turns) for branch in branches)
+        (8, 256)
+        >>> branches[0].flags
+        'shoulder right, elbow down, no flip'
+    """
+    check_request(pose, position_tolerance, orientation_tolerance)
+    check_count(spread, "spread", 1)
+    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
+    search = PoseSearch(robot, pose, *tolerances)
+    solutions = solutions_within_limits(search)
+    sampled = robot.dof > 6 or len(solutions) > MAX_BRANCHES
+    if sampled:
+        solutions = farthest_apart(robot, solutions, spread)
+    if not len(solutions):
+        centre = middle(limits_of(robot))
+        solutions = solution_or_reason(search, centre, waypoint, where)[None]
+    return tuple(_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
+
+
+def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:
+    copies = all_turns(robot, q)
+    distance = np.abs(copies - middle(limits_of(robot))).sum(axis=1)
+    nearest = copies[int(np.argmin(np.round(distance, 6)))]
+    error = robot.forward(nearest).actInv(pose)
+    return Branch(
+        q=read_only(nearest, nearest.shape, "q"),
+        turns=read_only(copies, copies.shape, "turns"),
+        flags=describe_flags(robot, configuration_flags(robot, nearest[None])[0]),
+        smallest_singular_value=float(np.linalg.svd(robot.jacobian(nearest), compute_uv=False)[-1]),
+        position_error=float(np.linalg.norm(error.translation)),
+        orientation_error=float(np.linalg.norm(pin.log3(error.rotation))),
+        sampled=sampled,
+    )

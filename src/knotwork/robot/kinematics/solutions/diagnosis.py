@@ -1,0 +1,176 @@
+"""The reason why a pose has no solution: joints outside their limits, or the closest pose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    LIMIT_TOLERANCE,
+    Limits,
+    clip,
+    joint_distances,
+    limits_of,
+    nearest_turns,
+    no_limits,
+    spread_starts,
+    turn_inside,
+    turning_limits,
+)
+from knotwork.robot.kinematics.chain.levenberg_marquardt import (
+    PATIENT_EFFORT,
+    LocalSolution,
+    PoseSearch,
+)
+from knotwork.units import SI, Units
+from knotwork.waypoints import FloatArray
+
+# Weight of a metre relative to a radian: the closest pose is at the nearest point, and there turned
+# as little as possible.
+POINT_FIRST = 1e3
+# Searches in one batch. They stop near a minimum; `MAX_REFINED` of the best, with at least this
+# distance between them [rad or m], are refined.
+CLOSEST_SEARCHES = 120
+MAX_REFINED = 8
+SAME_MINIMUM = 0.1
+# Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
+MINIMISER_STEPS = 500
+FLAT_GRADIENT = 1e-10
+
+
+def solution_or_reason(
+    search: PoseSearch,
+    near: FloatArray,
+    waypoint: str,
+    where: str,
+    units: Units = SI,
+) -> FloatArray:
+    """Search for a pose from all over joint space, and find the reason why there is no solution.
+
+    Args:
+        search: The pose, and the robot.
+        near: Preferred configuration, shape (d,).
+        waypoint: Name of the waypoint.
+        where: Location of its definition.
+        units: Units of the message.
+
+    Returns:
+        A solution inside the limits, shape (d,), if one is found after all.
+
+    Raises:
+        OutsideLimitsError: Only joint positions outside their limits reach the pose.
+        UnreachablePoseError: No joint positions reach the pose.
+    """
+    robot, limits, endless = search.robot, turning_limits(search.robot), no_limits(search.robot)
+    beyond: list[FloatArray] = []
+    if joint_axes(robot).certain_miss(search.pose.translation) <= search.tolerances[0]:
+        ends = [
+            search.solve(q, endless, PATIENT_EFFORT) for q in _search_batch(search, near, endless)
+        ]
+        beyond = [nearest_turns(robot, end.q, near) for end in ends if end.converged]
+    starts = [*_search_batch(search, near, limits), *beyond]
+    ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
+    if not any(end.converged for end in ends):  # a solution may be singular, where steps are short
+        starts = [_minimise(search, end.q, limits) for end in ends]
+        ends += [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
+    inside = [search.measure(turn_inside(robot, end.q, near)) for end in ends]
+    solutions = [end.q for end in inside if end.converged]
+    if solutions:
+        return min(solutions, key=lambda q: float(np.linalg.norm(q - near)))
+    if beyond:
+        raise OutsideLimitsError(
+            waypoint,
+            _least_outside(robot, beyond, near),
+            joint_units=dict(zip(robot.joint_names, robot.joint_units, strict=True)),
+            where=where,
+            units=units,
+        )
+    # nearest points may be far from the ends of searches for the whole pose
+    spread = spread_starts(robot, limits, MAX_REFINED, around=near)
+    closest = _closest_pose(search, [*(end.q for end in ends), *spread], limits)
+    end = search.measure(
+        turn_inside(robot, search.solve(closest.q, limits, PATIENT_EFFORT).q, near)
+    )
+    if end.converged:
+        return end.q
+    raise UnreachablePoseError(
+        waypoint,
+        closest=turn_inside(robot, closest.q, near).tolist(),
+        closest_distance=closest.position_error,
+        closest_angle=closest.orientation_error,
+        where=where,
+        units=units,
+    )
+
+
+def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[FloatArray]:
+    """Ends of searches from all over joint space: the best ones, apart from each other."""
+    robot = search.robot
+    begin = spread_starts(robot, limits, CLOSEST_SEARCHES, around=near)
+    ended = solve_batch(
+        robot,
+        Targets.from_poses([search.pose]),
+        np.vstack([near, begin]),
+        tolerance=1e-9,
+        limits=limits,
+    )
+    order = np.argsort(ended.position_error + ended.orientation_error, kind="stable")
+    revolute = joint_axes(robot).revolute
+    selected: list[FloatArray] = []
+    for q in ended.q[order]:
+        if all(joint_distances(q, p, revolute) > SAME_MINIMUM for p in selected):
+            selected.append(q)
+    return selected[:MAX_REFINED]
+
+
+def _least_outside(
+    robot: Robot, solutions: list[FloatArray], near: FloatArray
+) -> list[tuple[str, float, float, float]]:
+    """Joints outside their limits at the solution with the smallest excess: values and limits."""
+    lower, upper = limits_of(robot)
+
+    def excess(q: FloatArray) -> FloatArray:
+        return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0.0))
+
+    best = min(solutions, key=lambda q: (float(excess(q).sum()), float(np.linalg.norm(q - near))))
+    over = excess(best)
+    # An excess within rounding is not reported if another joint is outside.
+    return [
+        (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
+        for i in np.flatnonzero(over > min(LIMIT_TOLERANCE, 0.5 * over.max()))
+    ]
+
+
+def _closest_pose(search: PoseSearch, starts: list[FloatArray], limits: Limits) -> LocalSolution:
+    """The pose at the nearest point, turned as little as possible."""
+    weighted = PoseSearch(
+        search.robot, search.pose, *search.tolerances, position_weight=POINT_FIRST
+    )
+    ends = [_minimise(weighted, q, limits) for q in starts]
+    q = min(ends, key=lambda end: weighted.value_and_gradient(end)[0])
+    # the angle still draws the tool off a point that can be reached
+    point = PoseSearch(search.robot, search.pose, *search.tolerances, orientation_weight=0.0)
+    at_point = point.solve(q, limits)
+    return search.measure(at_point.q if at_point.converged else q)
+
+
+def _minimise(search: PoseSearch, start: FloatArray, limits: Limits) -> FloatArray:
+    """The minimum of |e|²/2 from a configuration within limits, shape (d,).
+
+    Without a solution damped least squares is slow; L-BFGS-B uses the exact gradient.
+    """
+    from scipy.optimize import minimize
+
+    options = {"ftol": 0.0, "gtol": FLAT_GRADIENT, "maxiter": MINIMISER_STEPS}
+    end = minimize(
+        search.value_and_gradient,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=np.transpose(limits),
+        options=options,
+    )
+    return clip(end.x, limits)

@@ -1,0 +1,181 @@
+"""All configurations of an arm of up to six joints for a pose, without their turns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
+from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    Limits,
+    difference,
+    joint_distances,
+    limits_of,
+    no_limits,
+    spread_starts,
+)
+from knotwork.robot.kinematics.geometry.closed_form import SOLUTION_ERROR, closed_form
+from knotwork.robot.kinematics.geometry.configuration_flags import all_branches
+from knotwork.waypoints import FloatArray
+
+# Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
+# batch of this size takes hardly longer than one of half the size.
+STARTS = 48
+SEARCH_ROUNDS = 6
+SEARCH_ITERATIONS = 72
+# Distance within which solutions are equal [rad or m]. The remaining pose error moves no joint by
+# more, except where two branches meet.
+SAME_SOLUTION = 1e-5
+# Two solutions within `JOINED_DISTANCE` are equal if the pose error between them is below
+# `JOINED_ERROR` [m, rad].
+JOINED_DISTANCE = 1e-2
+JOINED_ERROR = 1e-9
+# Near a singularity searches start at these distances along the singular direction [rad or m].
+NEAR_SINGULAR_VALUE = 3e-3
+SINGULAR_STEPS = np.array([-2.4, -1.6, -0.8, -0.4, -0.2, 0.2, 0.4, 0.8, 1.6, 2.4])
+# An arm with more solutions than any six-joint arm (16) is redundant at the pose.
+MAX_BRANCHES = 16
+
+
+class _PoseSolutions:
+    """The distinct solutions found for one pose, shape (b, d), and the searches that found each."""
+
+    def __init__(self, dof: int) -> None:
+        self.solutions, self.hits = np.empty((0, dof)), np.zeros(0, dtype=int)
+
+    def add(self, robot: Robot, target: Targets, solved: FloatArray) -> bool:
+        """Add the solutions of a round of searches, and give whether there are new ones."""
+        known, revolute = len(self.solutions), joint_axes(robot).revolute
+        self.solutions = distinct_solutions(robot, target, np.vstack([self.solutions, solved]))
+        gaps = [joint_distances(self.solutions, q, revolute) for q in solved]
+        owners = [int(gap.argmin()) for gap in gaps]
+        self.hits = np.pad(self.hits, (0, len(self.solutions) - known))
+        self.hits += np.bincount(owners, minlength=len(self.hits))
+        return len(self.solutions) > known
+
+    def is_complete(self, robot: Robot) -> bool | None:
+        """Whether these are all solutions, as far as flags and counts show; `None` if unknown."""
+        if len(self.solutions) > MAX_BRANCHES:
+            return True
+        return all_branches(robot, self.solutions)
+
+
+def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
+    """Find all solutions for each pose, and ignore position limits of revolute joints.
+
+    The closed form is used if its result is certain, otherwise searches.
+
+    Args:
+        robot: An arm of up to six joints.
+        targets: n poses in the base frame.
+
+    Returns:
+        For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
+    """
+    exact = closed_form(robot, targets)
+    uncertain = [i for i, known in enumerate(exact) if not known.certain]
+    if uncertain:
+        guesses = [exact[i].q for i in uncertain]
+        searched = iter(search_branches(robot, targets.take(uncertain), guesses))
+    return [known.q if known.certain else next(searched) for known in exact]
+
+
+def search_branches(
+    robot: Robot, targets: Targets, guesses: Sequence[FloatArray] = ()
+) -> list[FloatArray]:
+    """Find all solutions for each pose by searches.
+
+    Rounds of searches are repeated for a pose until all solutions that its configuration flags
+    allow are found, or each has been found twice: a solution that is then missing attracts few
+    searches, if any (Good, 1953). Starts are a low-discrepancy sequence. Near a singularity a
+    solution may be missing.
+
+    Args:
+        robot: An arm of up to six joints.
+        targets: n poses in the base frame.
+        guesses: For each pose configurations near its solutions, shape (k, d) each, if known.
+
+    Returns:
+        As `find_branches`.
+    """
+    n, d, box = len(targets), robot.dof, _slide_limits(robot)
+    poses = [_PoseSolutions(d) for _ in range(n)]
+    for i, guess in enumerate(guesses):
+        if not len(guess):
+            continue
+        ended = solve_batch(robot, targets.take([i]), guess, tolerance=SOLUTION_ERROR)
+        # near a singularity rounding ends searches earlier
+        solved = np.maximum(ended.position_error, ended.orientation_error) <= JOINED_ERROR
+        poses[i].add(robot, targets.take([i]), ended.q[solved])
+    active = [i for i in range(n) if not poses[i].is_complete(robot)]
+    for round_ in range(SEARCH_ROUNDS):
+        if not active:
+            break
+        spread = spread_starts(robot, box, STARTS, skip=round_ * STARTS)
+        begin = [
+            np.vstack([_near_singular_starts(robot, poses[i].solutions), spread]) for i in active
+        ]
+        owner = np.repeat(active, [len(start) for start in begin])
+        ended = solve_batch(
+            robot,
+            targets.take(owner),
+            np.concatenate(begin),
+            tolerance=SOLUTION_ERROR,
+            max_iterations=SEARCH_ITERATIONS,
+        )
+        remaining = []
+        for i in active:
+            solved = ended.q[(owner == i) & ended.converged]
+            new = poses[i].add(robot, targets.take([i]), solved)
+            complete = poses[i].is_complete(robot)
+            calm = round_ > 0 and (not new or bool((poses[i].hits > 1).all()))
+            if complete is False or (complete is None and not calm):
+                remaining.append(i)
+        active = remaining
+    revolute = joint_axes(robot).revolute
+    return [difference(pose.solutions, np.zeros(d), revolute) for pose in poses]
+
+
+def _near_singular_starts(robot: Robot, solutions: FloatArray) -> FloatArray:
+    """Configurations along which solutions (n, d) near a singularity hardly move the tool, (k, d).
+
+    Other solutions are near such a line, and attract few other searches.
+    """
+    _, s, Vt = np.linalg.svd(joint_axes(robot).jacobians(solutions), full_matrices=False)
+    near = s[:, -1] < NEAR_SINGULAR_VALUE
+    moves = SINGULAR_STEPS[:, None, None] * Vt[near, -1]
+    return np.asarray((solutions[near] + moves).reshape(-1, robot.dof))
+
+
+def _slide_limits(robot: Robot) -> Limits:
+    """Position limits of prismatic joints alone."""
+    revolute = joint_axes(robot).revolute
+    (lower, upper), (low, high) = no_limits(robot), limits_of(robot)
+    return np.where(revolute, lower, low), np.where(revolute, upper, high)
+
+
+def distinct_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
+    """Solutions without those connected to an earlier one by a self-motion.
+
+    Where two branches meet, searches end on both sides of that point. Near a singularity they end
+    anywhere near the solution.
+    """
+    chain = joint_axes(robot)
+    result: list[FloatArray] = []
+    for q in solutions:
+        gaps = difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
+        sizes = np.abs(gaps).max(axis=1)
+        if (sizes <= SAME_SOLUTION).any():
+            continue
+        between = q - 0.5 * gaps[sizes < JOINED_DISTANCE]
+        if len(between):
+            tip, rotation, *_ = chain.forward(between)
+            poses = target.take(np.zeros(len(between), dtype=int))
+            _, distance, angle = pose_errors(tip, rotation, poses.position, poses.rotation)
+            if (np.maximum(distance, angle) < JOINED_ERROR).any():
+                continue
+        result.append(q)
+    return np.array(result).reshape(-1, solutions.shape[1])

@@ -1,0 +1,230 @@
+"""Inverse kinematics of a pose (eq 3): the joint positions that bring the tool to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.kinematics.chain.joint_ranges import limits_of, nearest_turns, spread_starts
+from knotwork.robot.kinematics.chain.levenberg_marquardt import (
+    HASTY_EFFORT,
+    TOLERANCE_MARGIN,
+    Effort,
+    PoseSearch,
+)
+from knotwork.robot.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.robot.kinematics.pose_arguments import check_count, check_request
+from knotwork.robot.kinematics.solutions.all_within_limits import solutions_within_limits
+from knotwork.robot.kinematics.solutions.diagnosis import solution_or_reason
+from knotwork.robot.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
+from knotwork.units import SI, Units
+from knotwork.waypoints import FloatArray, read_only
+
+# Maximum number of restarts for a first solution. After them one batch searches for all solutions.
+MAX_RESTARTS = 50
+# A solution of the local search within this distance of the start [rad or m] counts as the nearest,
+# unless a second solution may lie within `TWIN_DISTANCE_FACTOR` times the distance from the start;
+# in theory a nearer one lies within twice the distance.
+NEAR_DISTANCE = 0.5
+TWIN_DISTANCE_FACTOR = 3.0
+# A solution within this distance is the nearest one [rad or m].
+SAME_CONFIGURATION = 1e-6
+# Self-motion is followed from at most `MAX_FOLLOWED` solutions within `FOLLOW_DISTANCE_FACTOR`
+# times the minimum distance, until steps are `ROUGH_STEP_FACTOR` times the distance (the remaining
+# gain is about the square of it); and from the nearest one to the end.
+MAX_FOLLOWED = 8
+FOLLOW_DISTANCE_FACTOR = 1.5
+ROUGH_STEP_FACTOR = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class IKSolution:
+    """Joint positions for a pose, with their errors by forward kinematics.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configurations["home"]
+    >>> found = kw.solve_pose_ik(robot, robot.forward(home + 0.1), home)
+    >>> found.converged, found.position_error < 1e-8, np.round(found.q - home, 6)
+    (True, True, array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1]))
+
+    Attributes:
+        q: Joint positions, inside the limits [rad or m], shape (d,), read-only.
+        position_error: Distance of the TCP from the pose, by forward kinematics of `q` [m].
+        orientation_error: Angle of the tool from the pose [rad].
+        distance: Euclidean distance of `q` from the preferred configuration, one metre counting as
+            one radian.
+        iterations: Steps of all local searches, without those of the search for all solutions.
+        restarts: Local searches beyond the first, without those of the search for all solutions.
+        converged: Whether both errors are within the tolerances.
+        reason: Text of how the search ended.
+    """
+
+    q: FloatArray
+    position_error: float
+    orientation_error: float
+    distance: float
+    iterations: int
+    restarts: int
+    converged: bool
+    reason: str
+
+
+def solve_pose_ik(
+    robot: Robot,
+    pose: Any,
+    start: ArrayLike,
+    *,
+    position_tolerance: float = 1e-8,
+    orientation_tolerance: float = 1e-8,
+    max_restarts: int = MAX_RESTARTS,
+    near: ArrayLike | None = None,
+    nearest: bool = True,
+    waypoint: str = "",
+    where: str = "",
+    units: Units = SI,
+) -> IKSolution:
+    """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
+
+    There are three steps. The first is a local search from the start. If it fails or ends far away,
+    the second takes the nearest of all solutions found, without a proof that there is no nearer
+    one. If there is none, the third is a diagnosis. Joints are moved by whole turns towards the
+    start, and a redundant arm is moved along its self-motion.
+
+    Args:
+        robot: The robot.
+        pose: Pose of the TCP in the base frame, `pin.SE3`.
+        start: Joint positions to search from [rad or m], shape (d,).
+        position_tolerance: Position tolerance [m].
+        orientation_tolerance: Orientation tolerance [rad].
+        max_restarts: With `nearest=False`, maximum number of restarts for a first solution.
+        near: Preferred configuration [rad or m], shape (d,); by default the start.
+        nearest: Search for the nearest solution; otherwise return the first one found.
+        waypoint: Name of the waypoint, for errors.
+        where: Location of its definition, for errors.
+        units: Units of lengths and angles in errors.
+
+    Raises:
+        OutsideLimitsError: The pose is reachable only with joints outside their limits.
+        UnreachablePoseError: The pose is out of reach, or is reachable only with another
+            orientation.
+        WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
+        RobotError: The robot has no tool frame.
+
+    >>> robot, home = kw.load_robot("ur5"), kw.load_robot("ur5").configuration("home")
+    >>> kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home).q - home
+    array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+    """
+    check_request(pose, position_tolerance, orientation_tolerance)
+    check_count(max_restarts, "max_restarts")
+    first = read_only(start, (robot.dof,), "start")
+    goal = first if near is None else read_only(near, (robot.dof,), "near")
+    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
+    search = PoseSearch(robot, pose, *tolerances)
+    best = _NearestSolution(search, goal, nearest)
+    best.search_from(first, HASTY_EFFORT)
+    kind = f"{'nearest' if nearest else 'first'} solution"
+    hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
+    if hopeless or not (best.is_nearest() if nearest else best.find_any(max_restarts)):
+        every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search, goal)
+        best.take_all(every)
+        kind = f"nearest of {max(len(every), 1)} solutions"
+        if best.best is None:
+            best.take(solution_or_reason(search, goal, waypoint, where, units))
+    return best.answer(kind)
+
+
+class _NearestSolution:
+    """The nearest solution found so far, and the work spent."""
+
+    def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
+        self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
+        self._follow = nearest and search.robot.dof > 6
+        self.best: FloatArray | None = None
+        self.distance = np.inf
+        self.iterations, self.restarts = 0, -1
+
+    def search_from(self, start: FloatArray, effort: Effort) -> None:
+        solution = self.search.solve(start, self.limits, effort)
+        self.iterations += solution.iterations
+        self.restarts += 1
+        if solution.converged:
+            self.take(solution.q)
+
+    def find_any(self, max_restarts: int) -> bool:
+        """Search from other starts until there is a solution, and give whether there is one."""
+        robot = self.search.robot
+        for start in spread_starts(robot, self.limits, max_restarts) if self.best is None else ():
+            self.search_from(start, HASTY_EFFORT)
+            if self.best is not None:
+                break
+        return self.best is not None
+
+    def take(self, q: FloatArray) -> None:
+        """Keep a solution if it is nearer than the best one."""
+        distance = math.dist(q.tolist(), self.goal.tolist())
+        if distance > np.pi:  # otherwise no joint is more than half a turn away
+            q = nearest_turns(self.search.robot, q, self.goal)
+            distance = math.dist(q.tolist(), self.goal.tolist())
+        if self._follow and distance < FOLLOW_DISTANCE_FACTOR * self.distance:
+            q, steps = nearest_by_self_motion(
+                self.search, q, self.goal, ROUGH_STEP_FACTOR * distance
+            )
+            self.iterations += steps
+            distance = math.dist(q.tolist(), self.goal.tolist())
+        if distance < self.distance:
+            self.best, self.distance = q, distance
+
+    def take_all(self, solutions: FloatArray) -> None:
+        """Keep the nearest of some solutions, starting with the apparently nearest."""
+        turned = [nearest_turns(self.search.robot, q, self.goal) for q in solutions]
+        turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
+        for q in turned[: MAX_FOLLOWED if self._follow else 1]:
+            self.take(q)
+
+    def is_nearest(self) -> bool:
+        """Whether the solution counts as the nearest.
+
+        Take a step t along a right-singular vector whose singular value is σ, and let κ be the
+        acceleration of the tool along the left-singular vector. To second order the tool moves by
+        σt + κt²/2, which is zero again at t = −2σ/κ. Near that step there is a second solution.
+        """
+        if self.best is None or self.distance > NEAR_DISTANCE:
+            return False
+        if self.distance < SAME_CONFIGURATION:
+            return True
+        q, within = self.best, TWIN_DISTANCE_FACTOR * self.distance
+        U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
+        if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
+            return False
+        bends = [
+            abs(float(lost @ self.search.bend(q, along)))
+            for lost, along in zip(U.T, Vt, strict=True)
+        ]
+        return bool((2.0 * s >= within * np.array(bends)).all())
+
+    def answer(self, kind: str) -> IKSolution:
+        """The nearest solution."""
+        if self.best is None:
+            raise RuntimeError("no solution has been kept")
+        q = self.best
+        if self._follow:
+            q, steps = nearest_by_self_motion(self.search, q, self.goal)
+            self.iterations += steps
+            self.distance = math.dist(q.tolist(), self.goal.tolist())
+        errors = self.search.errors(q)
+        q.setflags(write=False)
+        return IKSolution(
+            q,
+            *errors,
+            self.distance,
+            self.iterations,
+            self.restarts,
+            self.search.is_within(*errors),
+            kind,
+        )

@@ -1,0 +1,114 @@
+"""Inverse kinematics of many poses at once, each from its own start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import WaypointDataError
+from knotwork.robot import Robot
+from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
+from knotwork.robot.kinematics.chain.joint_ranges import clip, limits_of, spread_starts
+from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN
+from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
+from knotwork.waypoints import FloatArray, read_only
+
+MAX_BATCH_RESTARTS = 600
+# Size to which batches are filled when few poses are left.
+FILLED_BATCH = 200
+
+
+def solve_pose_ik_batch(
+    robot: Robot,
+    poses: Iterable[Any],
+    start: ArrayLike,
+    *,
+    tolerance: float = 1e-8,
+    max_restarts: int = MAX_BATCH_RESTARTS,
+) -> BatchSolution:
+    """Find joint positions inside the limits for many poses, in one batch.
+
+    This is faster than single poses from about ten poses on. If a pose fails from its start, it is
+    searched for again from other starts. These are the same in every call. Any solution is
+    accepted; a close start gives a close solution.
+
+    Args:
+        robot: The robot.
+        poses: Poses of the TCP in the base frame, n of `pin.SE3`.
+        start: Joint positions to search from [rad or m], shape (n, d), or (d,) for all.
+        tolerance: Tolerance of position [m] and orientation [rad].
+        max_restarts: Maximum number of further searches for a pose.
+
+    Returns:
+        Joint positions and errors; `converged` has whether each pose is solved.
+
+    Raises:
+        WaypointDataError: An array is not finite or has a wrong shape, or the tolerance is not
+            positive.
+        RobotError: The robot has no tool frame.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configuration("home")
+    >>> configurations = home + np.linspace(0.0, 0.5, 6)[:, None]
+    >>> poses = [robot.forward(q) for q in configurations]
+    >>> found = kw.kinematics.solve_pose_ik_batch(robot, poses, start=configurations + 0.01)
+    >>> found.converged.all(), float(abs(found.q - configurations).max()) < 1e-6
+    (np.True_, True)
+    """
+    try:
+        wanted = list(poses)
+    except TypeError as error:
+        message = f"poses must be a sequence of pin.SE3, not {poses!r}"
+        raise WaypointDataError(message, value=poses) from error
+    for i, pose in enumerate(wanted):
+        check_pose(pose, f"poses[{i}]")
+    check_tolerance(tolerance, "tolerance")
+    check_count(max_restarts, "max_restarts")
+    n, d = len(wanted), robot.dof
+    has_rows = np.asarray(start, dtype=object).ndim > 1
+    first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
+    return _solve_with_restarts(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
+
+
+def _solve_with_restarts(
+    robot: Robot, poses: list[Any], start: FloatArray, tolerance: float, max_restarts: int
+) -> BatchSolution:
+    """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
+    (n, d), limits, targets = start.shape, limits_of(robot), Targets.from_poses(poses)
+    q = clip(start, limits)
+    position, orientation = np.full(n, np.inf), np.full(n, np.inf)
+    todo, iterations, restarts = np.arange(n), 0, 0
+    begin = q[:, None]  # starts of each remaining pose, shape (len(todo), k, d)
+    while True:
+        count = begin.shape[1]
+        group = np.repeat(todo, count)
+        ended = solve_batch(
+            robot,
+            targets.take(group),
+            begin.reshape(-1, d),
+            tolerance=tolerance,
+            limits=limits,
+            hasty=True,
+            group=group,
+        )
+        iterations += ended.iterations
+        # The first converged search of each pose, or else the one with the smallest error.
+        off = np.where(ended.converged, 0.0, ended.position_error + ended.orientation_error)
+        best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
+        better = ended.converged[best] | (off[best] < position[todo] + orientation[todo])
+        rows, best = todo[better], best[better]
+        q[rows] = ended.q[best]
+        position[rows] = ended.position_error[best]
+        orientation[rows] = ended.orientation_error[best]
+        todo = todo[~ended.converged.reshape(-1, count).any(axis=1)]
+        if not todo.size or restarts >= max_restarts:
+            break
+        # A step of a batch takes hardly longer for hundreds than for one.
+        count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
+        begin = np.tile(spread_starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
+        restarts += count
+    converged = np.maximum(position, orientation) <= tolerance
+    return BatchSolution(q, position, orientation, converged, iterations)

@@ -1,0 +1,147 @@
+"""`AskedTiming`: a scenario's requirements on the speed along a path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from knotwork.curves import tool_paths
+from knotwork.curves.tool_paths import Timing
+from knotwork.errors import PathError, RampError, StretchTimeError
+from knotwork.task.scenario.free_times import PROVISIONAL_SPEED
+
+SPEED_ROUNDS = 100
+"""Largest number of rounds until speeds from times and speeds at junctions agree."""
+
+ACCELERATION_FACTOR = 4.0
+"""Ratio of successive candidate accelerations for provisional speeds."""
+
+MAX_ACCELERATION_FACTOR = 1e6
+"""Largest candidate acceleration, as a multiple of the given one."""
+
+PEAK_TO_MEAN_SPEED = 2.0
+"""Largest ratio of speed and mean speed of a stretch from stop to stop."""
+
+
+@dataclass(frozen=True)
+class AskedTiming:
+    """Stretches of a path, each with a speed, a duration, or a speed to be chosen.
+
+    Attributes:
+        lengths: Lengths of the stretches [m].
+        speeds: Speed along each [m/s]; `None` if it follows from a duration or is chosen.
+        durations: Duration of each [s], or `None`.
+        ends: Speeds at both ends of the path [m/s]; `None` for that of the stretch there.
+        acceleration: Largest acceleration along the path where its speed changes [m/s²].
+        at_most: Upper bounds of chosen speeds [m/s], by index, infinite without one.
+    """
+
+    lengths: tuple[float, ...]
+    speeds: tuple[float | None, ...]
+    durations: tuple[float | None, ...]
+    ends: tuple[float | None, float | None]
+    acceleration: float
+    at_most: Mapping[int, float]
+
+    def timed(
+        self, chosen: Mapping[int, float] = MappingProxyType({})
+    ) -> tuple[Timing, tuple[float, ...]]:
+        """The timing, and the speed of each stretch [m/s].
+
+        The speed at a junction is the lower one of its two stretches. So speeds from durations
+        depend on each other, and an iteration finds them.
+
+        Args:
+            chosen: Chosen speeds of stretches [m/s], by index.
+
+        Raises:
+            PathError: A stretch is too short for its changes of speed, or a duration is infeasible.
+        """
+        count, ends = len(self.lengths), self.ends
+        fixed = [chosen.get(k, speed) for k, speed in enumerate(self.speeds)]
+        speeds = [
+            length / duration if speed is None and duration is not None else float(speed or 0)
+            for length, speed, duration in zip(self.lengths, fixed, self.durations, strict=True)
+        ]
+        for _ in range(SPEED_ROUNDS):
+            before = list(speeds)
+            for k in range(count):
+                if fixed[k] is not None:
+                    continue
+                speed_before = ends[0] if k == 0 else speeds[k - 1]
+                speed_after = ends[1] if k == count - 1 else speeds[k + 1]
+                try:
+                    speeds[k] = tool_paths.speed_for_duration(
+                        self.lengths[k],
+                        self.durations[k] or 0.0,
+                        acceleration=self.acceleration,
+                        start_speed=None
+                        if speed_before is None or (k and speed_before >= speeds[k])
+                        else speed_before,
+                        end_speed=None
+                        if speed_after is None or (k < count - 1 and speed_after >= speeds[k])
+                        else speed_after,
+                    )
+                except StretchTimeError as error:
+                    error.stretch = k
+                    raise
+            if np.allclose(speeds, before, rtol=1e-12, atol=0.0):
+                break
+        timing = tool_paths.speed_profile(
+            self.lengths,
+            speeds,
+            start_speed=ends[0],
+            end_speed=ends[1],
+            acceleration=self.acceleration,
+        )
+        return timing, tuple(speeds)
+
+    def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
+        """The largest speeds, at most the chosen ones, that allow the changes of speed.
+
+        Args:
+            chosen: Chosen speeds of stretches [m/s], by index.
+
+        Raises:
+            PathError: No speed allows the changes of speed along the stretches with a given speed.
+        """
+        speeds = dict(chosen)
+        for _ in range(SPEED_ROUNDS * len(self.lengths)):
+            try:
+                self.timed(speeds)
+            except RampError as error:
+                # With faster neighbours a stretch needs shorter changes of speed, so no speed is
+                # lowered too much.
+                if error.stretch not in speeds or error.highest_speed is None:
+                    raise
+                speeds[error.stretch] = error.highest_speed
+            else:
+                return speeds
+        self.timed(speeds)
+        return speeds
+
+    def provisional(self) -> tuple[Timing, tuple[float, ...]]:
+        """Provisional timing and speeds: low speeds, with quick changes to them.
+
+        Raises:
+            PathError: No speed allows the changes of speed.
+        """
+        if not self.at_most:
+            return self.timed()
+        timed = zip(self.lengths, self.durations, strict=True)
+        means = [length / duration for length, duration in timed if duration]
+        fixed = [speed for speed in self.speeds if speed is not None]
+        fastest = max((PROVISIONAL_SPEED, *fixed, *(PEAK_TO_MEAN_SPEED * mean for mean in means)))
+        self.fitted({k: min(fastest, most) for k, most in self.at_most.items()})
+        low = {k: min(PROVISIONAL_SPEED, most) for k, most in self.at_most.items()}
+        quick = self
+        while True:
+            try:
+                return quick.timed(quick.fitted(low))
+            except PathError:
+                if quick.acceleration > MAX_ACCELERATION_FACTOR * self.acceleration:
+                    raise
+                quick = replace(quick, acceleration=ACCELERATION_FACTOR * quick.acceleration)

@@ -1,0 +1,215 @@
+"""Times of a task's actions, and the segments of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
+from knotwork.files.documents import Location, Places
+from knotwork.task import Action, ChosenMotion, PlainTask
+from knotwork.task.actions import parse_switched
+from knotwork.task.scenario.scenario import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.units import Units
+
+EVENT_TOLERANCE = 1e-9
+"""Tolerance of positions on a path and times, relative to its length and 1 s."""
+
+
+def with_waits(file: PlainTask) -> PlainTask:
+    """A task in which waits among the actions are waits of their waypoints."""
+    waits = [sum(action.wait or 0.0 for action in step.actions) for step in file.waypoints]
+    pairs = zip(file.waypoints, waits, strict=True)
+    waiting = (step.model_copy(update={"wait": wait}) if wait else step for step, wait in pairs)
+    return file.model_copy(update={"waypoints": tuple(waiting)}) if any(waits) else file
+
+
+@dataclass(frozen=True, eq=False)
+class EventReader:
+    """Reads the events of a file.
+
+    Attributes:
+        file: Content of the file, in SI.
+        places: Locations of its parts in the file, for errors.
+        units: Units of the file, for errors.
+        waypoints, paths, index: Waypoints, paths and indices of the scenario.
+    """
+
+    file: PlainTask
+    places: Places
+    units: Units
+    waypoints: Sequence[ScenarioWaypoint]
+    paths: Sequence[ScenarioPath]
+    index: tuple[int, ...]
+
+    def events(self, *, timed: bool) -> tuple[AskedEvent, ...]:
+        """All events in order of time.
+
+        Args:
+            timed: Whether times are known; if not, only positions are checked.
+
+        Raises:
+            DocumentError: An event is outside the motion or its path, or before another event of
+                its signal that precedes it in the file.
+        """
+        events = list(self._requested_events())
+        last: dict[str | int, Event] = {}
+        for where, requested in events if timed else ():
+            event = requested.event
+            self._check_inside(where, event)
+            before = last.get(event.signal)
+            if before is not None and event.time <= before.time:
+                raise self.places.error(
+                    where,
+                    f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
+                    f"{before.text} at {before.time:.6g} s, the previous one in the file",
+                    "a later time, or the other order",
+                )
+            last[event.signal] = event
+        return tuple(sorted((event for _, event in events), key=_time)) if timed else ()
+
+    @cached_property
+    def rows(self) -> dict[int, tuple[int, int]]:
+        """First and last index in the scenario of each waypoint of the file."""
+        last = {k: i for i, k in enumerate(self.index)}
+        first = {k: i for i, k in reversed(list(enumerate(self.index)))}
+        return {k: (first[k], last[k]) for k in last}
+
+    def _requested_events(self) -> Iterator[tuple[Location, AskedEvent]]:
+        for k, waypoint in enumerate(self.file.waypoints):
+            waited = 0.0
+            for j, action in enumerate(waypoint.actions):
+                item = () if isinstance(waypoint.do, Action) else (j,)
+                where: Location = ("waypoints", k, "do", *item)
+                if action.wait is not None:
+                    waited += action.wait
+                    continue
+                yield where, self._asked_event(k, action, waited, where)
+
+    def _asked_event(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
+        arrival, leaving = self.rows[k]
+        waypoint = self.waypoints[arrival]
+        outputs = self.file.outputs
+        known = {number: name for name, number in outputs.items()}
+        name, value = next(
+            iter(action.signals.items()),
+            (known.get(action.output or 0, f"output {action.output}"), bool(action.value)),
+        )
+        value = parse_switched(value)
+        output = outputs.get(name, action.output)
+        if output is not None and not isinstance(value, bool):
+            raise self.places.error(
+                where,
+                f"{name} is a digital output, and {value!r} is not a state",
+                "on or off",
+            )
+        moment = action.after or -(action.before or 0.0) or waited
+        event = Event(waypoint.time + moment, name, value, waypoint.name, output)
+        if not action.at:
+            return AskedEvent(event, moment)
+        path, s = self._place(leaving if action.at > 0.0 else arrival, action.at, where)
+        time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
+        return AskedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
+
+    def _place(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
+        """The path through a waypoint, and an arc length along it [m]."""
+        where = (*where, "at")
+        onward = at > 0.0
+        candidates = (
+            path for path in self.paths if path.first + (not onward) <= row <= path.last - onward
+        )
+        path = next(candidates, None)
+        name = self.waypoints[row].name
+        if path is None:
+            raise self.places.error(
+                where,
+                f"no tool path {'begins' if onward else 'ends'} at {name!r}",
+                "after or before: seconds; or at on a path with along",
+            )
+        lengths = path.asked.lengths
+        before, length = sum(lengths[: row - path.first]), sum(lengths)
+        s = before + at
+        if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
+            low, high = (
+                self.units.text(offset, "m", ".6g") for offset in (-before, length - before)
+            )
+            raise self.places.error(
+                where,
+                f"{self.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
+                f"from {low} to {high}",
+            )
+        return path, min(max(s, 0.0), length)
+
+    def _check_inside(self, where: Location, event: Event) -> None:
+        start, end = self.waypoints[0].time, self.waypoints[-1].time
+        if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
+            raise self.places.error(
+                where,
+                f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
+                f"a time from {start:.6g} s to {end:.6g} s",
+            )
+
+
+def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
+    """An event as an action of a task with given outputs, without delay."""
+    if event.output is None:
+        return {event.name: event.value}
+    name = next(
+        (output_name for output_name, number in outputs.items() if number == event.output), None
+    )
+    if name is None:
+        return {"output": event.output, "value": event.value}
+    return {name: event.value}
+
+
+def _time(requested: AskedEvent) -> float:
+    return requested.event.time
+
+
+def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
+    """Waypoints of each collision-free motion in the task, by index, and the motion."""
+    for run in scenario.task.chosen or ():
+        if run.way:
+            low, high = run.times[0] - EVENT_TOLERANCE, run.times[-1] + EVENT_TOLERANCE
+            yield (
+                [
+                    i
+                    for i, waypoint in enumerate(scenario.waypoints)
+                    if low <= waypoint.time <= high
+                ],
+                run,
+            )
+
+
+def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[Segment, ...]:
+    """Segments of a motion, from waypoint to waypoint.
+
+    Args:
+        scenario: The task, with all times known.
+        motion_starts: Indices of the waypoints at the start of a motion found by `way: clear`.
+
+    >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
+    ['start to approach', 'approach to edge start']
+    """
+    along = {i for path in scenario.paths for i in range(path.first, path.last)}
+    points, index = scenario.waypoints, scenario.index
+    parts = []
+    for i, (first, second) in enumerate(pairwise(points)):
+        waits = index[i] == index[i + 1]
+        over = i > 0 and index[i - 1] == index[i]
+        begin = points[i - 1].name if over else first.name
+        name = f"wait at {begin}" if waits else f"{begin} to {second.name}"
+        kind: SegmentKind = "free motion"
+        if waits:
+            kind = "wait"
+        elif i in along:
+            kind = "tool path"
+        elif i in motion_starts:
+            kind = "way"
+        parts.append(Segment(name, first.time, second.time, kind))
+    return tuple(parts)

@@ -1,0 +1,251 @@
+"""Rotations, placements and frames of a scenario file, in SI, computed by Pinocchio."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.tool_paths.moving_frame import MovingFrame
+from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import InputError, PathError, did_you_mean
+from knotwork.files.documents import Location, Places
+from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
+from knotwork.waypoints import FloatArray, rotation_fault
+
+# Tolerance for values in a file, which are often rounded to four digits. A larger deviation from a
+# rotation is a mistake.
+FILE_ROTATION_TOLERANCE = 1e-3
+
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+FRAME_JOINTS = {
+    "x": ("m", "x"),
+    "y": ("m", "y"),
+    "z": ("m", "z"),
+    "yaw": ("rad", "z"),
+    "pitch": ("rad", "y"),
+    "roll": ("rad", "x"),
+}
+"""Accepted joints of a file with a frame's motion, in kinematic order: unit and
+axis."""
+FRAME_JOINTS_TEXT = "x, y, z [m], yaw, pitch, roll [rad]"
+
+
+def rotation(placement: Placement, places: Places, location: Location) -> FloatArray:
+    """Rotation matrix, shape (3, 3), of a placement's orientation; the identity if it has none.
+
+    Args:
+        placement: Placement as given in the file, in SI.
+        places: Locations in the file, for errors.
+        location: Location of the placement.
+
+    Raises:
+        DocumentError: A quaternion or a matrix is not a rotation.
+    """
+    for name, order in (("quaternion_xyzw", (3, 0, 1, 2)), ("quaternion_wxyz", (0, 1, 2, 3))):
+        values = getattr(placement, name)
+        if values is not None:
+            return _from_quaternion(np.array([values[i] for i in order]), places, (*location, name))
+    if placement.torch is not None:
+        return _torch_axes(placement.torch, places, (*location, "torch"))
+    if placement.rotation_matrix is not None:
+        matrix = np.array(placement.rotation_matrix)
+        return _from_matrix(matrix, places, (*location, "rotation_matrix"))
+    if placement.rotation_vector is not None:
+        return np.asarray(pin.exp3(np.array(placement.rotation_vector)))
+    if placement.rpy is not None:
+        return np.asarray(pin.rpy.rpyToMatrix(np.array(placement.rpy)))
+    result = np.eye(3)
+    if placement.euler is not None:
+        for axis, turn in zip(placement.euler.order, placement.euler.angles, strict=True):
+            result = result @ pin.exp3(turn * np.array(_AXES[axis]))
+    return result
+
+
+def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> FloatArray:
+    norm = float(np.linalg.norm(wxyz))
+    if abs(norm - 1) > FILE_ROTATION_TOLERANCE:
+        raise places.error(
+            location,
+            f"has norm {norm:.6g}",
+            f"a unit quaternion, norm 1 within {FILE_ROTATION_TOLERANCE:g}",
+        )
+    w, x, y, z = (float(value) for value in wxyz / norm)
+    return np.asarray(pin.Quaternion(w, x, y, z).matrix())
+
+
+def _torch_axes(torch: SeamTorch, places: Places, location: Location) -> FloatArray:
+    try:
+        axes = seam_frames([torch.seam], torch.normal)[0]
+        turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
+        return np.asarray(axes @ turned)
+    except PathError as error:
+        raise places.error(location, str(error)) from error
+
+
+def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> FloatArray:
+    fault = rotation_fault(matrix, FILE_ROTATION_TOLERANCE)
+    if fault:
+        raise places.error(
+            location,
+            f"is not a rotation matrix: {fault}",
+            f"orthonormal rows within {FILE_ROTATION_TOLERANCE:g}, right-handed",
+        )
+    u, _, vt = np.linalg.svd(matrix)  # the nearest rotation undoes the rounding
+    return np.asarray(u @ vt)
+
+
+def read_placement(placement: Placement, places: Places, location: Location) -> pin.SE3:
+    """Make a placement in its parent frame from its values in the file, in SI.
+
+    Raises:
+        DocumentError: As for `rotation`.
+    """
+    return pin.SE3(rotation(placement, places, location), np.array(placement.position))
+
+
+class Frames:
+    """The named frames of a scenario, each placed in the base frame at rest.
+
+    Args:
+        frames: Frames as given in the file, in SI.
+        places: Locations in the file, for errors.
+
+    Attributes:
+        moving: Motion of each frame.
+
+    Raises:
+        DocumentError: A frame is placed in one that does not exist, frames are placed in a circle,
+            or a frame has a reserved name.
+    """
+
+    def __init__(self, frames: Mapping[str, Frame], places: Places) -> None:
+        self._places = places
+        self.moving = {"base": MovingFrame((), pin.SE3.Identity())}
+        self._placements = {"base": pin.SE3.Identity()}
+        for reserved in ("base", "tool"):
+            if reserved in frames:
+                raise places.error(
+                    ("frames", reserved), "is a reserved name", "any other name for a frame"
+                )
+        for name in frames:
+            for link in reversed(self._unplaced_chain(name, frames)):
+                frame = frames[link]
+                moving = self.moving[frame.parent].inside(
+                    read_placement(frame, places, ("frames", link))
+                )
+                if frame.on is not None:
+                    moving = replace(moving, link=frame.on)
+                if frame.moves is not None:
+                    moving = move_frame(moving, frame.moves, places, ("frames", link, "moves"))
+                self.moving[link], self._placements[link] = moving, moving.rest_placement
+
+    def _unplaced_chain(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
+        """List a frame and its parents up to the first one that is placed already."""
+        chain: dict[str, None] = {}
+        while name not in self._placements:
+            location: Location = ("frames", name, "in")
+            if name in chain:
+                links = list(chain)
+                circle = " in ".join((*links[links.index(name) :], name))
+                raise self._places.error(location, f"frames placed in a circle: {circle}")
+            chain[name] = None
+            parent = frames[name].parent
+            if parent != "base" and parent not in frames:
+                choices = ["base", *(choice for choice in frames if choice != name)]
+                raise self._places.error(
+                    location, f"unknown frame {parent!r}", did_you_mean(parent, choices)
+                )
+            name = parent
+        return list(chain)
+
+    def __getitem__(self, name: str) -> pin.SE3:
+        return self._placements[name]
+
+    def find(self, name: str, location: Location, *also: str) -> str:
+        """Check that a name is a frame, or one of the other names, and return it.
+
+        Raises:
+            DocumentError: The frame does not exist.
+        """
+        if name in self._placements or name in also:
+            return name
+        choices = [*self._placements, *also]
+        raise self._places.error(location, f"unknown frame {name!r}", did_you_mean(name, choices))
+
+
+def move_frame(
+    frame: MovingFrame, motion: FrameMotion, places: Places, place: Location
+) -> MovingFrame:
+    """A frame in motion.
+
+    Args:
+        frame: The frame without its own motion.
+        motion: Its motion, in SI.
+        places: Locations in the file, for errors.
+        place: Location of the motion.
+
+    Raises:
+        DocumentError: The file is missing, or has other joints.
+    """
+    if motion.file is not None:
+        return _move_by_file(frame, motion.file, motion.at, places, place)
+    axes, turns, rates = [], [], []
+    for vector, turn in ((motion.linear, False), (motion.angular, True)):
+        rate = float(np.linalg.norm(vector or (0.0,)))
+        if rate > 0.0:
+            axes.append(np.array(vector) / rate)
+            turns.append(turn)
+            rates.append(rate)
+    if not rates:
+        return frame
+    c = np.array([[rates], [np.zeros(len(rates))]])
+    steady = EndlessCurve(PiecewisePolynomial(c, [0.0, 1.0]), stands=False, delay=motion.at)
+    return frame.with_joints(np.array(axes), tuple(turns), steady)
+
+
+def _move_by_file(
+    frame: MovingFrame, file: str, begin: float, places: Places, place: Location
+) -> MovingFrame:
+    folder = places.file.parent if places.file is not None else Path()
+    try:
+        motion = _read_motion(folder / os.path.expanduser(file))
+    except InputError as error:
+        raise places.error((*place, "file"), str(error)) from error
+    order = [motion.joint_names.index(name) for name in FRAME_JOINTS if name in motion.joint_names]
+    names = [motion.joint_names[i] for i in order]
+    curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
+    axes = np.eye(3)[["xyz".index(FRAME_JOINTS[name][1]) for name in names]]
+    turns = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
+    return frame.with_joints(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
+
+
+def _read_motion(path: Path) -> JointTrajectory:
+    from knotwork.files.documents.csv_rows import read_rows
+    from knotwork.files.foreign.trajectory_files import CSV, read_trajectory
+
+    names = list(FRAME_JOINTS)
+    if path.suffix.lower() in CSV:
+        words = {word for head in read_rows(path).headings for word in re.split("[^a-z]+", head)}
+        names = [name for name in FRAME_JOINTS if name in words]
+    units = [FRAME_JOINTS[name][0] for name in names]
+    motion, faults = read_trajectory(path, names, units, owner="a moving frame")
+    known = zip(motion.joint_names, motion.joint_units, strict=True)
+    faults += [
+        f"{name} [{unit}]" for name, unit in known if FRAME_JOINTS.get(name, ("", ""))[0] != unit
+    ]
+    if faults:
+        raise InputError(
+            f"{path}: {', '.join(faults)}; accepted: joints {FRAME_JOINTS_TEXT}, or some of them"
+        )
+    return motion

@@ -1,0 +1,188 @@
+"""Joint values of a task, from the units of its file to SI."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import did_you_mean
+from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
+from knotwork.task import ChosenMotion, PoseWaypoint
+from knotwork.task.scenario import JointTarget
+from knotwork.task.scenario.scenario import Scenario
+from knotwork.task.si_units import si_factors
+from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
+
+SAME_PLACE_TOLERANCE = 1e-12
+"""Distance within which poses and joint positions are equal [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """Joint values required at a waypoint.
+
+    Attributes:
+        position: Joint positions [rad or m], shape (d,).
+        velocity: Joint velocities [rad/s or m/s], shape (d,).
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True)
+class JointReader:
+    """Reader of the joint values of a task, in SI."""
+
+    scenario: Scenario
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    configurations: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
+        """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
+        length, angle = (1.0, 1.0) if si else si_factors(self.scenario.task.units)
+        units = zip(self.names, self.units, strict=True)
+        scale = {name: angle if unit == "rad" else length for name, unit in units}
+        if not isinstance(values, Mapping):
+            values = dict.fromkeys(self.names, float(values))
+        for name in values:
+            if name not in scale:
+                raise self.scenario.places.error(
+                    (*location, name), f"unknown joint {name!r}", did_you_mean(name, self.names)
+                )
+        return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
+
+    def array(self, values: Any, *location: str | int, missing: float | None = None) -> FloatArray:
+        """A value for every joint, shape (d,), or a list, (d, m); `missing` for joints left out."""
+        if isinstance(values, str):
+            if values not in self.configurations:
+                raise self.scenario.places.error(
+                    location,
+                    f"unknown configuration {values!r}",
+                    did_you_mean(values, self.configurations),
+                )
+            return np.array(self.configurations[values])
+        values = self.by_joint(values, *location)
+        absent = [name for name in self.names if name not in values]
+        if absent and missing is None:
+            raise self.scenario.places.error(
+                location,
+                f"gives no value for joint {', '.join(absent)}",
+                f"a value for each of {', '.join(self.names)}",
+            )
+        return np.array([values.get(name, missing or 0.0) for name in self.names])
+
+    def limits(self) -> dict[str, dict[str, Any]]:
+        """Limits by quantity and joint; position limits are pairs."""
+        limits = {kind: getattr(self.scenario.task.limits, kind) for kind in JOINT_QUANTITIES}
+        return {
+            kind: self.by_joint(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
+            for kind, values in limits.items()
+            if values is not None
+        }
+
+    def requirements(self) -> dict[str, Any]:
+        """The attributes of a `JointSpace` for the requirements on the joints."""
+        task, index = self.scenario.task, self.scenario.index
+        targets = [
+            self._state(waypoint) if isinstance(waypoint, JointTarget) else None
+            for waypoint in self.scenario.waypoints
+        ]
+        at_rest = [
+            None if target is None or target.velocity.any() else target.position
+            for target in targets
+        ]
+        presets: Any = task.planner_options.accelerations
+        if isinstance(presets, tuple):
+            place = "planner_options", "accelerations"
+            presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
+        chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
+        return {
+            "targets": tuple(targets),
+            "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
+            "waits": tuple(waits(self.scenario, at_rest)),
+            "near": None if task.near is None else self.array(task.near, "near"),
+            "end_acceleration": self._ends(),
+            "accelerations": presets,
+            "chosen": chosen or None,
+            "solutions": {
+                i: self.array(waypoint.near, "waypoints", k, "near")
+                for i, k in enumerate(index)
+                if k >= 0
+                and isinstance(waypoint := task.waypoints[k], PoseWaypoint)
+                and waypoint.near is not None
+            },
+            "shown_in": self.scenario.units,
+        }
+
+    def _chosen_run(self, motion: ChosenMotion, i: int) -> ChosenRun:
+        names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
+        for name in motion.velocities:
+            if name not in names:
+                raise self.scenario.places.error(
+                    (*place, "velocities", name),
+                    f"unknown waypoint {name!r}",
+                    did_you_mean(name, names),
+                )
+        return ChosenRun(
+            np.array(motion.times),
+            self.array(motion.accelerations, *place, "accelerations").T,
+            {
+                names.index(name): self.array(values, *place, "velocities", name)
+                for name, values in motion.velocities.items()
+            },
+        )
+
+    def _tolerance(self, quantity: str) -> FloatArray:
+        """Tolerance of a quantity of the joints, shape (d,); its default is in SI."""
+        name, tolerances = f"joint_{quantity}", self.scenario.task.tolerances
+        is_given = name in tolerances.model_fields_set
+        by_joint = self.by_joint(getattr(tolerances, name), "tolerances", name, si=not is_given)
+        return np.array([*by_joint.values()])
+
+    def _ends(self) -> tuple[FloatArray, FloatArray] | None:
+        ends = self.scenario.task.end_acceleration
+        if ends is None:
+            return None
+        accelerations = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
+        place = "end_acceleration"
+        start = self.array(accelerations[0], place, "start", missing=0.0)
+        return start, self.array(accelerations[1], place, "end", missing=0.0)
+
+    def _state(self, target: JointTarget) -> JointState:
+        position = self.array(target.joints, *target.location)
+        place = (*target.location[:-1], "velocity")
+        return JointState(position, self.array(target.velocity, *place, missing=0.0))
+
+
+def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
+    """Indices of waypoints at rest that are followed by an equal one without a tool path.
+
+    Args:
+        scenario: The scenario.
+        positions: Joint positions at its waypoints, shape (d,); `None` where the joints move,
+            or for a pose.
+    """
+    moved = {i for path in scenario.paths for i in range(path.first, path.last)}
+    if scenario.free is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.free.speed)
+        moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
+    places = [
+        waypoint.pose.homogeneous
+        if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any()
+        else position
+        for waypoint, position in zip(scenario.waypoints, positions, strict=True)
+    ]
+    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    for i, (first, second) in enumerate(pairwise(places)):
+        if stands[i] != stands[i + 1]:
+            continue
+        if i in moved or first is None or second is None or first.shape != second.shape:
+            continue
+        if np.abs(first - second).max() <= SAME_PLACE_TOLERANCE:
+            yield i

@@ -1,0 +1,242 @@
+"""The joints that a scenario moves, and its requirements on them, in SI.
+
+The joints are those of its robot, with its tool and limits, or bare joints without a robot.
+Planning and checking start with it. `joint_reader` converts joint values from the units of files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
+from knotwork.task import Tool
+from knotwork.task.scenario import JointTarget
+from knotwork.task.scenario.joint_reader import JointReader, JointState
+from knotwork.task.scenario.payloads import Carrying, read_payload, robots_with_loads
+from knotwork.task.scenario.scenario import Scenario
+from knotwork.units import Units
+from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.curves.trajectory import JointTrajectory
+    from knotwork.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpace:
+    """Joints with their units and limits, their robot, and the requirements on them.
+
+    Attributes:
+        joint_names: Names, length d.
+        joint_units: `"rad"` or `"m"` for each joint.
+        lower_position_limit, upper_position_limit: Limits [rad or m], shape (d,); infinite without
+            one.
+        limits: Largest magnitude by quantity, each of shape (d,), in the unit of
+            `JOINT_QUANTITIES`, infinite without a limit.
+        configurations: Named joint positions, each of shape (d,).
+        robot: The robot with the scenario's tool and position limits, or `None`.
+        carrying: The same robot with its loads over the motion, or `None`.
+        targets: Required joint values at each waypoint; `None` for a pose.
+        near: Joint positions near which solutions are chosen [rad or m], shape (d,), or `None`.
+        end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
+            or `None`.
+        accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
+        tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
+            shape (d,), in the unit of the joint, per second and per second squared.
+        waits: Waypoints at which the arm dwells until the next one, by index.
+        chosen: Sections of waypoints with a chosen motion, or `None`.
+        solutions: Joint positions near which solutions are chosen, shape (d,), by index of the
+            waypoint.
+        shown_in: Units of the scenario, for output.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    lower_position_limit: FloatArray
+    upper_position_limit: FloatArray
+    limits: Mapping[str, FloatArray]
+    configurations: Mapping[str, FloatArray] = field(default_factory=dict)
+    robot: Robot | None = None
+    carrying: Carrying | None = None
+    targets: tuple[JointState | None, ...] = ()
+    near: FloatArray | None = None
+    end_acceleration: tuple[FloatArray, FloatArray] | None = None
+    accelerations: str | FloatArray | None = None
+    tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
+    waits: tuple[int, ...] = ()
+    chosen: tuple[ChosenRun, ...] | None = None
+    solutions: Mapping[int, FloatArray] = field(default_factory=dict)
+    shown_in: Units = field(default_factory=Units)
+
+    def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper limit of a quantity, shape (d,) each; infinite without a limit.
+
+        Args:
+            quantity: A name in `JOINT_QUANTITIES`.
+        """
+        if JOINT_QUANTITIES[quantity].limit == "range":
+            return self.lower_position_limit, self.upper_position_limit
+        return -self.limits[quantity], self.limits[quantity]
+
+
+def by_joint(
+    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+) -> dict[str, Any]:
+    """Values by joint in the units of a file.
+
+    Args:
+        joints: The joints.
+        values: Their values in SI, shape (d,), or (n, d) for a list of each joint.
+        length: The unit of lengths of the file [m].
+        angle: Its unit of angles [rad].
+    """
+    units = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / units).T.tolist(), strict=True))
+
+
+def joint_space(scenario: Scenario) -> JointSpace:
+    """Load the joints or robot of a scenario, and resolve its joint values.
+
+    Raises:
+        InputError: The robot, its tool frame or a joint or configuration named in the scenario
+            does not exist, joint values leave a joint out, or the robot is not supported.
+
+    >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 90}, "after": 1}]
+    >>> space = joint_space(kw.load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
+    >>> space.targets[1].position
+    array([1.57079633])
+    """
+    task = scenario.task
+    if task.robot is None:
+        return _bare_joints(scenario)
+    robot = _at_rest(scenario, moved_robot(scenario))
+    if task.gravity is not None:
+        with scenario.error_context("gravity"):
+            robot = robot.with_gravity(task.gravity)
+    if isinstance(task.prefer, Mapping):
+        with scenario.error_context("prefer"):
+            robot = robot.with_weights(task.prefer)
+    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
+        with scenario.error_context("robot"):
+            robot.require_tool()
+    _check_followers(scenario, robot)
+    _check_motion_limits(scenario, robot)
+    read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
+    robot = robot.with_limits(**read.limits())
+    if task.limits.margin != 1.0:
+        robot = robot.with_limits(
+            **{
+                kind: {
+                    joint: task.limits.margin * limit
+                    for joint, limit in zip(robot.joint_names, robot.limits[kind], strict=True)
+                    if np.isfinite(limit)
+                }
+                for kind in MAGNITUDES
+            }
+        )
+    return JointSpace(
+        robot.joint_names,
+        robot.joint_units,
+        robot.lower_position_limit,
+        robot.upper_position_limit,
+        dict(robot.limits),
+        dict(robot.configurations),
+        robot,
+        None if robot.base_moves else robots_with_loads(scenario, robot),
+        **read.requirements(),
+    )
+
+
+def moved_robot(scenario: Scenario) -> Robot:
+    """The robot of a scenario with its tool; its base is the frame of the poses.
+
+    Raises:
+        InputError: The robot, its tool frame or a link of a frame does not exist, or no robot
+            is named.
+    """
+    from knotwork.robot import load_robot
+    from knotwork.task.scenario.geometry import read_placement
+
+    reference, file = scenario.task.robot, scenario.places.file
+    if reference is None:
+        raise InputError(f"{scenario.name} names no robot")
+    with scenario.error_context("robot"):
+        robot = load_robot(
+            scenario.places.document(reference, ("robot",))
+            if isinstance(reference, dict)
+            else reference,
+            relative_to=file.parent if file is not None else None,
+        )
+    tool = scenario.si.tool or Tool.model_construct()
+    offset = None
+    if tool.offset is not None:
+        offset = read_placement(tool.offset, scenario.places, ("tool", "offset"))
+    payload = read_payload(tool, scenario.places, ("tool",))
+    with scenario.error_context("tool", "frame"):
+        robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
+    for name, frame in scenario.task.frames.items():  # all links that carry frames exist
+        if frame.on is not None:
+            with scenario.error_context("frames", name, "on"):
+                robot.frame_index(frame.on)
+                if frame.on == scenario.on and not robot.base_moves:
+                    robot = robot.with_base(frame.on)
+    return robot
+
+
+def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
+    """The robot with its unplanned joints set from the task's named configurations."""
+    for target in scenario.waypoints:
+        if isinstance(target, JointTarget) and isinstance(target.joints, str):
+            with scenario.error_context(*target.location):
+                if target.joints in robot.configurations:
+                    robot = robot.with_rest(target.joints)
+    return robot
+
+
+def _check_followers(scenario: Scenario, robot: Robot) -> None:
+    """Refuse joints that mimic planned ones: other code assumes that their links do not move."""
+    for follower, master in robot.followers.items():
+        with scenario.error_context("robot"):
+            raise RobotError(
+                robot.name,
+                f"joint {follower!r} mimics {master!r}, which moves: links that follow a planned "
+                f"joint are not supported; lock one of the two with `locked: {{{follower}: "
+                "0}`",
+                joint=follower,
+            )
+
+
+def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
+    """Check that the links named in limits exist, and the tool that they require."""
+    limits = scenario.motion_limits
+    for key in ("tool_speed", "tool_acceleration", "singular_value"):
+        if getattr(limits, key) is not None:
+            with scenario.error_context("limits", key):
+                robot.require_tool()
+    for i, limit in enumerate(limits.frame_speeds):
+        place = [i] * (len(limits.frame_speeds) > 1)
+        with scenario.error_context("limits", "frame_speed", *place, "frame"):
+            robot.frame_index(limit.frame)
+
+
+def _bare_joints(scenario: Scenario) -> JointSpace:
+    names, task = scenario.joint_names, scenario.task
+    for name in task.joint_units:
+        if name not in names:
+            with scenario.error_context("joint_units", name):
+                raise UnknownNameError("joint", name, names)
+    units = tuple(task.joint_units.get(name, "rad") for name in names)
+    read = JointReader(scenario, names, units)
+    bounds = read.limits()
+    position = bounds.get("position", {})
+    lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
+    limits = {
+        kind: task.limits.margin * np.array([bounds.get(kind, {}).get(n, np.inf) for n in names])
+        for kind in MAGNITUDES
+    }
+    return JointSpace(names, units, lower, upper, limits, **read.requirements())

@@ -1,0 +1,251 @@
+"""A scenario, resolved: SI units, poses and velocities in the robot's base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from knotwork.curves.trajectory.motion_events import Event
+from knotwork.errors import DocumentError, InputError
+from knotwork.files.documents import Location, Places
+from knotwork.task.scenario.free_times import FreeTimes
+from knotwork.task.scenario.scene_model import Scene
+from knotwork.task.task_options import Balanced
+from knotwork.task.tool_and_limits import Limits
+from knotwork.units import Units
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.curves.tool_paths import TimedPath
+    from knotwork.curves.tool_paths.weave import WeavePattern
+    from knotwork.curves.trajectory import JointTrajectory
+    from knotwork.task import PlainTask
+    from knotwork.task.scenario.asked_timing import AskedTiming
+
+
+@dataclass(frozen=True)
+class JointTarget:
+    """A waypoint given by joint values.
+
+    Attributes:
+        name: Name of the waypoint.
+        time: Time [s].
+        joints: Joint positions by name, or the name of a configuration, in the task's units.
+        velocity: Joint velocities by name, in the task's units; none at rest.
+        location: Location of the joint positions in the task.
+        where: Location of the waypoint's definition, for messages.
+
+    >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
+    >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
+    >>> type(target).__name__, target.time, target.joints
+    ('JointTarget', 2.0, {'lift': 1.0})
+    """
+
+    name: str
+    time: float
+    joints: Mapping[str, float] | str
+    velocity: Mapping[str, float] = field(default_factory=dict)
+    location: Location = ()
+    where: str = ""
+    standing: ClassVar[bool] = False
+
+
+ScenarioWaypoint = CartesianWaypoint | JointTarget
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """The part of a tool path between two consecutive waypoints.
+
+    Attributes:
+        kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added.
+        start, end: Time interval [s].
+        speed: Speed of the TCP along it [m/s].
+        full_speed: Time interval of that speed [s]; outside, the speed changes.
+        weave: The added weave, or `None`.
+    """
+
+    kind: str
+    start: float
+    end: float
+    speed: float
+    full_speed: tuple[float, float]
+    weave: WeavePattern | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ScenarioPath:
+    """A tool path through consecutive waypoints of a scenario.
+
+    Attributes:
+        first: Index of its first waypoint.
+        motion: Poses of the tool over time.
+        stretches: Stretches from waypoint to waypoint.
+        asked: Requirements on their speeds.
+        freedom: Freedom of its poses, or `None`.
+    """
+
+    first: int
+    motion: TimedPath
+    stretches: tuple[Stretch, ...]
+    asked: AskedTiming
+    freedom: PoseFreedom | None = None
+
+    @property
+    def last(self) -> int:
+        """Index of its last waypoint."""
+        return self.first + len(self.stretches)
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of its waypoints [s]."""
+        return np.array([self.stretches[0].start, *(part.end for part in self.stretches)])
+
+
+@dataclass(frozen=True, eq=False)
+class AskedEvent:
+    """An event and its position in the motion.
+
+    Attributes:
+        event: The signal and its time.
+        delay: Time after arrival at its waypoint [s]; before it, if negative.
+        distance: Distance along the path after its waypoint [m]; before it, if negative.
+        path: Its path, or `None` for an event timed relative to the waypoint.
+        arc_length: Arc length of the event along the path [m].
+    """
+
+    event: Event
+    delay: float = 0.0
+    distance: float = 0.0
+    path: ScenarioPath | None = None
+    arc_length: float = 0.0
+
+
+SMALLEST_PATH_TOLERANCE = 1e-9
+"""Limit of floating point for the tolerances of a path [m, rad, fraction of the speed]."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A task for a robot arm, in SI, with poses and velocities in the robot's base frame.
+
+    Attributes:
+        name: Name of the scenario.
+        waypoints: At least two waypoints, in order of time.
+        task: The task as given, in its own units; options without a unit are read from it.
+        si: The same task in SI, but for joint values, and with waits of actions as waits of their
+            waypoints. A planner or knots given in place of its own are in this one alone.
+        index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
+        units: Units of the file, for output.
+        frames: Named frames of the file, each as `pin.SE3` in the base frame.
+        on: Link that carries the frame of poses, if it is not the robot's base frame.
+        paths: Tool paths between its waypoints, in order of time.
+        events: Events in order of time; empty while times are free.
+        free: Durations, speeds and knots to be chosen, or `None`.
+        motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
+        scene: Surroundings, carried objects, and rules of the collision check.
+        source: Its file, or `None`.
+        places: Locations of its parts in the file, for errors.
+        under_way: The motion that it continues, and the time in it [s], or `None`.
+
+    >>> from knotwork import load_scenario
+    >>> scenario = load_scenario("ur5_deburring")
+    >>> [waypoint.name for waypoint in scenario.waypoints][:3]
+    ['start', 'approach', 'edge start']
+    """
+
+    name: str
+    waypoints: tuple[ScenarioWaypoint, ...]
+    task: PlainTask = field(repr=False, compare=False)
+    si: PlainTask = field(repr=False, compare=False)
+    index: tuple[int, ...] = ()
+    units: Units = field(default_factory=Units)
+    frames: Mapping[str, pin.SE3] = field(default_factory=dict)
+    on: str = ""
+    paths: tuple[ScenarioPath, ...] = ()
+    events: tuple[AskedEvent, ...] = ()
+    free: FreeTimes | None = None
+    motion_limits: Limits = field(default_factory=Limits)
+    scene: Scene = field(default_factory=Scene)
+    source: Path | None = None
+    places: Places = field(default_factory=Places, repr=False, compare=False)
+    under_way: tuple[JointTrajectory, float] | None = field(default=None, repr=False, compare=False)
+
+    @contextmanager
+    def error_context(self, *location: str | int) -> Iterator[None]:
+        """Add the field of the file at fault to errors of the input.
+
+        Args:
+            location: Keys and indices of the field, for example `"tool", "frame"`.
+
+        Raises:
+            InputError: The error raised inside, with file and line where known.
+        """
+        try:
+            yield
+        except DocumentError:
+            raise  # the error already has its location
+        except InputError as error:
+            error.locate(self.where(*location))
+            raise
+
+    def where(self, *location: str | int) -> str:
+        """Location of a field for messages, with file and line where known.
+
+        Args:
+            location: Keys and indices of the field.
+        """
+        return self.places.where(location)
+
+    @property
+    def branch(self) -> str | dict[str, str]:
+        """`"free"`, `"keep"`, `"fixed"`, or words by `"shoulder"`, `"elbow"` and `"wrist"`."""
+        branch = self.task.branch
+        if isinstance(branch, str):
+            return branch
+        return {part: word for part, word in branch if word is not None}
+
+    @property
+    def knots(self) -> Any:
+        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s]."""
+        knots = self.si.knots
+        if isinstance(knots, Balanced):
+            return knots.balanced
+        # where nothing is chosen, that is along paths, optimal knots are the paper's
+        return "paper" if isinstance(knots, str) and knots == "optimal" else knots
+
+    @property
+    def prefers_clearance(self) -> bool:
+        """Whether clearance has priority over travel."""
+        return self.task.prefer == "clearance" and self.task.near is None
+
+    @property
+    def shown_length(self) -> tuple[float, str]:
+        """Number of the file's length units per metre, and the unit's name, for messages."""
+        return self.units.shown(1.0, "m")
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the waypoints [s], shape (n,); NaN from the first free one."""
+        times = self.provisional_times
+        if self.free is not None:
+            times[self.free.first_untimed :] = np.nan
+        return times
+
+    @property
+    def provisional_times(self) -> FloatArray:
+        """Waypoint times [s], shape (n,), with a placeholder of 1 s for each free duration."""
+        return np.array([waypoint.time for waypoint in self.waypoints])
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints named by the first waypoint; without a robot, all joints of the scenario."""
+        joints = getattr(self.waypoints[0], "joints", ())
+        return () if isinstance(joints, str) else tuple(joints)

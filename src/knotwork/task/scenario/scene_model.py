@@ -1,0 +1,150 @@
+"""Surroundings, tool shapes, held objects and collision rules, in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from knotwork.task.scene_shapes import Collisions
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.curves.tool_paths.moving_frame import MovingFrame
+    from knotwork.robot.payload import Payload
+
+
+FIXED_CARRIER = "base"
+"""Carrier of frames that are fixed in the cell while joints move the frame of poses."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedShape:
+    """A solid, placed in the frame that carries it.
+
+    Attributes:
+        kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"`, `"cone"`, `"ellipsoid"`,
+            `"half_space"`, `"mesh"` or `"points"`.
+        size: Edges of a box; radius of a sphere; radius and length of a solid of revolution; half
+            axes of an ellipsoid; unit normal and offset of a half space [m].
+        placement: Placement in the frame that carries it.
+        path: File of a mesh or of points, or `None`.
+        scale: Scale factors of the file to m, along x, y and z.
+        exact: Whether the exact mesh is checked, not its convex hull.
+        resolution: Edge length of the cells of a point cloud [m].
+        place: Location in the scenario.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    placement: pin.SE3
+    path: Path | None = None
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    exact: bool = False
+    resolution: float = 0.0
+    place: tuple[str | int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedObject:
+    """A fixed object, or one that moves with a frame.
+
+    Attributes:
+        name: Its name.
+        shape: Its shape, placed in the base frame, with its carrier at rest.
+        allow: Names of bodies that may touch it.
+        visual: Whether it is only shown, and not checked.
+        carrier: Moving frame that carries it, or `None`.
+        appears: Name of the waypoint at which it appears, or `None`.
+    """
+
+    name: str
+    shape: PlacedShape
+    allow: tuple[str, ...] = ()
+    visual: bool = False
+    carrier: MovingFrame | None = None
+    appears: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class GraspedObject:
+    """An object that moves with the tool between two waypoints.
+
+    Attributes:
+        name: Its name.
+        shape: Its shape, placed in the axes of the TCP.
+        take, leave: Names of the waypoints where the tool takes and releases it.
+        allow: Names of bodies that it may touch; the tool may touch it in any case.
+        carriers: Moving frames that carry it before it is taken and after its release, or `None`.
+        appears: Name of the waypoint at which it appears, or `None`.
+        payload: Its mass, in the axes of the TCP, or `None`.
+    """
+
+    name: str
+    shape: PlacedShape
+    take: str
+    leave: str
+    allow: tuple[str, ...] = ()
+    carriers: tuple[MovingFrame | None, MovingFrame | None] = (None, None)
+    appears: str | None = None
+    payload: Payload | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedRobot:
+    """Another robot in motion.
+
+    Attributes:
+        name: Its name.
+        placement: Placement of its base frame, a `pin.SE3` in the base frame.
+        scenario: The name of a shipped scenario, or the path of one.
+        motion: Path of its recorded motion, or `None` to plan its scenario.
+        delay: Delay of its motion relative to the robot's own [s].
+        carrier: Fixed frame, if joints move the base frame; `placement` is then in it.
+    """
+
+    name: str
+    placement: pin.SE3
+    scenario: str | Path
+    motion: Path | None = None
+    delay: float = 0.0
+    carrier: MovingFrame | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Surroundings of the robot and carried objects.
+
+    Attributes:
+        objects: Objects, fixed or moving with a frame.
+        tool: Shapes of the tool, in the axes of the frame that carries it.
+        held: Objects that the tool carries.
+        robots: Other robots.
+        rules: Collision checks and their precision, in SI.
+        margin: Required clearance from the surroundings [m].
+        moving: Moving frames of the file, by name.
+    """
+
+    objects: tuple[PlacedObject, ...] = ()
+    tool: tuple[PlacedShape, ...] = ()
+    held: tuple[GraspedObject, ...] = ()
+    robots: tuple[PlacedRobot, ...] = ()
+    rules: Collisions = field(default_factory=Collisions.model_construct)
+    margin: float = 0.0
+    moving: Mapping[str, MovingFrame] = field(default_factory=dict)
+
+    @property
+    def moves(self) -> bool:
+        """Whether any body that may collide moves independently of the robot."""
+        carriers = [item.carrier for item in self.objects if not item.visual]
+        carriers += [carrier for held in self.held for carrier in held.carriers]
+        return bool(self.robots) or any(
+            carrier is not None and carrier.moves for carrier in carriers
+        )
+
+    def asks(self) -> bool:
+        """Whether the scenario has bodies to check in addition to the links of the robot."""
+        objects = any(not item.visual for item in self.objects)
+        return bool(self.tool or self.held or self.robots or objects)

@@ -1,0 +1,221 @@
+"""The scene of a scenario file: shapes, objects and rules in SI."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import DocumentError, did_you_mean
+from knotwork.files.documents import Location
+from knotwork.task import Tool
+from knotwork.task.scenario.payloads import read_payload
+from knotwork.task.scenario.scenario import ScenarioWaypoint
+from knotwork.task.scenario.scene_model import (
+    FIXED_CARRIER,
+    GraspedObject,
+    PlacedObject,
+    PlacedRobot,
+    PlacedShape,
+    Scene,
+)
+from knotwork.task.scenario.waypoint_reader import WaypointReader
+from knotwork.task.scene_shapes import (
+    SHAPES,
+    HeldObject,
+    OtherRobot,
+    SceneObject,
+    SolidOfRevolution,
+    ToolShape,
+)
+
+if TYPE_CHECKING:
+    from knotwork.curves.tool_paths.moving_frame import MovingFrame
+
+RESERVED_NAME = "tool"
+"""Common name of all tool shapes, next to those of links and objects."""
+
+
+def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) -> Scene:
+    """Read the scene of a scenario file.
+
+    Args:
+        reader: Reader of the same file.
+        waypoints: Waypoints in order of time.
+
+    Raises:
+        DocumentError: A frame or a waypoint does not exist, or a name is given twice.
+    """
+    return _SceneReader(reader, [waypoint.name for waypoint in waypoints], waypoints).scene()
+
+
+@dataclass(frozen=True, eq=False)
+class _SceneReader:
+    """Reads a scene; `names` has the names of all waypoints."""
+
+    reader: WaypointReader
+    names: Sequence[str]
+    waypoints: Sequence[ScenarioWaypoint]
+
+    def scene(self) -> Scene:
+        file = self.reader.file
+        scene, tool = file.scene, file.tool or Tool()
+        objects = tuple(self._object(name, item) for name, item in scene.objects.items())
+        if RESERVED_NAME in scene.objects:
+            raise self._error(
+                ("scene", "objects", RESERVED_NAME),
+                "is a reserved name",
+                "any other name for an object",
+            )
+        place: Location = ("tool", "shape")
+        if isinstance(tool.shape, ToolShape):
+            shapes = [self._shape(tool.shape, place, moves=True)]
+        else:
+            numbered = enumerate(tool.shape or ())
+            shapes = [self._shape(shape, (*place, i), moves=True) for i, shape in numbered]
+        frames = ((name, self._frame(name)) for name in file.frames)
+        return Scene(
+            objects=objects,
+            tool=tuple(shapes),
+            held=tuple(self._held(name, held) for name, held in tool.holds.items()),
+            robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
+            rules=file.collisions,
+            margin=scene.margin,
+            moving={name: frame for name, frame in frames if frame is not None},
+        )
+
+    def _error(self, place: Location, fault: str, accepted: str) -> DocumentError:
+        return self.reader.places.error(place, fault, accepted)
+
+    def _waypoint(self, name: str, place: Location) -> int:
+        """Index of a waypoint by name."""
+        if name not in self.names:
+            hint = did_you_mean(name, self.names)
+            raise self._error(place, f"there is no waypoint {name!r}", hint)
+        return self.names.index(name)
+
+    def _object(self, name: str, item: SceneObject) -> PlacedObject:
+        place: Location = ("scene", "objects", name)
+        shape = self._shape(item, place, item.parent)
+        frame = self._frame(item.parent)
+        if frame is not None and item.half_space is not None:
+            raise self._error(
+                (*place, "half_space"),
+                f"moves with frame {item.parent!r} relative to the poses, which is not supported",
+                "a box",
+            )
+        if item.appears is not None:
+            self._waypoint(item.appears, (*place, "appears"))
+        return PlacedObject(name, shape, tuple(item.allow), item.visual, frame, item.appears)
+
+    def _held(self, name: str, held: HeldObject) -> GraspedObject:
+        place: Location = ("tool", "holds", name)
+        if name == RESERVED_NAME or name in self.reader.file.scene.objects:
+            raise self._error(place, f"{name!r} is the name of something else", "a unique name")
+        take = self._waypoint(held.take, (*place, "from"))
+        leave = self._waypoint(held.leave, (*place, "to"))
+        for key, i in (("from", take), ("to", leave)):
+            if getattr(self.waypoints[i], "freedom", None) is not None:
+                raise self._error(
+                    (*place, key),
+                    f"the pose at {self.names[i]!r} is free, so the grasp of the object is "
+                    "undefined",
+                    "a pose with free: none",
+                )
+        if leave <= take:
+            raise self._error(
+                (*place, "to"), f"{held.leave!r} is not after {held.take!r}", "a waypoint after it"
+            )
+        if held.appears and self._waypoint(held.appears, (*place, "appears")) > take:
+            raise self._error(
+                (*place, "appears"), f"{held.appears!r} is after {held.take!r}", "a waypoint before"
+            )
+        carriers, base = self.reader.carriers, self.reader.frames.moving["base"]
+        taken_from, left_on = (
+            replace(base, link=FIXED_CARRIER) if carriers.is_fixed(i) else carriers.frame_of(i)
+            for i in (self.reader.indices[take], self.reader.indices[leave])
+        )
+        return GraspedObject(
+            name,
+            self._shape(held, place, moves=True),
+            held.take,
+            held.leave,
+            tuple(held.allow),
+            (taken_from, left_on),
+            held.appears,
+            read_payload(held, self.reader.places, place),
+        )
+
+    def _frame(self, name: str) -> MovingFrame | None:
+        """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
+        frame = self.reader.frames.moving[name]
+        if frame.link != self.reader.carriers.link:
+            return replace(frame, link=frame.link or FIXED_CARRIER)
+        return replace(frame, link="") if frame.moves else None
+
+    def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
+        place: Location = ("scene", "robots", name)
+        places, frames = self.reader.places, self.reader.frames
+        base = frames.moving[frames.find(robot.parent, (*place, "in"))]
+        if base.moves or base.link:
+            raise self._error(
+                (*place, "in"),
+                f"frame {robot.parent!r} moves; the robot's base must not",
+                "a fixed frame",
+            )
+        folder = places.file.parent if places.file is not None else Path()
+        path = folder / os.path.expanduser(robot.scenario)
+        motion = robot.motion and places.named_file(robot.motion, (*place, "motion"))
+        return PlacedRobot(
+            name,
+            base.rest_placement * self.reader.placement(robot, place),
+            path if path.is_file() else robot.scenario,
+            motion or None,
+            robot.delay,
+            self._frame(robot.parent),
+        )
+
+    def _shape(
+        self,
+        item: ToolShape | SceneObject | HeldObject,
+        place: Location,
+        frame: str | None = None,
+        *,
+        moves: bool = False,
+    ) -> PlacedShape:
+        """A shape, placed in the frame that carries it, or in the base if a frame is named."""
+        if moves and item.half_space is not None:
+            raise self._error(
+                (*place, "half_space"), "moves with the tool, which a half space must not", "a box"
+            )
+        places, frames = self.reader.places, self.reader.frames
+        placement = self.reader.placement(item, place)
+        if frame is not None:
+            placement = frames[frames.find(frame, (*place, "in"))] * placement
+        kind = next(name for name in SHAPES if getattr(item, name) is not None)
+        path, scale, resolution = None, 1.0, 0.0
+        if item.points is not None:
+            path = places.named_file(item.points.file, (*place, "points", "file"))
+            scale = item.points.scale * self.reader.length
+            resolution = item.points.resolution
+        if item.mesh is not None:
+            path = places.named_file(item.mesh, (*place, "mesh"))
+            has_unit = path.suffix.lower() == ".dae"
+            scale = (item.scale or 1.0) * (1.0 if has_unit else self.reader.length)
+        scales, size = (scale, scale, scale), _shape_size(item)
+        return PlacedShape(kind, size, placement, path, scales, bool(item.exact), resolution, place)
+
+
+def _shape_size(item: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:
+    if item.half_space is not None:
+        normal = np.array(item.half_space.normal)
+        normal /= np.abs(normal).max()
+        return (*(normal / np.linalg.norm(normal)).tolist(), item.half_space.offset)
+    for turned in (item.cylinder, item.capsule, item.cone):
+        if isinstance(turned, SolidOfRevolution):
+            return turned.radius, turned.length
+    return tuple(item.box or item.ellipsoid or (item.sphere or 0.0,))

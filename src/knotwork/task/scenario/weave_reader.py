@@ -1,0 +1,133 @@
+"""The weaves of a scenario's paths: oscillations added over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.two_point import two_point_coefficients
+from knotwork.curves.tool_paths import Timing, ToolPath
+from knotwork.curves.tool_paths.weave import (
+    SAME_BREAK_TIME,
+    WEAVE_AXES,
+    WeavePattern,
+    weave_offsets,
+)
+from knotwork.errors import DocumentError
+from knotwork.task import AtMost, PathWaypoint, Weave
+from knotwork.task.scenario.path_curves import PathCurves
+from knotwork.waypoints import FloatArray
+
+MIN_PERIODS, MAX_PERIODS = 2, 10_000
+"""Minimum and maximum number of periods.
+
+A weave widens in the first period and narrows in the last one.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class WeaveReader:
+    """Reads the weaves of a path.
+
+    Attributes:
+        curves: Content of the file, and curves of the paths.
+        first: Index of the waypoint at the start of the path.
+        steps: The other waypoints of the path.
+    """
+
+    curves: PathCurves
+    first: int
+    steps: Sequence[PathWaypoint]
+
+    def read(
+        self, path: ToolPath, timing: Timing, start: float
+    ) -> tuple[list[WeavePattern | None], EndlessCurve, FloatArray]:
+        """The weave of each stretch, their sum, and the times at which a new weave begins [s].
+
+        Consecutive stretches with the same weave have one continuous weave.
+
+        Args:
+            path: The path.
+            timing: Its timing.
+            start: Start time [s].
+
+        Raises:
+            DocumentError: A weave is too short, fast or narrow, or along the seam.
+        """
+        weaves: list[WeavePattern | None] = [None] * len(self.steps)
+        times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
+        for low, high, requested in self._runs():
+            begin, end = (float(timing.times[k]) for k in (low, high))
+            weave, normal = self._weave(low, requested, end - begin)
+            weaves[low:high] = [weave] * (high - low)
+            with self.curves.errors(self.first + 1 + low, "weave", "normal"):
+                t, state = weave_offsets(weave, path, timing, begin, normal)
+            skipped = int(t[0] <= times[-1][-1] + SAME_BREAK_TIME)
+            times.append(t[skipped:])
+            states.append(state[:, skipped:])
+            breaks.append(begin + weave.breaks())
+        x, states_at_x = np.concatenate(times), np.concatenate(states, axis=1)
+        curve = PiecewisePolynomial(
+            two_point_coefficients(x, (states_at_x[0], states_at_x[1], states_at_x[2])), x
+        )
+        return weaves, EndlessCurve(curve, delay=start), np.concatenate(breaks)
+
+    def _runs(self) -> list[tuple[int, int, Weave]]:
+        """Ranges of consecutive stretches with one weave."""
+        runs: list[tuple[int, int, Weave]] = []
+        for k, step in enumerate(self.steps):
+            if isinstance(step.speed, str | AtMost):
+                raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
+            if step.weave is None:
+                continue
+            goes_on = bool(runs) and runs[-1][1:] == (k, step.weave)
+            low = runs.pop()[0] if goes_on else k
+            runs.append((low, k + 1, step.weave))
+        return runs
+
+    def _error(self, k: int, fault: str, accepted: str, *key: str) -> DocumentError:
+        return self.curves.places.error(
+            ("waypoints", self.first + 1 + k, *(key or ("weave",))), fault, accepted
+        )
+
+    def _weave(
+        self, k: int, requested: Weave, duration: float
+    ) -> tuple[WeavePattern, FloatArray | None]:
+        """The weave that begins on a stretch, by index, and its given normal."""
+        text = self.curves.text
+        periods = duration * requested.frequency
+        if not MIN_PERIODS <= periods <= MAX_PERIODS:
+            low, high = (count / duration for count in (MIN_PERIODS, MAX_PERIODS))
+            raise self._error(
+                k,
+                f"takes {duration:.4g} s at {requested.frequency:g} Hz: {periods:.4g} periods",
+                f"{MIN_PERIODS} to {MAX_PERIODS} periods: {low:.4g} to {high:.4g} Hz here",
+                "weave",
+                "frequency",
+            )
+        allowed = self.curves.file.tolerances.path
+        if requested.width <= 2.0 * allowed:
+            raise self._error(
+                k,
+                f"is {text(requested.width)}, within the tolerance of the path on both sides",
+                f"more than {text(2.0 * allowed)}, or less in tolerances: {{path: …}}",
+                "weave",
+                "width",
+            )
+        axes = requested.axes or (("across", "along") if requested.loop else ("across",))
+        weave = WeavePattern(
+            requested.shape,
+            requested.width,
+            requested.frequency,
+            tuple(WEAVE_AXES.index(axis) for axis in axes),
+            requested.dwell or 0.0,
+            requested.rounding or allowed,
+            duration,
+        )
+        if requested.normal is None:
+            return weave, None
+        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(requested.normal)

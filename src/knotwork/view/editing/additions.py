@@ -1,0 +1,174 @@
+"""Additions to a task: a waypoint at the arm's present state, and a box."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.errors import InputError
+from knotwork.errors.plain_text import default_waypoint_name
+from knotwork.robot import Robot
+from knotwork.task import PathWaypoint, Task
+from knotwork.task.scenario import Scenario
+from knotwork.task.si_units import si_factors
+from knotwork.view.editing.handles import (
+    ANGLE_STEP,
+    FORMS,
+    LENGTH_STEP,
+    file_values,
+    orientation_value,
+)
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+Change = Mapping[str, Any]
+CORNER_BLEND = 0.01
+"""Rounding radius of a corner added on a line [m]."""
+LINE_STEP, SNAP_DISTANCE = 1e-9, 1e-3
+"""Rounding of positions, and distance within which they snap to a line [m]."""
+POSE_COORDINATES = 6  # coordinates of a pose; arms with fewer joints can't reach a rounded one
+
+
+def waypoint_here(
+    scenario: Scenario,
+    robot: Robot,
+    q: FloatArray,
+    after: int,
+    *,
+    share: float = 0.5,
+    joints: bool = False,
+) -> list[Change]:
+    """The changes that add a waypoint at the arm's present state, between two others.
+
+    Args:
+        scenario: The task.
+        robot: Its robot.
+        q: Joint positions, joints in the robot's order, shape (d,).
+        after: Index in `scenario.task` of the previous waypoint; -1 for the start.
+        share: Fraction of the time between the two at which the arm is there.
+        joints: Use joint values, as an arm with few joints needs, not the pose of the tool.
+
+    Raises:
+        InputError: The waypoint is on a curved tool path, or on a line with joint values.
+    """
+    task = scenario.task
+    length, angle = si_factors(task.units)
+    beside = task.waypoints[max(after, 0)]
+    added, changes = _time_between(scenario, after, share)
+    line = "along" in added
+    if joints and line:
+        raise InputError("on a tool path a waypoint can't be given by joint values")
+    if joints or robot.dof < POSE_COORDINATES:
+        steps = {"rad": (angle, ANGLE_STEP), "m": (length, LENGTH_STEP)}
+        added["joints"] = {
+            name: file_values([value], *steps[unit])[0]
+            for name, unit, value in zip(robot.joint_names, robot.joint_units, q, strict=True)
+        }
+    else:
+        frame = getattr(beside, "frame", None)
+        if _moves(task, frame or task.frame or "base"):
+            frame = "base"
+        around = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
+        pose = robot.forward(q)
+        if line:
+            _snap(scenario, after, pose)
+        pose = around.actInv(pose)
+        neighbour = getattr(beside, "pose", None)
+        forms = (name for name in FORMS if getattr(neighbour, name, None) is not None)
+        form = next(forms, "rpy").replace("euler", "rpy")
+        added |= {"frame": frame} if frame is not None else {}
+        step = LINE_STEP if line else LENGTH_STEP
+        added["pose"] = {"position": file_values(pose.translation, length, step)}
+        added["pose"] |= {} if line else {form: orientation_value(pose.rotation, form, angle)}
+    where = scenario.places.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
+    at = (*where[:-1], int(where[-1]) + 1)
+    return [*changes, {"at": at, "value": added, "insert": True}]
+
+
+def _moves(task: Task, frame: str) -> bool:
+    """Whether a frame, or one of its parents, moves."""
+    while (placed := task.frames.get(frame)) is not None and placed.moves is None:
+        frame = placed.parent
+    return placed is not None
+
+
+def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
+    """Move a pose onto the line between two waypoints, if it is near."""
+    ends = (scenario.waypoints[scenario.index.index(i)] for i in (after, after + 1))
+    start, end = (cast(CartesianWaypoint, end).pose.translation for end in ends)
+    along = (end - start) / np.linalg.norm(end - start)
+    nearest = start + along * (along @ (pose.translation - start))
+    if np.linalg.norm(nearest - pose.translation) < SNAP_DISTANCE:
+        pose.translation = nearest
+
+
+def _time_between(
+    scenario: Scenario, after: int, share: float
+) -> tuple[dict[str, Any], list[Change]]:
+    """Time and velocity of a new waypoint, and changes of its neighbours."""
+    task = scenario.task
+    if after + 1 == len(task.waypoints):
+        return _at_the_end(scenario, after)
+    following = task.waypoints[after + 1]
+    added: dict[str, Any] = {} if task.ways or following.way else {"velocity": "free"}
+    if not added:
+        added["stop"] = True
+    changes: list[Change] = []
+    if isinstance(following, PathWaypoint):
+        if following.along != "line":
+            name = following.name or default_waypoint_name(after + 1)
+            raise InputError(
+                f"no waypoint can be added on the path to {name!r}, which is not a line; "
+                "choose a time before or after it"
+            )
+        path = following.to_dict()
+        added = {key: path[key] for key in ("along", "speed") if key in path}
+        added["blend"] = file_values([CORNER_BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
+    if isinstance(following.after, float):
+        first = round(share * following.after, 3)
+        added["after"] = first
+        remaining = round(following.after - first, 6)
+        changes = [
+            {"at": (*scenario.places.given(("waypoints", after + 1)), "after"), "value": remaining}
+        ]
+    elif following.time is not None:
+        before = task.waypoints[after].time if after >= 0 else 0.0
+        timed = (
+            {} if before is None else {"time": round(before + share * (following.time - before), 3)}
+        )
+        added |= timed or {"after": 1.0}
+    elif following.after is not None:
+        added["after"] = "fastest"
+    return added, changes
+
+
+def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Change]]:
+    """A new last waypoint takes as long as the one before it, which becomes a stop."""
+    task = scenario.task
+    last = task.waypoints[after]
+    passing = isinstance(last, PathWaypoint) or last.stop or last.wait
+    moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)
+    stop = {"at": (*scenario.places.given(("waypoints", after)), "stop"), "value": True}
+    added = {"after": last.after if isinstance(last.after, float) else 1.0}
+    return added, [] if moves else [stop]
+
+
+def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
+    """The change that adds a cube to the scene.
+
+    Args:
+        task: The task.
+        point: Its centre in the base frame [m], shape (3,).
+        size: Its edge length [m].
+    """
+    length, _ = si_factors(task.units)
+    used = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
+    names = ("box", *(f"box {k}" for k in range(2, len(used) + 3)))
+    name = next(name for name in names if name not in used)
+    value = {
+        "box": file_values(np.full(3, size), length, 1e-3),
+        "position": file_values(point, length, 1e-3),
+    }
+    return [{"at": ("scene", "objects", name), "value": value}]

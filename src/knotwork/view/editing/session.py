@@ -1,0 +1,325 @@
+"""An editing session: requests of the page, and a plan after each edit."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import InputError, KnotworkError
+from knotwork.files.documents import validate
+from knotwork.files.documents.edits import part_of
+from knotwork.planning import Plan, plan
+from knotwork.robot import Robot
+from knotwork.robot.kinematics import solve_pose_ik
+from knotwork.task import Task
+from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.si_units import si_factors
+from knotwork.view.editing.additions import box_at, waypoint_here
+from knotwork.view.editing.draft import Draft, as_javascript, build, units
+from knotwork.view.editing.handles import Handle, handles, move_handle
+from knotwork.view.live_server import LiveServer
+from knotwork.view.scene_data import make_scene, scene_of
+from knotwork.view.shown_motion import ShownMotion
+from knotwork.waypoints import FloatArray, read_only
+
+Request = Mapping[str, Any]
+Answer = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class DraftReading:
+    """A draft that can be read, at one revision.
+
+    Attributes:
+        revision: The draft's revision.
+        scenario: The task.
+        robot: Its robot, or `None`.
+        handles: Its handles; of repeated waypoints only those of the first repetition.
+        build: The structure of its text, as from `build`.
+        axes: The parts of the file that determine the axes of handles, within one structure.
+        units: Units of the file's values, as from `units`.
+        names: Names of waypoints in the scene, by location in the file.
+    """
+
+    revision: int
+    scenario: Scenario
+    robot: Robot | None
+    handles: list[Handle]
+    build: str
+    axes: dict[str, Any]
+    units: dict[str, str]
+    names: dict[str, str]
+
+    @classmethod
+    def read(cls, draft: Draft) -> DraftReading:
+        """Read a draft.
+
+        Raises:
+            KnotworkError: The draft can't be read.
+        """
+        revision, document = draft.revision, draft.document()
+        scenario = resolve_task(validate(Task, document), document.places)
+        robot = joint_space(scenario).robot
+        all_handles = [] if robot is None else handles(scenario, robot)
+        by_place = {handle.at: handle for handle in reversed(all_handles)}
+        in_file = [place for place in by_place.values() if part_of(document.data, place.at)]
+        return cls(
+            revision,
+            scenario,
+            robot,
+            in_file[::-1],
+            build(document.data),
+            _axes(document.data),
+            units(document.data, robot),
+            _names(scenario),
+        )
+
+
+class Session:
+    """Plans a draft for its page, and handles the page's requests.
+
+    Attributes:
+        draft: The edited file.
+        server: Server of the page.
+        plan: The last plan, perhaps of an older version; `None` at first.
+    """
+
+    def __init__(self, draft: Draft, port: int = 0, budget: float | None = None) -> None:
+        self.draft, self._budget = draft, budget
+        self.plan: Plan | None = None
+        self._planned = -1
+        self._verdict: Answer = {}
+        self._reading: DraftReading | None = None
+        self._lock = threading.Lock()
+        actions: dict[str, Callable[[Request], Answer | None]] = {
+            "jog": self._jog,
+            "edit": self._edit,
+            "move": self._move,
+            "add": self._add,
+            "undo": lambda _: draft.undo(),
+            "redo": lambda _: draft.redo(),
+            "save": lambda _: draft.save(),
+        }
+        answering = {name: partial(self._answer, action) for name, action in actions.items()}
+        self.server = LiveServer(draft.file.name, port, answering, self._state)
+
+    def _answer(self, action: Callable[[Request], Answer | None], request: Request) -> Answer:
+        return {**(action(request) or {}), "revision": self.draft.revision}
+
+    def renew(self) -> tuple[dict[str, Any], Plan] | None:
+        """Plan the present draft; the scene and the plan, or `None` if it was edited meanwhile.
+
+        Raises:
+            KnotworkError: The draft can't be read or planned.
+        """
+        revision = self.draft.revision
+        try:
+            planned, scene = self._plan_draft(revision)
+        except KnotworkError:
+            if self.draft.revision != revision:
+                return None
+            raise
+        if self.draft.revision != revision:
+            return None
+        self.plan, self._planned = planned, revision
+        return {**scene, "revision": revision}, planned
+
+    def _plan_draft(self, revision: int) -> tuple[Plan, dict[str, Any]]:
+        reading = self._read()
+        if reading.robot is not None:
+            self.server.start()
+            if self.server.scene is None:
+                scene = standing_scene(reading.scenario, reading.robot)
+                self.server.show({**scene, "revision": -1})
+                self.server.start()
+        planned = plan(reading.scenario, budget=self._budget)
+        self._verdict = {"revision": revision, "ok": planned.report.ok}
+        self.server.notify()  # before drawing the scene
+        return planned, scene_of(planned, before=self.server.scene)
+
+    def _read(self) -> DraftReading:
+        """Read the present draft, once for each revision.
+
+        Raises:
+            KnotworkError: The draft can't be read.
+        """
+        with self._lock:
+            if self._reading is None or self._reading.revision != self.draft.revision:
+                self._reading = DraftReading.read(self.draft)
+            return self._reading
+
+    def _last_reading(self) -> DraftReading | None:
+        """The present draft, or the last one that could be read."""
+        with contextlib.suppress(KnotworkError):
+            self._read()
+        return self._reading
+
+    def _state(self) -> Answer:
+        """State of the page besides the scene, with handles of the present text only."""
+        reading, draft = self._last_reading(), self.draft.state()
+        more: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
+        if reading is not None:
+            more |= {"handled": reading.revision, "units": reading.units}
+            if draft["build"] == reading.build:
+                shown = [{**handle.to_dict(), "build": reading.build} for handle in reading.handles]
+                more |= {"handles": shown, "names": reading.names}
+        return {"draft": {**draft, **more, "verdict": self._verdict}}
+
+    def _edit(self, request: Request) -> None:
+        """Change the text; if the page names a structure, only while the text has it."""
+        if "build" in request:
+            self._same_build(request)
+        changes = request.get("changes")
+        if not isinstance(changes, list) or not all(isinstance(change, dict) for change in changes):
+            raise InputError("an edit needs changes: a list of mappings with at and value")
+        self.draft.apply(changes, str(request.get("gesture", "")))
+
+    def _same_build(self, request: Request) -> Any:
+        """The data of the draft, if it still has the structure that the page shows."""
+        data = self.draft.document().data
+        if request.get("build") != build(data):
+            raise InputError("nothing was changed: the task has changed since; try again")
+        return data
+
+    def _move(self, request: Request) -> Answer:
+        """Move a handle; while the text can't be read, one of the last valid text."""
+        data, reading = self._same_build(request), self._last_reading()
+        place = tuple(request.get("at", ())), request.get("name")
+        known = [] if reading is None else reading.handles
+        handle = next(
+            (candidate for candidate in known if (candidate.at, candidate.name) == place), None
+        )
+        if handle is None or reading is None:
+            raise InputError(f"there is no handle at {request.get('at')!r}")
+        if _axes(data) != reading.axes:
+            raise InputError(
+                "nothing can be moved: the task can't be read, and its frames have changed"
+            )
+        sizes = {"position": 3, "quaternion": 4}
+        values = {
+            key: read_only(request[key], (size,), key)
+            for key, size in sizes.items()
+            if key in request
+        }
+        if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
+            raise InputError("the quaternion of a handle must have norm 1")
+        changes = move_handle(handle, si_factors(reading.scenario.task.units), **values)
+        self.draft.apply(changes, str(request.get("gesture", "")))
+        return {"build": build(self.draft.document().data)}
+
+    def _jog(self, request: Request) -> Answer:
+        """Joint positions and the pose of the tool, one of them computed from the other."""
+        robot, q = self._arm(request)
+        base = robot.base_placement
+        if "position" in request:
+            turn = pin.Quaternion(read_only(request["quaternion"], (4,), "quaternion")).matrix()
+            pose = pin.SE3(turn, np.array(read_only(request["position"], (3,), "position")))
+            q = solve_pose_ik(robot, base.actInv(pose), q).q
+        pose = base * robot.forward(q)
+        turned = pin.Quaternion(pose.rotation).coeffs()
+        return {
+            "q": q.tolist(),
+            "position": pose.translation.tolist(),
+            "quaternion": turned.tolist(),
+        }
+
+    def _add(self, request: Request) -> Answer:
+        """Add a waypoint at the arm's state, jogged or at a time of the motion; or a box."""
+        reading = self._reading
+        if self.plan is None or reading is None or self._planned != self.draft.revision:
+            raise InputError("nothing can be added before the task is planned")
+        robot, q = self._arm(request)
+        scenario, planned = reading.scenario, self.plan.scenario
+        task, count = scenario.task, len(scenario.task.waypoints)
+        if request.get("what") == "box":
+            point = robot.forward(q).translation
+            changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
+        else:
+            after, share = _place_in_file(planned, float(request.get("time", 0.0)))
+            if "after" in request:
+                place, share = tuple(request["after"]), 0.5
+                places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
+                inside = [i for i, known in enumerate(places) if known[: len(place)] == place]
+                after = max(inside, default=after)
+            joints = request.get("what") == "joints"
+            changes = waypoint_here(scenario, robot, q, after, share=share, joints=joints)
+        self.draft.apply(changes)
+        return {"at": changes[-1]["at"]}
+
+    def _arm(self, request: Request) -> tuple[Robot, FloatArray]:
+        """The robot, and its joint positions: as given, or at a time of the motion."""
+        if self.plan is None or self.plan.space.robot is None:
+            raise InputError("the task has not been planned yet")
+        robot, motion = self.plan.space.robot, self.plan.trajectory
+        if "q" in request:
+            return robot, read_only(request["q"], (robot.dof,), "q")
+        curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
+        return robot, np.asarray(curve(np.clip(float(request["time"]), curve.x[0], curve.x[-1])))
+
+
+def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
+    """The scene of a task before it is planned: the robot at rest."""
+    q = robot.configurations.get(
+        "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    )
+    timed = replace(scenario, free=None)  # with the provisional times
+    motion = JointTrajectory.from_knots(
+        robot.joint_names,
+        timed.times[[0, -1]],
+        np.tile(q, (2, 1)),
+        np.zeros((2, robot.dof)),
+        joint_units=robot.joint_units,
+    )
+    return make_scene(ShownMotion.of_trajectory(motion, timed))
+
+
+def _names(scenario: Scenario) -> dict[str, str]:
+    """Names of waypoints in the scene, by location in the file; only the first repetition."""
+    named: dict[str, str] = {}
+    for i, waypoint in zip(scenario.index, scenario.waypoints, strict=True):
+        if i >= 0:
+            named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), waypoint.name)
+    return named
+
+
+def _axes(data: Any) -> dict[str, Any]:
+    """The parts of a file that determine the axes of handles, within one structure."""
+    return {key: part for key, part in data.items() if key not in ("waypoints", "scene")}
+
+
+def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:
+    """Index in the file of the last waypoint before a time, and the elapsed fraction since."""
+    times = np.array(scenario.times)
+    i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))
+    if i + 1 == len(times):
+        return scenario.index[i], 1.0
+    share = (time - times[i]) / (times[i + 1] - times[i])
+    return scenario.index[i], float(np.clip(share, 0.2, 0.8))
+
+
+def draft_of(source: Path, copy: Path | None = None) -> Draft:
+    """The draft of a scenario file, or of a new copy of it.
+
+    Raises:
+        InputError: The file does not exist, or the copy exists already.
+    """
+    from knotwork.files import storage
+    from knotwork.files.documents import edited_text, read
+    from knotwork.task.places import moved_paths
+
+    if copy is None:
+        return Draft(source)
+    document = read(source)
+    folders = source.parent.resolve(), copy.parent.resolve()
+    text = edited_text(Draft(source).text, moved_paths(document.data, *folders))
+    return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))
