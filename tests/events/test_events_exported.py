@@ -132,7 +132,7 @@ def test_other_tables(plan: kw.Plan, tmp_path: Path, name: str) -> None:
         events = list(np.load(made)["event"])
     elif name == "json":
         events = [
-            kw.spline.trajectory.Event(**one).text for one in json.loads(made.read_text())["events"]
+            kw.curves.trajectory.Event(**one).text for one in json.loads(made.read_text())["events"]
         ]
     else:
         import pyarrow.parquet
