@@ -199,33 +199,6 @@ def test_a_description_of_a_robot_in_place_is_not_read_in_other_units() -> None:
         kw.plan({**task, "units": {"angle": "deg"}})
 
 
-def test_knots_may_be_an_object_or_an_array() -> None:
-    by_object = kw.plan("paper_case", knots=kw.interpolation.BalancedKnots(0.3)).trajectory
-    by_constant = kw.plan("paper_case", knots=0.3).trajectory
-    np.testing.assert_array_equal(by_object.breaks, by_constant.breaks)
-    task = {
-        "knots": np.array([0.0, 0.6, 1.4, 2.0]),
-        "waypoints": [
-            {"joints": {"a": np.float64(0)}},
-            {"joints": {"a": 1}, "velocity": {"a": 1}, "time": 1},
-            {"joints": {"a": 0}, "time": 2},
-        ],
-    }
-    np.testing.assert_array_equal(kw.plan(task).trajectory.breaks, [0, 0.6, 1.4, 2])
-
-
-def test_near_does_not_wind_back_a_joint_that_turns_without_limit() -> None:
-    with_near = kw.load_scenario("kinova_dispense")
-    plain = kw.plan(with_near)
-    home = kw.load_robot("kinova").configuration("home")
-    names = plain.trajectory.joint_names
-    task = {**with_near.task.to_dict(), "near": dict(zip(names, home.tolist(), strict=True))}
-    turned = kw.plan(task)
-    turned.report.raise_if_failed()
-    steps = np.abs(np.diff(turned.joint_waypoints.position, axis=0))
-    assert steps.max() < np.pi
-
-
 def test_without_a_robot_joints_may_slide() -> None:
     task: dict[str, Any] = {
         "units": {"length": "mm", "angle": "deg"},
