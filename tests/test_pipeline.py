@@ -15,7 +15,7 @@ import pytest
 
 import knotwork as kw
 from knotwork import Plan
-from knotwork.errors import InputError, KnotError, KnotworkError
+from knotwork.errors import KnotError, KnotworkError
 
 TASK: dict[str, Any] = {
     "waypoints": [
@@ -110,29 +110,6 @@ def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
     assert caught.value.interval == (1.0, 3.0)
 
 
-def test_the_solution_near_what_is_wanted_is_taken() -> None:
-    pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
-    task = {
-        "robot": "ur5",
-        "waypoints": [
-            {"pose": pose},
-            {"pose": {**pose, "position": [0.45, 0.2, 0.35]}, "after": 2},
-        ],
-    }
-    home = kw.plan(task).joint_waypoints.position
-    names = kw.plan(task).trajectory.joint_names
-    wanted = dict(zip(names, [0.0, -1.2, 1.3, 1.4, 1.5, 1.5], strict=True))
-    near = kw.plan({**task, "near": wanted}).joint_waypoints.position
-    assert not np.allclose(home, near)
-    wanted_values = np.array(list(wanted.values()))
-    # the first waypoint is nearest with all its turns, the others follow from there
-    first = np.linalg.norm(near[0] - wanted_values)
-    assert first <= np.linalg.norm(home[0] - wanted_values)
-    assert np.abs(np.diff(near, axis=0)).max() < 1.0
-    for plan in (kw.plan(task), kw.plan({**task, "near": "home"})):
-        np.testing.assert_array_equal(plan.joint_waypoints.position[0], home[0])
-
-
 def test_turns_follow_the_motion_also_with_near() -> None:
     pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
     task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": pose, "after": 9}]}
@@ -174,18 +151,6 @@ def test_a_loaded_scenario_is_not_changed_by_overrides() -> None:
     kw.plan(scenario, knots=0.3)
     assert scenario.si is before.si
     assert (scenario.si.planner, scenario.knots) == ("modified-hermite", "paper")
-
-
-def test_times_so_close_that_nothing_fits_between_are_an_error() -> None:
-    task = {
-        "waypoints": [
-            {"joints": {"a": 0}, "time": 1e6},
-            {"joints": {"a": 1}, "time": float(np.nextafter(1e6, 2e6)), "stop": True},
-            {"joints": {"a": 0}, "time": 1e6 + 1},
-        ]
-    }
-    with pytest.raises(InputError):
-        kw.plan(task)
 
 
 def test_a_description_of_a_robot_in_place_is_not_read_in_other_units() -> None:

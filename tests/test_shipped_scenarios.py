@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
@@ -17,10 +16,9 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 from plans import planned
-from shipped import LONG, SCENARIO_FILES
+from shipped import LONG
 from sweeps import mostly_exhaustive
 
-Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[1]
 PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
 SLOW = LONG | {"panda_bookshelf", "ur5_dome", "ur5_machine_door"}
@@ -69,15 +67,6 @@ def test_it_passes_the_judge_too_and_reports_the_branches_it_takes(
     for choice in solutions["choices"]:
         assert choice["branch"] in " ".join(ran.out.split())
         assert choice["solutions"] >= choice["branches"] >= 1
-
-
-def test_a_scenario_is_the_same_by_name_and_by_path(knotwork: Command) -> None:
-    path = SCENARIO_FILES["ur3_lid"]
-    by_name, by_path = (knotwork("plan", one, "--json") for one in ("ur3_lid", path))
-    assert (by_name.code, by_name.err) == (0, "")
-    reports = [json.loads(one.out)["plans"][0]["report"] for one in (by_name, by_path)]
-    assert reports[0] == reports[1]
-    assert "solutions" in reports[0]
 
 
 @pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
