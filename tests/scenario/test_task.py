@@ -142,13 +142,13 @@ def test_free_time_is_nan() -> None:
 def test_each_waypoint_knows_its_row() -> None:
     """Of those at the joints, most of which are inserted along the path."""
     plan = kw.plan(TASK)
-    rows = list(plan.joint_waypoints.asked)
+    rows = list(plan.joint_waypoints.task_rows)
     asked = [waypoint.name for waypoint in plan.scenario.waypoints]
     assert [plan.joint_waypoints.names[row] for row in rows] == asked
     assert plan.joint_waypoints.time[rows].tolist() == plan.scenario.times.tolist()
     assert len(plan.joint_waypoints.time) > len(rows)
     swing = kw.JointWaypoints(["a"], [0, 1], [[0], [1]], [[0], [0]])
-    assert swing.asked == (0, 1)
+    assert swing.task_rows == (0, 1)
 
 
 def test_a_changed_task_is_planned_as_changed() -> None:
