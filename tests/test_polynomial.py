@@ -212,22 +212,6 @@ def check_extrema(curve, nu=0, samples=20_001):
     return found
 
 
-@pytest.mark.parametrize("degree", range(1, 10))
-def test_extrema_equal_those_at_the_eigenvalue_roots_of_the_derivative(degree):
-    curve, _ = random_pair(degree, 5, (4,), seed=3)
-    found = curve.extrema()
-    for j in range(4):
-        values = []
-        for i, span in enumerate(np.diff(curve.x)):
-            polynomial = Polynomial(curve.c[::-1, i, j])
-            roots = polynomial.deriv().roots() if degree > 1 else np.empty(0)
-            real = roots[np.abs(roots.imag) < 1e-7].real
-            at = np.concatenate(([0.0, span], real[(real > 0) & (real < span)]))
-            values.extend(polynomial(at))
-        assert found.maximum[j] == pytest.approx(max(values), rel=1e-9)
-        assert found.minimum[j] == pytest.approx(min(values), rel=1e-9)
-
-
 @pytest.mark.parametrize("leading_zeros", range(7))
 @pytest.mark.parametrize("tiny", [0.0, 1e-300, 1e-30, 1e-17])
 def test_extrema_with_vanishing_leading_coefficients(leading_zeros, tiny):
