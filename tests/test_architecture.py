@@ -210,6 +210,7 @@ IMPORTED_BY_TESTS = {
         "robot.kinematics.geometry",
         "robot.kinematics.sequence",
         "robot.kinematics.solutions",
+        "curves.polynomial.extended_curve",
         "curves.retiming",
         "robot.description",
         "robot.joint_axes",
