@@ -189,7 +189,7 @@ def test_other_robot_formats_are_named_with_what_to_do(
             math.degrees(2.0),
             r"shoulder at 57.2958 deg, outside \[-15, 15\]",
         ),
-        ("[900, 0, 0]", 60, r"the nearest found is off by 60 deg"),
+        ("[900, 0, 0]", 60, r"the nearest orientation found there is off by 60 deg"),
     ],
 )
 def test_poses_out_of_reach_are_told_in_the_units_of_the_file(
