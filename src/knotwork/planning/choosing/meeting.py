@@ -99,6 +99,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     Raises:
         InputError: There is no solution for any guess.
     """
+    scenario = _with_speeds_before(scenario, choose)
     free, (first, *_) = _free(scenario), _free(scenario).meets
     k, failure = scenario.index[first], None
     guesses: list[dict[int, float]] = [{}]
@@ -119,6 +120,23 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     raise failure or AssertionError("GUESSES is empty")
 
 
+def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
+    """The scenario with speeds of paths before the first moving frame, which decide its time.
+
+    They are those of the motion before, planned alone if it is a complete task.
+    """
+    free, task = _free(scenario), scenario.task
+    first = free.meets[0]
+    if not any(i < first for i in free.path_speed):
+        return scenario
+    try:
+        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+        chosen = choose(resolve_task(part, scenario.places))
+    except InputError:
+        return scenario
+    return _with_expected_times(scenario, task.with_waypoints(_speeds(scenario, chosen)), {})
+
+
 def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
     """Times [s] by waypoint of the task; for one with a wait, its start."""
     return dict(zip(scenario.index[::-1], times[::-1].tolist(), strict=True))
@@ -128,7 +146,7 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, known = _free(scenario), chosen.scenario.task.waypoints
     places = [scenario.index[i] for i in free.path_speed if i <= free.meets[-1]]
-    return {k: {"speed": known[k].speed} for k in places}  # type: ignore[union-attr]
+    return {k: {"speed": known[k].speed} for k in places if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:

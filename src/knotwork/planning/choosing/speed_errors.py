@@ -69,7 +69,8 @@ def _path_error(
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
     chosen, text = k in path.asked.at_most, scenario.units.text
-    speed = "no speed keeps the limits" if chosen else f"at {text(path.stretches[k].speed, 'm/s')}"
+    given = path.asked.speeds[k] or path.stretches[k].speed
+    speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
         woven = path.stretches[k].kind.startswith("woven")
         accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
