@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
-    duration_outside,
     located_in_segment,
     solve_segments,
 )
@@ -24,8 +24,11 @@ from knotwork.planning.choosing.segments import (
     find_segments,
     timing_problem,
 )
-from knotwork.planning.choosing.speed_errors import paths_beyond_limits
-from knotwork.planning.choosing.timed_paths import TimedPaths, with_max_speeds
+from knotwork.planning.choosing.timed_paths import (
+    TimedPaths,
+    paths_beyond_limits,
+    with_max_speeds,
+)
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.planning.timing.budget import Budget
@@ -147,51 +150,32 @@ def choose_times(
     )
 
 
-SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
-"""Fractions of the maximum speeds along paths that are candidates if these are infeasible."""
-
-_Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
-"""A task with speeds along its paths, and the motions of its segments."""
+MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
+"""Number of times that speeds along paths are lowered for the motions next to them, and the factor.
+"""
 
 
 def _fastest(
     scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
-) -> _Motions:
-    """Speeds along paths and all motions.
+) -> tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]:
+    """The task with the maximum speeds along its paths, and the motions of its segments.
 
-    If the maximum speeds are infeasible, they are lowered until the total duration increases again.
+    Where a path can't be reached or left at these speeds, they are lowered.
 
     Raises:
         NoMotionsError: No motions were found.
     """
-    paths = with_max_speeds(scenario, free, solution)
-    try:
-        return paths, _motions(paths, free, budget)
-    except NoMotionsError as error:
-        failure, adjacent = error, _adjacent_stretches(error.errors, paths)
-    best: _Motions | None = None
-    for fraction in SPEED_FRACTIONS if adjacent else ():
-        if budget.is_over and (best or fraction != SPEED_FRACTIONS[-1]):
-            continue  # the lowest speeds are feasible if any are
-        caps = {i: fraction * paths.speeds[i] for i in adjacent}
-        slower = with_max_speeds(scenario, free, solution, caps)
+    caps: dict[int, float] = {}
+    for slowdowns in count():
+        paths = with_max_speeds(scenario, free, solution, caps)
         try:
-            motions = slower, _motions(slower, free, budget)
+            return paths, _motions(paths, free, budget)
         except NoMotionsError as error:
-            failure = error
-            continue
-        if best and _duration(*best) <= _duration(*motions):
-            break
-        best = motions
-    if best is None:
-        raise failure
-    return best
-
-
-def _duration(paths: TimedPaths, motions: Sequence[tuple[FreeSegment, TimedMotion]]) -> float:
-    """Duration of the whole motion [s]."""
-    outside = duration_outside(paths.task, [segment for segment, _ in motions])
-    return outside + sum(motion.duration for _, motion in motions)
+            adjacent = _adjacent_stretches(error.errors, paths)
+            if not adjacent or slowdowns == MAX_SLOWDOWNS:
+                raise
+            caps |= {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
+    raise AssertionError("the loop ends with a motion or an error")
 
 
 def _motions(

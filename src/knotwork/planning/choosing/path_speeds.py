@@ -95,11 +95,8 @@ class PathSpeeds:
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
 
-    def choose(self) -> float:
+    def choose(self) -> None:
         """Choose maximum speeds that are expected to keep the limits.
-
-        Returns:
-            The duration of the path [s].
 
         Raises:
             NoSpeedsError: No speeds are feasible.
@@ -115,7 +112,6 @@ class PathSpeeds:
         while (used := self._expected_shares()).max() > 1.0:
             self._slow_down(used)
             self._fit()
-        return self.asked.timed(self.speeds)[0].duration
 
     def _expected_shares(self) -> FloatArray:
         """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""
