@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import count
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
+    duration_outside,
     located_in_segment,
     solve_segments,
 )
@@ -154,28 +154,48 @@ MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
 """Number of times that speeds along paths are lowered for the motions next to them, and the factor.
 """
 
+_Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
+"""A task with speeds along its paths, and the motions of its segments."""
+
 
 def _fastest(
     scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
-) -> tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]:
+) -> _Motions:
     """The task with the maximum speeds along its paths, and the motions of its segments.
 
-    Where a path can't be reached or left at these speeds, they are lowered.
+    Where a path can't be reached or left at these speeds, they are lowered until the motions exist,
+    and further while the total duration decreases.
 
     Raises:
         NoMotionsError: No motions were found.
     """
     caps: dict[int, float] = {}
-    for slowdowns in count():
+    best: _Motions | None = None
+    adjacent: set[int] = set()
+    for slowdowns in range(MAX_SLOWDOWNS + 1):
         paths = with_max_speeds(scenario, free, solution, caps)
         try:
-            return paths, _motions(paths, free, budget)
+            motions = paths, _motions(paths, free, budget)
         except NoMotionsError as error:
-            adjacent = _adjacent_stretches(error.errors, paths)
-            if not adjacent or slowdowns == MAX_SLOWDOWNS:
+            adjacent |= _adjacent_stretches(error.errors, paths)
+            if best is None and (not adjacent or slowdowns == MAX_SLOWDOWNS):
                 raise
-            caps |= {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
-    raise AssertionError("the loop ends with a motion or an error")
+        else:
+            if best is not None and _duration(*best) <= _duration(*motions):
+                break
+            best = motions
+            if not adjacent:
+                break
+        caps = {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
+    if best is None:
+        raise AssertionError("without a motion the last error was raised")
+    return best
+
+
+def _duration(paths: TimedPaths, motions: Sequence[tuple[FreeSegment, TimedMotion]]) -> float:
+    """Duration of the whole motion [s]."""
+    outside = duration_outside(paths.task, [segment for segment, _ in motions])
+    return outside + sum(motion.duration for _, motion in motions)
 
 
 def _motions(

@@ -95,8 +95,11 @@ class PathSpeeds:
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
 
-    def choose(self) -> None:
+    def choose(self) -> float:
         """Choose maximum speeds that are expected to keep the limits.
+
+        Returns:
+            The duration of the path [s].
 
         Raises:
             NoSpeedsError: No speeds are feasible.
@@ -112,6 +115,7 @@ class PathSpeeds:
         while (used := self._expected_shares()).max() > 1.0:
             self._slow_down(used)
             self._fit()
+        return self.asked.timed(self.speeds)[0].duration
 
     def _expected_shares(self) -> FloatArray:
         """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""

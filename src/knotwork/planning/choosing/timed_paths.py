@@ -30,6 +30,9 @@ MAX_PLANS = 4
 CORRECTED_PLANS = 3
 """Number of planned motions after which speeds are lowered."""
 
+MIN_GAIN = 0.01
+"""Minimum relative gain of duration for which a motion is planned again."""
+
 LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
@@ -86,14 +89,13 @@ def with_max_speeds(
             }
             problems[number] = PathSpeeds(task, path, bounds)
     try:
-        timed = _within_limits(task, problems)
+        return _fastest(task, problems)
     except NoSpeedsError as error:
         raise _no_speeds(task, error) from None
-    return _timed_paths(timed, problems.values())
 
 
-def _within_limits(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> FreeTask:
-    """The task with the first chosen speeds at which a planned motion keeps the limits.
+def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
+    """The fastest planned motion along the paths that keeps the limits.
 
     Each motion corrects the expectation for the next one. Where that is not sufficient, speeds are
     lowered.
@@ -101,25 +103,35 @@ def _within_limits(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> FreeTa
     Raises:
         NoSpeedsError: No speeds are feasible.
     """
-    failed = NoSpeedsError(task.scenario.paths[0], 0, SpeedBound.TOLERANCES)
+    best: TimedPaths | None = None
+    min_duration = math.inf
+    failed: NoSpeedsError | None = None
+    slower: dict[PathSpeeds, Limit | SpeedBound] = {}
     for attempt in range(MAX_PLANS):
-        for problem in problems.values():
-            problem.choose()
+        try:
+            for problem, bound in slower.items():
+                problem.lower_caps(bound)
+            duration = sum(problem.choose() for problem in problems.values())
+        except NoSpeedsError as error:
+            failed = error
+            break
+        if duration > (1.0 - MIN_GAIN) * min_duration:
+            break
         try:
             timed = _with_speeds(task, problems.values())
         except (PathError, FollowingError):
-            for problem in problems.values():
-                problem.lower_caps(SpeedBound.TOLERANCES)
+            slower = dict.fromkeys(problems.values(), SpeedBound.TOLERANCES)
             continue
         excess = {p: p.verify(timed, timed.scenario.paths[i]) for i, p in problems.items()}
         missed = {problem: error for problem, error in excess.items() if error}
-        if not missed:
-            return timed
-        failed = next(iter(missed.values()))
-        if attempt + 1 >= CORRECTED_PLANS:
-            for problem, error in missed.items():
-                problem.lower_caps(error.limit)
-    raise failed
+        failed = next(iter(missed.values()), None)
+        if failed is None:
+            min_duration, best = duration, _timed_paths(timed, problems.values())
+        is_corrected = attempt + 1 >= CORRECTED_PLANS
+        slower = {p: error.limit for p, error in missed.items()} if is_corrected else {}
+    if best is None:
+        raise failed or NoSpeedsError(task.scenario.paths[0], 0, SpeedBound.TOLERANCES)
+    return best
 
 
 def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
