@@ -93,7 +93,7 @@ GOAL = {**HOME, "waypoints": [{"joints": "home", "after": "fastest"}]}
     ],
 )
 def test_replacing_goal_has_no_jump(deburring: kw.Plan, task: Task) -> None:
-    after = deburring.replace(8.0, task)
+    after = deburring.replan(8.0, task)
     assert after.report.ok
     for nu in range(3):
         jump = after.trajectory(0.0, nu) - deburring.trajectory(8.0, nu)
@@ -111,7 +111,7 @@ def test_replacing_goal_has_no_jump(deburring: kw.Plan, task: Task) -> None:
 )
 def test_refuses_unreachable_new_goals(deburring: kw.Plan, task: str | Task, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        deburring.replace(1.0, task)
+        deburring.replan(1.0, task)
 
 
 BALL = {"sphere": 0.01}
@@ -167,10 +167,10 @@ def test_replaced_motion_keeps_held_object(
     stop.save(tmp_path)
     assert knotwork("check", tmp_path).code == 0
     with pytest.raises(InputError, match=r"holds 'part' at 5\.5 s"):
-        moving_part.replace(5.5, GOAL)
+        moving_part.replan(5.5, GOAL)
     tcp = {"part": {**PART, "from": "start", "to": "waypoint 1"}}
     goal = {**GOAL, "tool": {"shape": BALL, "holds": tcp}}
-    assert moving_part.replace(5.5, goal).report.ok
+    assert moving_part.replan(5.5, goal).report.ok
     with pytest.raises(InputError, match=r"waypoints\[0\]: is in a moving frame"):
         moving_part.scaled({0: 0.5})
 
