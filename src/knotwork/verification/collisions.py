@@ -35,7 +35,7 @@ MINIMUM_PRECISION = 2e-4
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.rules.itself or scene.asks()):
+    if robot is None or not (scene.rules.itself or scene.has_bodies()):
         return
     if absurd := absurdity(motion.curve, space):
         yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
@@ -91,7 +91,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
     """Report bodies without shapes, pairs that are not checked, and plausible mistakes."""
     notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
     notes += model.notes
-    asks = scenario.scene.asks()
+    asks = scenario.scene.has_bodies()
     if asks and not any(body.kind == "link" for body in model.bodies):
         message = (
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "

@@ -91,7 +91,9 @@ class SolutionSearch:
         self.near = space.near
         scene = scenario.scene
         self.obstacles = (
-            Obstacles(scenario, space, chains.arm) if scene.rules.itself or scene.asks() else None
+            Obstacles(scenario, space, chains.arm)
+            if scene.rules.itself or scene.has_bodies()
+            else None
         )
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
@@ -115,7 +117,7 @@ class SolutionSearch:
         """
         self._find_candidates()
         start = self.space.targets[0]
-        if self.obstacles is not None and start is not None and self.scenario.scene.asks():
+        if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies():
             self.obstacles.check_start(start.position)
         layers = [self._layer(i) for i in range(len(self.candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)
