@@ -90,11 +90,8 @@ class SolutionSearch:
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
         scene = scenario.scene
-        self.obstacles = (
-            Obstacles(scenario, space, chains.arm)
-            if scene.rules.itself or scene.has_bodies()
-            else None
-        )
+        is_checked = scene.rules.itself or scene.has_bodies()
+        self.obstacles = Obstacles(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
