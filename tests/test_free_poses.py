@@ -415,22 +415,6 @@ def test_path_begins_at_pose_of_narrower_freedom(begin: Any, seam: Any, wait: fl
     assert np.degrees(own.value) == pytest.approx(abs(turn) if "turn" in begin else tilt, abs=0.02)
 
 
-def test_more_freedom_needs_no_more_travel() -> None:
-    """A motion whose tool may turn is one whose tool may turn and tilt, too."""
-
-    def travelled(free: Any) -> float:
-        task = pick_then_seam(free, free)
-        task["near"] = "home"
-        for waypoint in task["waypoints"]:
-            waypoint["free"] = free
-        plan = kw.plan(task)
-        assert plan.report.ok, plan.report
-        times = np.linspace(0.0, plan.trajectory.duration, 1000)
-        return float(np.abs(np.diff(plan.trajectory.position(times), axis=0)).sum())
-
-    assert travelled({"turn": "z", "tilt": 10}) < 1.1 * travelled(TURN)
-
-
 def test_tries_other_postures_past_obstacle() -> None:
     """Solutions that differ by the free turn alone collide alike: others are tried."""
     tool = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
@@ -468,27 +452,3 @@ def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
         one["free"] = {"turn": [0, 0.01], "tilt": 12}
     narrow = checked(plan.trajectory, off)
     assert narrow.ok is (most == 0)
-
-
-def test_tilt_slows_down_before_its_limit() -> None:
-    """Beside a rail that is to stand still, the arm leans until the cone ends."""
-    task = {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5_rail",
-        "tool": {"offset": {"position": [0, 0, 120]}, "free": {"turn": "z", "tilt": 30}},
-        "near": "home",
-        "prefer": {"rail": 20},
-        "start": "home",
-        "waypoints": [
-            {
-                "after": 3,
-                "pose": {"position": [550, -800, 250], "rpy": [180, 0, -90]},
-                "stop": True,
-            },
-            {"along": "line", "pose": {"position": [550, 800, 250]}, "speed": 150, "stop": True},
-        ],
-    }
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
-    uses = [one.use for one in plan.report.select(subject="joint") if one.use is not None]
-    assert max(uses) < 0.95

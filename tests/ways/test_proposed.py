@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -119,22 +118,3 @@ def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
     checked = knotwork("check", tmp_path / "out", "--scenario", file)
     assert checked.code == 1
     assert "way: clear" not in checked.out
-
-
-def test_page_lists_failures_then_advice() -> None:
-    plan = kw.plan(across(at("back", -250, after=3)))
-    head = plan.view().html.partition('<ul class="failures">')[2].partition("</header>")[0]
-    entries = [unescape(one) for one in head.split("<li>")[1:]]
-    assert len(entries) == len(plan.report.failures) > 1
-    for entry, found in zip(entries, plan.report.failures, strict=True):
-        assert found.at is not None
-        assert f'data-at="{found.at}"' in entry
-        assert "in wall at" in entry
-        assert "between 'here' and 'there'</button>" in entry
-        (_, (low, high)) = found.spans  # it collides on the way back, too
-        words = f"also {low:.3f} to {high:.3f} s, between 'there' and 'back'</button>"
-        assert f'data-at="{low}" title="go there">{words}' in entry
-    # advice stands once, after what it is about; what was tried is among the details
-    assert head.count("(not attempted)") == 1
-    line, advice, tried = (entries[0].index(word) for word in ("in wall", "clear", "tried: "))
-    assert line < advice < entries[0].index("<details>") < tried
