@@ -182,18 +182,6 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
 CONE = {"turn": "z", "tilt": 10}
 
 
-def test_tilt_stays_in_cone() -> None:
-    cone = kw.plan(with_stops(arch(CONE)))
-    assert cone.report.ok
-    path = cone.scenario.paths[0].motion
-    times = np.linspace(path.start_time, path.end_time, 3000)
-    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
-    axes = np.array([pose.rotation[:, 2] for pose in tool_poses(cone, times)])
-    tilts = np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1)))
-    assert 1.0 < tilts.max() < 10.1
-    assert not checked(cone.trajectory, with_stops(arch())).ok
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_check_of_cone(seed: int) -> None:
     yaw, about = np.random.default_rng(seed).uniform(-np.pi, np.pi, 2)
@@ -364,8 +352,6 @@ PLACE = {"position": {"x": [-20, 20]}}
 @pytest.mark.parametrize(
     ("pick", "seam", "robot"),
     [
-        (TURN, "none", "ur5"),
-        (PLACE, "none", "panda"),
         (PLACE, TURN, "ur5"),
         ({"turn": [-90, 90]}, {"turn": [-20, 20]}, "panda"),
     ],

@@ -6,12 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-import gantry
 import numpy as np
 import pytest
 
 import knotwork as kw
 from command_line import Command
+from judge.cases import Shelf
+from judge.faults_of_paths import gantry
 from plans import planned
 
 
@@ -186,7 +187,18 @@ def test_warns_of_curve_bulging_between_points(
     tmp_path: Path, points: list[list[float]], warned: bool
 ) -> None:
     """The tool keeps to the curve, and the curve not to what its points seem to mean."""
-    task = gantry.scenario(tmp_path, {"points": points}, points[-1], 50)
+    end = {"name": "off", "along": {"points": points}, "speed": 50, "stop": True}
+    task = kw.load_scenario(
+        {
+            "units": {"length": "mm"},
+            "robot": gantry(Shelf(tmp_path)),
+            "tool": {"frame": "head"},
+            "waypoints": [
+                {"name": "on", "stop": True, "pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}},
+                {**end, "pose": {"position": points[-1]}},
+            ],
+        }
+    )
     report = kw.plan(task).report
     assert report.ok
     curve = task.paths[0].motion.path
