@@ -55,26 +55,6 @@ def test_takes_clear_motion_if_fastest_collides(
 
 
 @pytest.mark.exhaustive
-def test_proposal_for_passed_poses_is_accepted() -> None:
-    """Ways through them are one motion, which takes no times."""
-    passed = [
-        {"name": name, "pose": {"position": [450, y, 300], "rpy": DOWN}, "velocity": "free"}
-        for name, y in (("over", -100), ("beyond", 100))
-    ]
-    given = across()
-    given["waypoints"][1:1] = passed
-    for waypoint in given["waypoints"][1:]:
-        waypoint["after"] = 1
-    (line,) = told(given)
-    said = "way: clear at 'over' and 'beyond' and 'there' without times may avoid the collisions"
-    assert said in line
-    for waypoint in given["waypoints"][1:]:
-        waypoint["way"] = "clear"
-        del waypoint["after"]
-    assert kw.plan(given).report.ok
-
-
-@pytest.mark.exhaustive
 def test_reports_missing_clear_motion() -> None:
     given = fastest()
     given["scene"]["objects"] = {
