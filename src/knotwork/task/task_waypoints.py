@@ -255,14 +255,7 @@ def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
             return type(value).__name__
         if not isinstance(value, dict) or ("pose" in value and "joints" in value):
             return None
-        for key, kind in kinds.items():
-            if key in value:
-                return kind
-        # a similar key is probably a typing error, which is then reported
-        from difflib import get_close_matches
-
-        slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
-        return next((kinds[slip[0]] for slip in slips if slip), None)
+        return next((kind for key, kind in kinds.items() if key in value), None)
 
     return Discriminator(
         kind_of,

@@ -154,7 +154,7 @@ def _limits_by_interval(
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
             text += " (assumed)"
         if limit.quantity == SpeedBound.RAMPS:
-            acceleration = chosen.scenario.paths[0].asked.acceleration
+            acceleration = chosen.scenario.paths[0].requested.acceleration
             text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
         limits[limit.start, limit.end].append((text, limit.share))
     return limits

@@ -181,7 +181,7 @@ class SharesAlongPath:
     def __init__(
         self, task: FreeTask, path: ScenarioPath, shares: LimitShares, full_speed: float
     ) -> None:
-        self._shares, lengths = shares, path.asked.lengths
+        self._shares, lengths = shares, path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)

@@ -79,13 +79,13 @@ def with_max_speeds(
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
     problems = {}
     for number, path in enumerate(scenario.paths):
-        if path.asked.at_most:
+        if path.requested.at_most:
             bounds = {
                 k: min(
                     (most, SpeedBound.AT_MOST),
                     (caps.get(path.first + 1 + k, math.inf), SpeedBound.NEIGHBOURS),
                 )
-                for k, most in path.asked.at_most.items()
+                for k, most in path.requested.at_most.items()
             }
             problems[number] = PathSpeeds(task, path, bounds)
     try:
@@ -217,8 +217,8 @@ def _path_error(
     """
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
-    chosen, text = k in path.asked.at_most, scenario.units.text
-    given = path.asked.speeds[k] or path.stretches[k].speed
+    chosen, text = k in path.requested.at_most, scenario.units.text
+    given = path.requested.speeds[k] or path.stretches[k].speed
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
         woven = path.stretches[k].kind.startswith("woven")
@@ -228,7 +228,7 @@ def _path_error(
     else:
         accepted = "speed: fastest"
     if limit == SpeedBound.RAMPS:
-        shown = text(path.asked.acceleration, "m/s²")
+        shown = text(path.requested.acceleration, "m/s²")
         reason = f"there is no {limit} at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
     elif isinstance(limit, SpeedBound):

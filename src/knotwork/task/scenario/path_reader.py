@@ -15,10 +15,10 @@ from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.timing_profile import standstill
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
-from knotwork.task.scenario.asked_timing import AskedTiming
 from knotwork.task.scenario.carriers import Carriers
 from knotwork.task.scenario.free_times import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, rescale_orientation
+from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -204,10 +204,10 @@ class PathReader:
 
     def _requested_timing(
         self, first: int, lengths: FloatArray, steps: list[PathWaypoint], start: float
-    ) -> AskedTiming:
+    ) -> RequestedTiming:
         last = first + len(steps)
         upper_bounds = [max_speed(step.speed) for step in steps]
-        return AskedTiming(
+        return RequestedTiming(
             tuple(lengths.tolist()),
             tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
             tuple(self._durations(first, steps, start)),
@@ -217,7 +217,7 @@ class PathReader:
         )
 
     def _solve_timing(
-        self, first: int, requested: AskedTiming, steps: list[PathWaypoint]
+        self, first: int, requested: RequestedTiming, steps: list[PathWaypoint]
     ) -> tuple[Timing, tuple[float, ...]]:
         unit, limit, durations = self.curves.length, requested.acceleration, requested.durations
         text = partial(self.curves.text, digits=6)
@@ -274,7 +274,9 @@ def wait_on(
     motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
-    requested = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {})
+    requested = RequestedTiming(
+        (0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {}
+    )
     return ScenarioPath(first, motion, (stretch,), requested, begin.freedom)
 
 

@@ -111,7 +111,6 @@ class _Resolver:
             on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
-            source=source,
             places=self.places,
         )
 
