@@ -55,8 +55,9 @@ class ChosenSequence(NamedTuple):
 
 def home(space: JointSpace) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
-    if HOME_CONFIGURATION in space.configurations:
-        return np.array(space.configurations[HOME_CONFIGURATION])
+    robot = space.robot
+    if robot is not None and HOME_CONFIGURATION in robot.configurations:
+        return np.array(robot.configurations[HOME_CONFIGURATION])
     return middle((space.lower_position_limit, space.upper_position_limit))
 
 
