@@ -71,7 +71,11 @@ class EventReader:
                     "a later time, or the other order",
                 )
             last[event.signal] = event
-        return tuple(sorted((event for _, event in events), key=_time)) if timed else ()
+        return (
+            tuple(sorted((event for _, event in events), key=lambda one: one.event.time))
+            if timed
+            else ()
+        )
 
     @cached_property
     def rows(self) -> dict[int, tuple[int, int]]:
@@ -167,10 +171,6 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
     if name is None:
         return {"output": event.output, "value": event.value}
     return {name: event.value}
-
-
-def _time(requested: RequestedEvent) -> float:
-    return requested.event.time
 
 
 def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:

@@ -222,7 +222,7 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
 
 
 def _bare_joints(scenario: Scenario) -> JointSpace:
-    names, task = scenario.joint_names, scenario.task
+    task, names = scenario.task, tuple(getattr(scenario.waypoints[0], "joints", ()))
     for name in task.joint_units:
         if name not in names:
             with scenario.error_context("joint_units", name):

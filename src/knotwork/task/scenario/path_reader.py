@@ -156,7 +156,7 @@ class PathReader:
         try:
             return ToolPath(pieces, orientation)
         except CornerError as error:
-            where = float(path_start(pieces, error.junction + 1))
+            where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
             lines = all(kind_of(step) == "line" for step in steps[k : k + 2])
             is_hairpin = error.angle > np.pi - HAIRPIN_ANGLE
@@ -289,8 +289,3 @@ def kind_of(waypoint: PathWaypoint) -> str:
     if isinstance(waypoint.along, AlongArc):
         return "arc"
     return "points" if isinstance(waypoint.along, AlongPoints) else "line"
-
-
-def path_start(curves: list[Curve], index: int) -> float:
-    """Arc length at the start of a curve [m]."""
-    return float(sum(curve.length for curve in curves[:index]))

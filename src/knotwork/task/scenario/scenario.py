@@ -225,11 +225,6 @@ class Scenario:
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property
-    def prefers_clearance(self) -> bool:
-        """Whether clearance has priority over travel."""
-        return self.task.prefer == "clearance" and self.task.near is None
-
-    @property
     def shown_length(self) -> tuple[float, str]:
         """Number of the file's length units per metre, and the unit's name, for messages."""
         return self.units.shown(1.0, "m")
@@ -254,9 +249,3 @@ class Scenario:
     def expected_times(self) -> FloatArray:
         """Waypoint times [s], shape (n,); chosen ones as expected, for moving frames and bodies."""
         return np.array([waypoint.time for waypoint in self.waypoints])
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints named by the first waypoint; without a robot, all joints of the scenario."""
-        joints = getattr(self.waypoints[0], "joints", ())
-        return () if isinstance(joints, str) else tuple(joints)
