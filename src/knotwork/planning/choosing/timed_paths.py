@@ -144,8 +144,6 @@ def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
             for k, speed in problem.speeds.items()
         }
     )
-    if not task.free.duration.any():  # with these speeds every waypoint has a time
-        changed = changed.replace(times=None)
     scenario = resolve_task(changed, scenario.places)
     space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
