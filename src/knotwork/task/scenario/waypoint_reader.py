@@ -327,7 +327,7 @@ class WaypointReader:
 
             # of a chosen speed the direction alone is known
             given = speed if isinstance(speed, float) else 1.0
-            return neighbours_twist(self.file, self.places, i, given, poses)
+            return neighbours_twist(self.places, i, given, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
