@@ -52,8 +52,8 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
     timed = resolve_task(numbers, scenario.places)
     if not motions:
         return timed
-    runs = [_chosen_motion(task, timed, *pair) for pair in motions]
-    return replace(timed, task=numbers.replace(chosen=runs))
+    sections = [_chosen_motion(task, timed, *pair) for pair in motions]
+    return replace(timed, task=numbers.replace(chosen=sections))
 
 
 def solutions_near(

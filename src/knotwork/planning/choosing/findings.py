@@ -110,7 +110,7 @@ def _meeting_note(chosen: ChosenTimes) -> str:
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
     """Whether speeds along paths were chosen, on which the lower bound depends."""
-    return chosen.asked.free is not None and bool(chosen.asked.free.path_speed)
+    return chosen.requested.free is not None and bool(chosen.requested.free.path_speed)
 
 
 def _unlimited_note(space: JointSpace) -> str:

@@ -82,10 +82,10 @@ def with_max_speeds(
         if path.requested.at_most:
             bounds = {
                 k: min(
-                    (most, SpeedBound.AT_MOST),
+                    (max_speed, SpeedBound.AT_MOST),
                     (caps.get(path.first + 1 + k, math.inf), SpeedBound.NEIGHBOURS),
                 )
-                for k, most in path.requested.at_most.items()
+                for k, max_speed in path.requested.at_most.items()
             }
             problems[number] = PathSpeeds(task, path, bounds)
     try:
@@ -162,16 +162,16 @@ def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
     return TimedPaths(task, speeds, tuple(binding))
 
 
-def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> list[InputError]:
+def paths_beyond_limits(task: FreeTask, free: FreeTimes) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
         task: The task.
-        asked: The unknowns; given speeds on paths with a chosen one are feasible.
+        free: The unknowns; given speeds on paths with a chosen one are feasible.
     """
     errors: list[InputError] = []
     for path in task.scenario.paths:
-        if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
+        if any(i + 1 in free.path_speed for i in range(path.first, path.last)):
             continue
         shares = LimitShares(task, path)
         used = shares.of_motion(task, path).max(axis=1)
