@@ -185,13 +185,11 @@ def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
 IMPORTED_BY_TESTS = {
     "mathematics that is formulated again, independently": (
         "robot.kinematics.chain",
-        "robot.kinematics.following.ladder",
         "robot.kinematics.geometry",
         "robot.kinematics.sequence",
         "robot.kinematics.solutions",
         "curves.polynomial.extended_curve",
         "curves.retiming",
-        "robot.description",
         "robot.joint_axes",
         "robot.joint_tree",
         "scene",
