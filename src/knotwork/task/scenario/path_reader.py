@@ -46,13 +46,6 @@ class PathReader:
     stops: Callable[[int], bool]
     carriers: Carriers
 
-    def begins(self, i: int) -> bool:
-        """Whether a path begins at a waypoint, rather than passing through it."""
-        steps = self.curves.file.waypoints
-        if i + 1 >= len(steps) or not isinstance(steps[i + 1], PathWaypoint):
-            return False
-        return not isinstance(steps[i], PathWaypoint) or self.stops(i)
-
     def read(self, first: int, start: float) -> ScenarioPath:
         """The path that begins at a waypoint and ends at the next stop or free motion.
 
@@ -79,11 +72,8 @@ class PathReader:
             )
         self._check_start(first)
         last = first + 1
-        while (
-            not self.stops(last)
-            and last + 1 < len(steps)
-            and isinstance(steps[last + 1], PathWaypoint)
-        ):
+        # the tool stops at the last waypoint of all
+        while not self.stops(last) and isinstance(steps[last + 1], PathWaypoint):
             last += 1
         return self._path(first, last, start)
 
