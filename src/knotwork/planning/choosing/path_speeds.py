@@ -88,9 +88,7 @@ class PathSpeeds:
         self.path, self.requested, self.caps = path, path.requested, dict(caps)
         self.unit = task.scenario.shown_length[0]
         self.shares = LimitShares(task, path)
-        speeds = (*path.requested.speeds, *(cap for cap, _ in caps.values()))
-        fastest = max((speed for speed in speeds if speed and math.isfinite(speed)), default=1.0)
-        self.along = SharesAlongPath(task, path, self.shares, fastest)
+        self.along = SharesAlongPath(task, path, self.shares)
         self._ratio = np.ones((len(path.stretches), 3, len(self.shares.limits)))
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
