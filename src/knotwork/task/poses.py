@@ -30,9 +30,12 @@ MAX_PLACES = 1000
 def _euler_order(order: str) -> str:
     if order in _EULER_ORDERS:
         return order
-    raise ValueError(
-        f"must be one of {', '.join(_EULER_ORDERS)}: capital letters for moving axes, in this order"
-    )
+    if order.upper() in _EULER_ORDERS and order.islower():
+        raise ValueError(
+            f"lower case would mean fixed axes; write {order.upper()!r} for turns about the moving "
+            "axes, or use rpy for fixed x, y, z axes"
+        )
+    raise ValueError(f"must be one of {', '.join(_EULER_ORDERS)} (moving axes, in this order)")
 
 
 class Euler(TaskPart):
