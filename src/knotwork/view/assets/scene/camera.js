@@ -47,15 +47,17 @@ class Camera {
     this.mark();
   }
 
-  // A point that is off the pane, or under a panel, is looked at.
-  reveal(point) {
+  // Looks at a point with arrows of a length, in parts of its distance from the camera, if one is off the pane or covered.
+  reveal(point, reach) {
     const { camera } = this.viewer;
     const pane = paneBox();
     camera.updateMatrixWorld();
     const { x, y } = world(point).project(camera);
-    const [left, top] = [((x + 1) / 2) * pane.width, ((1 - y) / 2) * pane.height];
-    const hidden = panels(pane).some((box) => left > box[0] && left < box[2] && top > box[1] && top < box[3]);
-    if (hidden || Math.max(Math.abs(x), Math.abs(y)) > 1) this.near(point, Infinity);
+    const wide = (reach * pane.height) / (2 * Math.tan((camera.fov / 2) * (Math.PI / 180))); // [pixels]
+    const [left, top] = [((x + 1) / 2) * pane.width - wide, ((1 - y) / 2) * pane.height - wide];
+    const box = [left, top, left + 2 * wide, top + 2 * wide];
+    const inside = left >= 0 && top >= 0 && box[2] <= pane.width && box[3] <= pane.height;
+    if (!inside || panels(pane).some((one) => overlap(one, box))) this.near(point, Infinity);
   }
 
   // Look at a point from the same side, from near; it is in the middle of what panels leave free.

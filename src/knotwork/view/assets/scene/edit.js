@@ -228,7 +228,7 @@ class Editing {
   // What is held is in view, beside the panels.
   hold() {
     const { held, hand } = this.gizmo;
-    if (held && !hand) this.stage.camera.reveal(held.position);
+    if (held && !hand) this.stage.camera.reveal(held.position, this.gizmo.reach());
   }
 
   fill() {
