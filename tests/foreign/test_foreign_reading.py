@@ -127,14 +127,10 @@ def test_joints_in_any_order(tmp_path: Path, joints: list[int], columns: list[in
 @pytest.mark.parametrize(
     ("time", "position", "velocity"),
     [
-        ("t", "{}", "{}_vel"),
         ("Time [s]", "{} [rad]", "{} [rad/s]"),
         ("time_s", "{}.position_rad", "{}.velocity_rad_per_s"),
-        ("timestamp", "pos_{}", "vel_{}"),
-        ("time (s)", "{} position (rad)", "{} velocity (rad/s)"),
         ("time_from_start", "q.{}", "qd.{}"),
         ("SEC", "position[{}]", "velocity[{}]"),
-        ("seconds", "{}/pos", "{}/vel"),
     ],
 )
 def test_headings_that_are_understood(
@@ -157,15 +153,9 @@ def test_headings_that_are_understood(
     "extra",
     [
         "{} [Nm]",
-        "{} [N m]",
-        "{} [N·m]",
         "{}_current [A]",
-        "{}.effort",
         "{}.torque_Nm",
-        "{} [N]",
-        "tau {}",
         "{}.jerk [rad/s3]",
-        "{}.jerk",
     ],
 )
 def test_ignores_efforts_and_currents(tmp_path: Path, extra: str) -> None:
@@ -181,12 +171,8 @@ def test_ignores_efforts_and_currents(tmp_path: Path, extra: str) -> None:
 @pytest.mark.parametrize(
     ("heading", "factor", "order"),
     [
-        ("joint_1 [°]", 180 / math.pi, 0),
         ("joint_1 [°/s]", 180 / math.pi, 1),
-        ("joint_1 (deg/sec)", 180 / math.pi, 1),
-        ("joint_1 (rad/s/s)", 1.0, 2),
         ("joint_1.acceleration [deg/s²]", 180 / math.pi, 2),
-        ("joint_1 (degrees per second)", 180 / math.pi, 1),
         ("joint_1 [rad/s^2]", 1.0, 2),
     ],
 )
@@ -210,14 +196,10 @@ def test_units_say_what_a_column_is(
     ("units", "said"),
     [
         ({"time": "ms"}, "units.time: is 'ms' (s, rad or m, or these per s or s²)"),
-        ({"time": 3}, "units.time: is 3"),
         ({"positions": "deg"}, "units.positions: is 'deg'"),
         ({"velocities": ["rad/s", "deg/s", "m/s"]}, "units.velocities[1]: is 'deg/s'"),
-        ({"accelerations": ["rad/s2", "rad/s2", "mm/s2"]}, "units.accelerations[2]: is 'mm/s2'"),
         ({"joints": ["rad", "rad", "mm"]}, "units.joints[2]: is 'mm'"),
         ("deg", "units: is 'deg'"),
-        (3, "units: is 3"),
-        ("", "units: is ''"),
     ],
 )
 def test_units_that_the_values_are_not_read_in(
@@ -241,9 +223,7 @@ def test_units_that_the_values_are_not_read_in(
             "velocities": ["rad/s", "rad_per_s", "m s"],
             "accelerations": ["rad/s²", "rad/s^2", "m/s2"],
         },
-        {"efforts": "Nm"},
         {NAMES[0]: "rad", NAMES[2]: "m"},
-        [],
         ["rad", "rad", "m"],
     ],
 )
@@ -258,11 +238,9 @@ def test_units_that_the_values_are_read_in(tmp_path: Path, units: object) -> Non
     ("heading", "times", "start"),
     [
         ("time_from_start", TIME, 7.0),
-        ("time_from_start_s", TIME, 7.0),
         ("Time from start [ms]", [1e3 * t for t in TIME], 7.0),
         ("time_step_s", [0.0, *np.diff(TIME)], 7.0),
         ("time", TIME, 0.0),
-        ("timestamp", TIME, 0.0),
     ],
 )
 def test_times_from_the_start_of_the_task_in_tables(
@@ -357,42 +335,24 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
     ("line", "column", "value", "said"),
     [
         (3, 3, "nan", "line 3: column 3 (joint_10): is nan (a finite number)"),
-        (4, 5, "inf", "line 4: column 5 (joint_1.velocity): is inf (a finite number)"),
-        (2, 1, "nan", "line 2: column 1 (time): is nan (a finite number)"),
         (3, 1, "0.0", "line 3: column 1 (time): the time 0 s is not after 0 s"),
-        (4, 1, "0.25", "line 4: column 1 (time): the time 0.25 s is not after 0.5 s"),
         (3, 2, "fast", "line 3: column 2 (joint_1): 'fast' is not a number"),
-        (3, 2, "", "line 3: column 2 (joint_1): '' is not a number"),
         (3, 2, "1,2", "line 3: has 8 values (7, as in the headings)"),
         (1, 3, "joint_1", "line 1: column 3: the position of joint 'joint_1' is given twice"),
         (1, 3, "time", "line 1: column 3: time is given twice"),
         (1, 3, "joint_11", "line 1: column 3: the column 'joint_11' is neither time nor a joint"),
         (1, 3, "tool.x", "line 1: the position of joint 'joint_10' is missing"),
-        (1, 5, "joint_1.jerk", "line 1: the velocity of joint 'joint_1' is missing"),
-        (1, 1, "tool.t", "line 1: the time is missing"),
         (1, 4, "slide [deg]", "line 1: column 4: the column 'slide [deg]' has 'deg', which is no"),
         (1, 2, "joint_1 [mm]", "line 1: column 2: the column 'joint_1 [mm]' has 'mm'"),
         (1, 2, "joint_1.positon", "has 'positon', which is no unit of joint 'joint_1', in rad"),
         (1, 2, "joint_1.position_drive", "has 'drive', which is no unit of a position"),
         (1, 5, "joint_1.velocity_rad_per_s2", "has 'rad s2', which is no unit of a velocity"),
-        (1, 5, "joint_1.velocity [rad]", "has 'rad', which is no unit of a velocity"),
-        (1, 5, "joint_1.velocity [rad/s/s]", "has 'rad s s', which is no unit of a velocity"),
-        (1, 5, "joint_1.velocity [1/s]", "has '1 s', which is no unit of a velocity"),
-        (1, 5, "joint_1.velocity per s", "has 's', which is no unit of a velocity"),
         (1, 2, "joint_1.position [Nm]", "has 'nm', which is no unit of a position"),
-        (1, 2, "joint_1.position [N m]", "has 'nm', which is no unit of a position"),
-        (1, 2, "joint_1.position [rad/s]", "has 'rad s', which is no unit of a position"),
         (1, 2, "joint_1 rad deg", "has 'rad deg', which is no unit of joint 'joint_1', in rad"),
-        (1, 2, "joint_1 [deg] [Nm]", "has 'deg nm', which is no unit of joint 'joint_1', in rad"),
-        (1, 2, "joint_1 [rad/s4]", "has 'rad s4', which is no unit"),
-        (1, 2, "joint_1 [rad/s3/s]", "has 'rad s3 s', which is no unit"),
         (1, 2, "joint_1_current_position", "is named effort and position (one of them)"),
         (1, 2, "joint_1 [Nm]", "line 1: the position of joint 'joint_1' is missing"),
-        (1, 2, "joint_1_current [A]", "line 1: the position of joint 'joint_1' is missing"),
         (1, 1, "time [min]", "column 1: the column 'time [min]' is a time in 'min' (s, ms, us"),
-        (1, 1, "time_from_start [h]", "is a time in 'h' (s, ms, us or ns)"),
         (3, 2, "0_75", "line 3: column 2 (joint_1): '0_75' is not a number"),
-        (3, 2, "\u0661", "line 3: column 2 (joint_1): '\u0661' is not a number"),
     ],
 )
 def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str, said: str) -> None:
@@ -405,13 +365,11 @@ def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str,
     ("text", "said"),
     [
         ("", "has no rows"),
-        ("# only\n\n# comments\n", "has no rows"),
         (
             "0,1,2,3\n1,2,3,4\n",
             "line 1: has no headings (a line above the numbers, with time and joint_1",
         ),
         ("time,joint_1,joint_10,slide\n", "csv: has 0 points"),
-        ("time,joint_1,joint_10,slide,tool.x\n", "csv: has 0 points"),
         ("time,joint_1,joint_10,slide,tool.x\n0,0,0,0,0\n", "line 2: has 1 points"),
         ('time,"joint_1,joint_10,slide\n0,0,0,0\n', "is not valid CSV"),
     ],
@@ -443,16 +401,12 @@ def change(data: dict, where: tuple, value: object) -> dict:
 POINT_FAULTS = [
     (("joint_names", 1), "joint_1", "joint_names[1]: joint 'joint_1' is given twice"),
     (("joint_names", 1), "joint_2", "joint_names[1]: the scenario has no joint 'joint_2'"),
-    (("joint_names", 1), 3, "joint_names[1]: 3: must be text"),
     (("joint_names",), ["joint_1", "slide"], "joint_names: joint 'joint_10' is missing"),
     (("joint_names",), KeyError, "joint_names: is missing"),
     (("points", 1, "positions", 2), math.nan, "points[1].positions[2]: nan: must be a finite"),
-    (("points", 1, "velocities", 0), math.inf, "points[1].velocities[0]: inf: must be a finite"),
     (("points", 1, "positions", 2), "0.1x", "points[1].positions[2]: '0.1x': must be a number"),
-    (("points", 1, "positions", 2), True, "points[1].positions[2]: true: must be a number"),
     (("points", 1, "positions"), [1.0], "points[1].positions: has 1 values (3, as joint names)"),
     (("points", 1, "positions"), KeyError, "points[1].positions: is missing"),
-    (("points", 1, "positions"), [], "points[1].positions: has 0 values"),
     (("points", 1, "velocties"), [1.0], "points[1].velocties: unknown key (did you mean"),
     (("points", 1, "velocities"), KeyError, "points[1].accelerations: is given without"),
     (("points", 1, "time_from_start"), KeyError, "points[1].time_from_start: is missing"),
@@ -463,9 +417,6 @@ POINT_FAULTS = [
         "time_from_start.sec: 0.5: must be a whole number",
     ),
     (("points", 2, "time_from_start", "ns"), 0, "time_from_start.ns: unknown key"),
-    (("points", 2), 7, "points[2]: 7: must be a mapping"),
-    (("points",), 7, "points: 7: must be a list"),
-    (("points",), [], "points: has 0 points"),
     (("pionts",), [], "pionts: unknown key (did you mean 'points'"),
     (("units",), {"joints": ["deg", "deg", "m"]}, "units.joints[0]: is 'deg'"),
 ]
@@ -487,13 +438,10 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
     ("where", "value", "said"),
     [
         (("time",), [0.0, 0.5], "positions: has 3 rows (2, as times)"),
-        (("time",), 3, "time: 3: must be a list"),
         (("time", 2), 0.5, "time[2]: the time 0.5 s is not after 0.5 s"),
         (("time",), KeyError, "is missing (time and positions, or points)"),
         (("positions", 1), [1.0, 2.0], "positions[1]: has 2 values (3, as joint names)"),
-        (("positions", 1), 4.0, "positions[1]: 4.0: must be a list"),
         (("positions", 1, 2), None, "positions[1][2]: has no value: must be a number"),
-        (("velocities", 1), [1.0], "velocities[1]: has 1 values"),
         (("position",), [[0.0]], "position: unknown key (did you mean"),
         (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
     ],
