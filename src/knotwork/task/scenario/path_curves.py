@@ -223,8 +223,8 @@ class PathCurves:
             if gap > allowed:
                 raise PathError(
                     f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
-                    f"[{waypoint}]; the points must begin and end at the waypoints, or at most this "
-                    f"far from them: {self.text(allowed, digits=6)}, {MAX_SPACINGS:g} times their "
+                    f"[{waypoint}]; the points must begin and end at the waypoints, or at most "
+                    f"this far from them: {self.text(allowed, digits=6)}, {MAX_SPACINGS:g} times their "
                     "spacing"
                 )
 
