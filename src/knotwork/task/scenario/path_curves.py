@@ -224,8 +224,8 @@ class PathCurves:
                 raise PathError(
                     f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
                     f"[{waypoint}]; the points must begin and end at the waypoints, or at most "
-                    f"this far from them: {self.text(allowed, digits=6)}, {MAX_SPACINGS:g} times their "
-                    "spacing"
+                    f"this far from them: {self.text(allowed, digits=6)}, {MAX_SPACINGS:g} "
+                    "times their spacing"
                 )
 
     def _angle_between(self, i: int, first: FloatArray, second: FloatArray) -> float:
