@@ -19,7 +19,9 @@ from .path_errors import PathError as PathError
 from .path_errors import RampError as RampError
 from .path_errors import StretchTimeError as StretchTimeError
 from .tasks import BranchError as BranchError
+from .tasks import FastJoint as FastJoint
 from .tasks import FollowingError as FollowingError
+from .tasks import LimitingConstraint as LimitingConstraint
 from .tasks import NoWayFoundError as NoWayFoundError
 from .tasks import OutOfReachError as OutOfReachError
 from .tasks import OutsideLimitsError as OutsideLimitsError

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from knotwork.errors.base import InputError
 from knotwork.errors.plain_text import waypoint_text
@@ -14,6 +15,14 @@ POINT_SHARE = 1e-5
 """A point is reached if the closest pose is off by less than this distance an angle [m/rad]."""
 SMALL_EXCESS = 1e-4
 """An excess of a joint below this is printed by itself [rad or m]."""
+SMALL_RESIDUAL = 1e-12
+"""A residual of a velocity up to this is rounding [m/s or rad/s]."""
+SMALL_PART = 1e-3
+"""A linear or angular part of a twist below this is not printed, relative to the twist."""
+AXIS_COSINE = 0.999
+"""Cosine of the angle up to which a direction is printed as an axis."""
+NEARLY_SINGULAR = 0.05
+"""Smallest singular value below which a singularity explains high joint speeds."""
 
 
 class TaskError(InputError):
@@ -143,6 +152,137 @@ class SingularityError(TaskError):
     residual: tuple[float, float] = (0.0, 0.0)
     joint_velocity: Mapping[str, float] = MappingProxyType({})
 
+    def __init__(
+        self,
+        waypoint: str,
+        direction: Sequence[float],
+        fast_joints: Sequence[FastJoint],
+        *,
+        smallest_singular_value: float,
+        residual: tuple[float, float],
+        joint_velocity: Mapping[str, float],
+        where: str = "",
+        units: Units = SI,
+    ) -> None:
+        """Write the message.
+
+        Args:
+            waypoint: Name of the waypoint.
+            direction: Twist of the unattainable component or, with fast joints, of the direction
+                in which the arm is singular: linear, then angular, shape (6,).
+            fast_joints: Joints that would be too fast; none if the velocity is unattainable.
+            smallest_singular_value: The attribute.
+            residual: The attribute.
+            joint_velocity: The attribute.
+            where: Location of its definition.
+            units: Units of speeds.
+        """
+        smallest, along = f"smallest singular value {smallest_singular_value:.3g}", _axes(direction)
+        if fast_joints:
+            needed = ", ".join(joint.text(units) for joint in fast_joints)
+            share = min(joint.plausible / joint.speed for joint in fast_joints)
+            message = (
+                f"the arm is close to a singularity ({smallest}, {along}) and would need {needed}; "
+                f"{share:.3g} of the speed is feasible"
+            )
+        else:
+            amounts = [
+                units.text(amount, unit, ".3g")
+                for amount, unit in zip(residual, ("m/s", "rad/s"), strict=True)
+                if amount > SMALL_RESIDUAL
+            ]
+            message = (
+                f"the arm can't give the tool this velocity: a component of "
+                f"{' and '.join(amounts)} {along} is unattainable here ({smallest})"
+            )
+        super().__init__(
+            waypoint,
+            message,
+            where=where,
+            smallest_singular_value=smallest_singular_value,
+            residual=residual,
+            joint_velocity=joint_velocity,
+        )
+
+
+class FastJoint(NamedTuple):
+    """A joint that would have to be too fast near a singularity.
+
+    Attributes:
+        name: Name of the joint.
+        unit: Unit of its speed, `"rad/s"` or `"m/s"`.
+        speed: Speed that it would have.
+        limit: Velocity limit, infinite without one.
+        plausible: The limit, or the speed above which no joint is plausible.
+    """
+
+    name: str
+    unit: str
+    speed: float
+    limit: float
+    plausible: float
+
+    def text(self, units: Units) -> str:
+        """The joint, its speed and its limit."""
+        limit = "no limit given"
+        if math.isfinite(self.limit):
+            limit = f"limit {units.shown(self.limit, self.unit)[0]:.4g}"
+        return f"{self.name} at {units.text(self.speed, self.unit, '.4g')} ({limit})"
+
+
+def _axes(twist: Sequence[float]) -> str:
+    """Text of the base axes along and about which a twist is, for example `along z`."""
+    parts, size = [], math.hypot(*twist)
+    for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
+        norm = math.hypot(*vector)
+        if norm < SMALL_PART * size:
+            continue
+        unit = [value / norm for value in vector]
+        axis = max(range(3), key=lambda i: abs(unit[i]))
+        values = ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in unit)
+        parts.append(f"{verb} {'xyz'[axis] if abs(unit[axis]) > AXIS_COSINE else f'({values})'}")
+    return f"{' and '.join(parts)} of the base frame"
+
+
+class LimitingConstraint(NamedTuple):
+    """The constraint that prevents an arm from following a path.
+
+    Attributes:
+        kind: `"joint limit"`, `"velocity limit"`, `"collision"`, or `"singularity"` where the tool
+            can't stay on the path with any joint motion.
+        time: Time at which it begins [s].
+        joint: Name of the joint that exceeds its limit; empty without one.
+        unit: Unit of its position, `"rad"` or `"m"`.
+        value: Its worst position or speed [rad or m, or per second].
+        bound: Limit that it exceeds, likewise.
+        smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
+        bodies: Names of two bodies that collide.
+    """
+
+    kind: str
+    time: float
+    joint: str = ""
+    unit: str = "rad"
+    value: float = 0.0
+    bound: float = 0.0
+    smallest_singular_value: float = math.nan
+    bodies: tuple[str, str] = ("", "")
+
+    def text(self, units: Units) -> str:
+        """The constraint as a clause."""
+        smallest = f"smallest singular value {self.smallest_singular_value:.3g}"
+        if self.kind == "singularity":
+            return f"the arm is stretched out or singular and can't continue ({smallest})"
+        if self.kind == "collision":
+            return "{} comes too near to {}".format(*self.bodies)
+        unit = self.unit if self.kind == "joint limit" else f"{self.unit}/s"
+        value, bound = (units.text(number, unit, ".4g") for number in (self.value, self.bound))
+        if self.kind == "joint limit":
+            return f"{self.joint} reaches its limit {bound}; it would have to move to {value}"
+        is_near = self.smallest_singular_value < NEARLY_SINGULAR
+        near = f" (close to a singularity, {smallest})" if is_near else ""
+        return f"{self.joint} would have to turn at {value}, and its limit is {bound}{near}"
+
 
 class FollowingError(TaskError):
     """A tool path that the arm can't follow.
@@ -153,7 +293,6 @@ class FollowingError(TaskError):
         joint: Name of the joint that would be beyond its limit; empty without one.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
         bound: Limit that it exceeds, likewise.
-        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
     """
 
     arc_length: float = 0.0
@@ -161,7 +300,30 @@ class FollowingError(TaskError):
     joint: str = ""
     value: float | None = None
     bound: float | None = None
-    part_of_speed: float | None = None
+
+    def __init__(
+        self,
+        waypoint: str,
+        constraint: LimitingConstraint,
+        *,
+        beginning: str,
+        remedy: str,
+        distance: float,
+        arc_length: float,
+        where: str = "",
+        units: Units = SI,
+    ) -> None:
+        along = units.text(distance, "m", ".4g")
+        super().__init__(
+            waypoint,
+            f"{beginning} {along} along it {constraint.text(units)}. {remedy}",
+            where=where,
+            arc_length=arc_length,
+            cause=constraint.kind,
+            joint=constraint.joint,
+            value=constraint.value if constraint.joint else None,
+            bound=constraint.bound if constraint.joint else None,
+        )
 
 
 class NoWayFoundError(InputError):

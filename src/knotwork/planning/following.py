@@ -107,7 +107,7 @@ def _follow(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
-    joints.check_curve(trajectory.polynomial)
+    joints.check(trajectory.polynomial)
     return trajectory
 
 
