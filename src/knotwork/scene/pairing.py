@@ -12,7 +12,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree
 from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements
-from knotwork.scene.bodies import Body, placed_links
+from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import (
     MOVE_TOGETHER,
     NEITHER_MOVES,
@@ -128,7 +128,7 @@ class Pairing:
         robot = self.robot
         if robot.srdf is not None:
             disabled = disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns)
-            links = {link for link, *_ in placed_links(robot)}
+            links = {*robot.frame_names}
             unknown = dict.fromkeys(
                 name for pair in disabled for name in pair[:2] if name not in links
             )
