@@ -65,7 +65,14 @@ def _check_limit(kind: str, value: Any, robot: str, joint: str | None = None) ->
 
 
 def chain_limits(
-    urdf: Urdf, tables: LimitTables, joints: Sequence[str], robot: str, *, planned: bool
+    urdf: Urdf,
+    tables: LimitTables,
+    joints: Sequence[str],
+    robot: str,
+    *,
+    planned: bool,
+    virtual: Sequence[tuple[float, float]] = (),
+    has_efforts: bool = True,
 ) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
     """Collect the limits of a chain's joints.
 
@@ -77,6 +84,8 @@ def chain_limits(
         joints: The chain's joints.
         robot: Name of the robot, for errors.
         planned: Whether the joints are planned, so that each must have a range.
+        virtual: Lower and upper limits of further joints, which have no other limits.
+        has_efforts: Whether efforts are known; otherwise they have no limits.
 
     Returns:
         Lower and upper limits of position, and magnitudes by quantity: read-only arrays of shape
@@ -110,6 +119,11 @@ def chain_limits(
                 array[i] = tables[kind][name]
             elif kind in from_urdf and from_urdf[kind][joint.idx_v] > 0:
                 array[i] = from_urdf[kind][joint.idx_v]
+    if not has_efforts:
+        magnitudes["effort"][:] = np.inf
+    endless = np.full(len(virtual), np.inf)
+    position = np.hstack((position, np.reshape(virtual, (-1, 2)).T))
+    magnitudes = {kind: np.append(values, endless) for kind, values in magnitudes.items()}
     for array in (position, *magnitudes.values()):
         array.setflags(write=False)
     return position[0], position[1], magnitudes
