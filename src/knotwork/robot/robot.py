@@ -170,12 +170,7 @@ class Robot:
         return self._chain.pose_and_jacobian(q)
 
     def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
-        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`.
-
-        >>> twist = kw.load_robot("planar2").twist([0.0, 0.0], [1.0, 0.0])
-        >>> twist.linear, twist.angular
-        (array([0. , 0.9, 0. ]), array([0., 0., 1.]))
-        """
+        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`."""
         self.require_tool()
         return self._chain.twist(q, v)
 
@@ -213,10 +208,7 @@ class Robot:
         """Set weights of the motion of joints.
 
         They affect the minimum norm of joint velocities of a redundant arm, and the travel by which
-        solutions are chosen. A joint with a weight of 0.2 moves more.
-
-        Args:
-            weights: Weight of each joint; 1 for others.
+        solutions are chosen. A joint with a weight of 0.2 moves more; by default weights are 1.
 
         Raises:
             UnknownNameError: There is no such joint.
@@ -313,10 +305,7 @@ class Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
         The chain then consists of the inverse joints from that link to the world frame, and of the
-        joints of the arm. All of these joints are planned.
-
-        Args:
-            link: Link of the URDF or of an external axis.
+        joints of the arm. All of these joints are planned. The link may be one of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.
