@@ -107,13 +107,7 @@ def chain_limits(
             position[1, i] = full.upperPositionLimit[joint.idx_q]
         lower, upper = position[:, i]
         if planned and not lower < upper:
-            raise RobotError(
-                robot,
-                f"position limits of joint {name!r} are [{lower:g}, {upper:g}], which "
-                f"leaves it no range; give others under `limits: {{position: {{{name}: [lower, "
-                f"upper]}}}}` or lock it with `locked: {{{name}: {lower:g}}}`",
-                joint=name,
-            )
+            raise _no_range(robot, name, lower, upper)
         for kind, array in magnitudes.items():
             if name in tables.get(kind, {}):
                 array[i] = tables[kind][name]
@@ -127,3 +121,13 @@ def chain_limits(
     for array in (position, *magnitudes.values()):
         array.setflags(write=False)
     return position[0], position[1], magnitudes
+
+
+def _no_range(robot: str, joint: str, lower: float, upper: float) -> RobotError:
+    return RobotError(
+        robot,
+        f"position limits of joint {joint!r} are [{lower:g}, {upper:g}], which leaves it no range; "
+        f"give others under `limits: {{position: {{{joint}: [lower, upper]}}}}` or lock it with "
+        f"`locked: {{{joint}: {lower:g}}}`",
+        joint=joint,
+    )

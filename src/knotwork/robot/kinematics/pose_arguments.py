@@ -72,8 +72,6 @@ def check_count(value: Any, name: str, least: int = 0) -> None:
     Raises:
         WaypointDataError: The value is not an integer, or below the minimum.
     """
-    if type(value) is int and value >= least:
-        return
     if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= least):
         raise WaypointDataError(
             f"{name} must be an integer, {least} or more, not {value!r}", value=value
@@ -86,8 +84,6 @@ def check_tolerance(value: Any, name: str) -> None:
     Raises:
         WaypointDataError: The tolerance is not a positive, finite number.
     """
-    if type(value) is float and 0.0 < value < np.inf:
-        return
     number = isinstance(value, Real) and not isinstance(value, bool)
     if not (number and 0.0 < float(value) < np.inf):
         raise WaypointDataError(f"{name} must be positive and finite, not {value!r}", value=value)

@@ -161,13 +161,29 @@ def _solution(
 
 
 def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) -> list[FloatArray]:
-    """The nearest of some solutions, moved along their self-motion to be nearer still."""
-    robot = search.robot
-    scale = joint_scales(robot)
-    gaps = difference(samples, near, joint_axes(robot).revolute) / scale
-    order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
-    starts = [nearest_turns(robot, q, near) for q in samples[order[:NEARBY_SAMPLES]]]
-    return [nearest_by_self_motion(search, q, near, scale=scale)[0] for q in starts]
+    """The nearest of some solutions, moved along their self-motion to be nearer still.
+
+    The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
+    speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
+    short moves.
+    """
+    robot, speed = search.robot, search.robot.velocity_limit
+    acceleration = robot.limits["acceleration"]
+    scales = [joint_scales(robot)]
+    if np.isfinite((speed + acceleration)[~robot.virtual]).all():
+        with np.errstate(invalid="ignore"):  # virtual joints have no limits
+            ramped = speed / (1.0 + speed / acceleration)
+        for limit in (ramped, acceleration):
+            usual = limit[~robot.virtual].mean()
+            scales.append(np.where(robot.virtual, scales[0], limit / usual))
+    result = []
+    for scale in scales:
+        gaps = difference(samples, near, joint_axes(robot).revolute) / scale
+        order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
+        for q in samples[order[:NEARBY_SAMPLES]]:
+            start = nearest_turns(robot, q, near)
+            result.append(nearest_by_self_motion(search, start, near, scale=scale)[0])
+    return result
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
