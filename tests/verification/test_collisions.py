@@ -637,22 +637,6 @@ def test_names_links_without_collision_shapes(scene: dict[str, Any]) -> None:
     assert said.message.startswith("links link01 and link05 have no collision shapes")
 
 
-def test_reports_tool_touching_link_at_home() -> None:
-    tool = {**REACH_OVER["tool"], "shape": {"box": [200, 200, 400]}}
-    scene = {"objects": {"ball": {"sphere": 10, "position": [0, 0, 3000]}}}
-    report = kw.plan({**REACH_OVER, "tool": tool, "scene": scene}).report
-    said = [one.message for one in report.select(quantity="collision_shapes")]
-    assert said
-    assert all("touch at home" in one and "and are checked" in one for one in said)
-    assert any("wrist_2_link" in one and "mm deep" in one for one in said)
-    checked = pairs(report)
-    assert all(f"tool, {one.split()[2]}" in checked for one in said)
-    for one in report.select(quantity="pairs_not_checked"):  # it is told once
-        assert "tool" not in one.message
-    warned = [one.message for one in report.warnings if "wrong place or unit" in one.message]
-    assert len(warned) == 3
-
-
 def test_distance_is_that_of_nearest_points() -> None:
     report = planned("panda_pick_place").report
     for found in pairs(report).values():

@@ -18,12 +18,12 @@ from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
+from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, joint_tree, serial
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, joint_of_frame
+from knotwork.scene.link_bodies import link_bodies
 from knotwork.scene.other_robots import in_one_cell, other_motion
 from knotwork.scene.pairing import Pairing
-from knotwork.scene.robot_geometry import robot_geometry
 from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
 from knotwork.task.scenario import (
@@ -146,8 +146,7 @@ class _Builder:
         since: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
-        self.geometry = robot_geometry(robot)
-        self.joints, self.links = self.geometry.joints, self.geometry.links
+        self.joints, self.links = joint_tree(robot.model), link_bodies(robot)
         self.holds, self.since = holds, since
         self.known: list[EndlessCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
@@ -173,8 +172,7 @@ class _Builder:
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
         rules = given_rules(scene, self.robot, bodies, self.places)
-        pairing = Pairing(self.robot, self.joints, scene, self.geometry, rules.reasons)
-        pairs, ignored = pairing.pairs(bodies)
+        pairs, ignored = Pairing(self.robot, self.joints, scene, rules.reasons).pairs(bodies)
         return CollisionModel(
             self.joints,
             tuple(bodies),
@@ -182,7 +180,7 @@ class _Builder:
             tuple(ignored),
             self.links.missing,
             self.links.bare,
-            tuple(dict.fromkeys([*rules.notes, *pairing.notes])),
+            tuple(dict.fromkeys(rules.notes)),
             tuple(self.known),
             self.carriers,
             self.robots,
@@ -331,7 +329,7 @@ class _Builder:
     @cached_property
     def _reach(self) -> float:
         """Largest reach of the arm [m]."""
-        return float(np.linalg.norm(self.geometry.joints.translation, axis=1).sum()) + 0.1
+        return float(joint_tree(self.robot.model).offset.sum()) + 0.1
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:

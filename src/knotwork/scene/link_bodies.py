@@ -1,34 +1,22 @@
-"""The robot in a collision model: its links, and the pairs that touch at home."""
+"""Bodies of a robot's links, from the collision shapes of its URDFs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.external_axes import UrdfFile
-from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scene.bodies import Body
-from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.scene.meshes.locating import find_mesh, ros_folders
 from knotwork.scene.solids import solid
 from knotwork.task.scenario import PlacedShape
-from knotwork.task.scene_shapes import Collisions
-from knotwork.waypoints import FloatArray
-
-TOUCHING_DISTANCE = Collisions.model_construct().resolution
-"""Distance of bodies [m] below which they touch, because no check finds them clear."""
-
-Touching = dict[tuple[int, int], float]
-"""Pairs of bodies that touch at home, by index, with their penetration depth [m]."""
 
 
 class LinkBodies(NamedTuple):
@@ -47,33 +35,18 @@ class LinkBodies(NamedTuple):
     meshes: tuple[tuple[Path, int | None], ...]
 
 
-class RobotGeometry(NamedTuple):
-    """The part of a collision model that depends on the robot only.
-
-    Attributes:
-        joints: Its joints.
-        links: Its links.
-        touching: Pairs of links that touch at home.
-    """
-
-    joints: JointTree
-    links: LinkBodies
-    touching: Touching
-
-
 @dataclass(frozen=True)
 class _Key:
-    """All inputs of the relative placement of a robot's links, except their meshes."""
+    """All inputs of the bodies of a robot's links, except the meshes themselves."""
 
     files: tuple[tuple[UrdfFile, int | None], ...]
     placed: tuple[tuple[Any, ...], ...]
     folders: tuple[tuple[Path, ...], ...]
-    home: tuple[float, ...]
     robot: Robot = field(compare=False)
 
 
-def robot_geometry(robot: Robot) -> RobotGeometry:
-    """The geometry of a robot, common to all its scenarios; cached until a file changes.
+def link_bodies(robot: Robot) -> LinkBodies:
+    """The links of a robot, common to all its scenarios; cached until a file changes.
 
     Raises:
         InputError: A mesh file exists, but can't be read whole.
@@ -83,22 +56,12 @@ def robot_geometry(robot: Robot) -> RobotGeometry:
         for frame in _links(robot)
     )
     files = tuple((file, _last_change(file.path)) for file in robot.urdf_files)
-    folders = tuple(robot.package_paths), ros_folders()
-    key = _Key(files, tuple(placed), folders, tuple(home_of(robot).tolist()), robot)
-    geometry = _build_geometry(key)
-    links = geometry.links
+    key = _Key(files, tuple(placed), (tuple(robot.package_paths), ros_folders()), robot)
+    links = _read_bodies(key)
     if links.missing or any(_last_change(path) != time for path, time in links.meshes):
-        _build_geometry.cache_clear()
-        geometry = _build_geometry(key)
-    return geometry
-
-
-@lru_cache(maxsize=32)
-def _build_geometry(key: _Key) -> RobotGeometry:
-    joints, links = joint_tree(key.robot.model), _link_bodies(key.robot)
-    n = len(links.bodies)
-    pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
-    return RobotGeometry(joints, links, touching_pairs(joints, links.bodies, pairs, key.robot))
+        _read_bodies.cache_clear()
+        links = _read_bodies(key)
+    return links
 
 
 def _links(robot: Robot) -> list[Any]:
@@ -114,8 +77,10 @@ def _last_change(path: Path) -> int | None:
         return None
 
 
-def _link_bodies(robot: Robot) -> LinkBodies:
+@lru_cache(maxsize=32)
+def _read_bodies(key: _Key) -> LinkBodies:
     """Read the collision shapes of a robot's links."""
+    robot = key.robot
     urdf_shapes, ros = UrdfShapes(robot.urdf_files), ros_folders()
     bodies, missing, bare = [], [], []
     meshes: dict[Path, int | None] = {}
@@ -148,28 +113,3 @@ def _link_bodies(robot: Robot) -> LinkBodies:
         if solids:
             bodies.append(Body(link, "link", int(frame.parentJoint), tuple(solids), link=link))
     return LinkBodies(tuple(bodies), tuple(missing), tuple(bare), tuple(meshes.items()))
-
-
-def home_of(robot: Robot) -> FloatArray:
-    """The home configuration, or the one nearest to zero within the limits."""
-    low, high = robot.lower_position_limit, robot.upper_position_limit
-    return robot.configurations.get("home", np.clip(np.zeros(robot.dof), low, high))
-
-
-def touching_pairs(
-    joints: JointTree,
-    bodies: Sequence[Body],
-    pairs: Sequence[tuple[int, int]],
-    robot: Robot,
-) -> Touching:
-    """Pairs of bodies that move relative to each other and touch at home."""
-    rotation, origin = (poses[0] for poses in place_joints(joints, home_of(robot)[None]))
-    meter = DistanceMeter()
-    touching = {}
-    for i, j in pairs:
-        if bodies[i].joint == bodies[j].joint:
-            continue
-        distance = nearest_of_bodies(meter, bodies[i], bodies[j], rotation, origin).distance
-        if distance < TOUCHING_DISTANCE:
-            touching[i, j] = -distance
-    return touching
