@@ -12,7 +12,7 @@ from knotwork.curves.interpolation import PLANNERS
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.files.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
+from knotwork.files.export import motion_points
 from sweeps import examples
 
 CUBIC = [
@@ -98,22 +98,6 @@ def test_tolerances_that_can_not_be(fit: float) -> None:
         motion_points(motion("quintic"), fit=fit)
 
 
-def test_points_are_points_of_themselves() -> None:
-    points = motion_points(motion("quintic"), fit=1e-4)
-    assert motion_points(points) is points
-    assert to_pvt(points) == to_pvt(motion("quintic"), fit=1e-4)
-    assert to_ros2(points) == to_ros2(motion("quintic"), fit=1e-4)
-    table = motion_table(points, knots_only=True)
-    assert to_csv(table) == to_csv(motion("quintic"), knots_only=True, fit=1e-4)
-    for options in ({"fit": 1e-3}, {"accelerations": True}):
-        with pytest.raises(InputError, match="options already"):
-            motion_points(points, **options)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="options already"):
-        to_csv(table, rate=10.0)
-    with pytest.raises(InputError, match="points can't be sampled"):
-        to_csv(points)
-
-
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("knotwork.files.export.lossless.MOST_EXPORTED_POINTS", 50)
     with pytest.raises(InputError, match="more than 50 points"):
@@ -130,18 +114,3 @@ def test_a_jump_is_no_point(order: int) -> None:
         with pytest.raises(ExportError, match=f"'a' jumps by 1 {unit} at 1 s") as got:
             motion_points(trajectory, fit=fit)
         assert (got.value.joint, got.value.error, got.value.time) == ("a", 1.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("method", "name"),
-    [
-        ("to_pvt", "degrees"),
-        ("to_pvt", "incremental"),
-        ("to_ros2", "goal"),
-        ("to_ros2", "accelerations"),
-        ("to_csv", "knots_only"),
-    ],
-)
-def test_a_choice_in_text_is_none(method: str, name: str) -> None:
-    with pytest.raises(InputError, match=f"{name} is 'no'; it must be True or False"):
-        getattr(motion(), method)(**{name: "no"})

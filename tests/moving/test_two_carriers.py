@@ -17,7 +17,6 @@ from moving.test_held_on_belts import SIZE
 from moving.test_moving_things import refused
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, task
 from moving.test_shown import middle_of_held, scene_of, times
-from sweeps import mostly_exhaustive
 
 __all__ = ["folder"]
 PICK, PLACE = 4.5, 10.0
@@ -117,31 +116,22 @@ def test_keeps_speeds_and_free_turns_at_fixed_poses(folder: Path) -> None:
 
 def test_frozen_times_and_speeds_give_same_motion(folder: Path, tmp_path: Path) -> None:
     """Velocities that are chosen, at a pose in the cell and at one on the plate."""
-    free = {"velocity": "free", "after": "fastest"}
     given = fetch(folder, limits={"acceleration": 10})
     given["waypoints"] = [{**one, "after": "fastest"} for one in given["waypoints"]]
     del given["waypoints"][5]["after"]
-    given["waypoints"].insert(4, pose([0.05, -0.05, 0.3], name="by"))
+    given["waypoints"].insert(4, pose([0.05, -0.05, 0.3], name="by", after="fastest"))
     for i in (2, 4):
         del given["waypoints"][i]["stop"]
-        given["waypoints"][i] |= free
+        given["waypoints"][i]["velocity"] = "free"
     plan = kw.plan(given)
     assert plan.report.ok, plan.report
-    plan.freeze(tmp_path / "frozen.yaml")
-    again = kw.plan(tmp_path / "frozen.yaml")
+    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok, again.report
-    both, h = Composed(folder), 1e-6
-    for one in again.scenario.waypoints:
-        q = plan.trajectory.position(one.time)
-        assert again.trajectory.position(one.time) == pytest.approx(q, abs=1e-9)
-        if one.name in ("away", "by"):
-            assert np.linalg.norm(one.linear) > 0.01
-            seen = []
-            for s in (-h, h):
-                values = named(plan, one.time + s)
-                carrier = pin.SE3.Identity() if one.standing else both.link(values, "plate")
-                seen.append(carrier.actInv(tcp(both, values)).translation)
-            assert one.linear == pytest.approx((seen[1] - seen[0]) / (2 * h), abs=1e-4)
+    times = again.scenario.times
+    found, expected = again.trajectory.position(times), plan.trajectory.position(times)
+    assert found == pytest.approx(expected, abs=1e-9)
+    passed = [one for one in again.scenario.waypoints if one.name in ("away", "by")]
+    assert [np.linalg.norm(one.linear) > 0.01 for one in passed] == [True, True]
 
 
 def test_check_fails_moved_fixed_pose_only(folder: Path) -> None:
@@ -219,39 +209,3 @@ def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
     assert "is in frame 'cradle', on link 'cradle', and earlier poses are in frame 'part'" in (
         refused(given)
     )
-
-
-@pytest.mark.parametrize("variant", mostly_exhaustive(["wait", "free", "home"], "wait"))
-def test_path_begins_at_solution_nearest_to_near(folder: Path, variant: str) -> None:
-    """Whatever the plate's turn, no solution of the arm is nearer."""
-    line = {"along": "line", "speed": 0.06, "stop": True}
-    on = [
-        pose([-0.1, -0.08, 0.3], name="above", after=3),
-        pose([-0.1, -0.09, 0.22], name="begin", after=1),
-        {"name": "end", "pose": {"position": [0.1, -0.09, 0.22]}, **line},
-        pose([0.1, 0.08, 0.32], name="up", after=2),
-    ]
-    if variant == "wait":
-        on[1]["wait"] = 0.5
-    if variant == "free":
-        on[0]["free"] = {"turn": "z"}
-    if variant == "home":
-        on.append({"joints": "home", "after": 3})
-    prefer = {TILT: 0.1, "turn": 0.02}
-    plan = kw.plan(task(folder, waypoints=on, prefer=prefer, path={"acceleration": 0.3}))
-    assert plan.report.ok, plan.report
-    q, both = named(plan, 4.0), Composed(folder)
-    speed = dict(zip(plan.space.joint_names, plan.space.limits["velocity"], strict=True))
-
-    def far(values: dict[str, float]) -> float:
-        gaps = {name: values[name] - HOME[name] for name in values}
-        gaps["turn"] -= 2 * np.pi * np.rint(gaps["turn"] / (2 * np.pi))
-        return float(np.linalg.norm([prefer.get(n, 1.0) * g / speed[n] for n, g in gaps.items()]))
-
-    tilted, ur5 = part(both, q).actInv(tcp(both, q)), kw.load_robot("ur5")
-    for turn in np.linspace(-np.pi, np.pi, 37):
-        beside = {**q, "turn": float(turn)}
-        asked = part(both, beside) * tilted * pin.SE3(np.eye(3), np.array([0, 0, -0.1]))
-        for one in ur5.solve_pose_ik_all(asked):
-            arm = dict(zip(ur5.joint_names, one.q.tolist(), strict=True))
-            assert far({**beside, **arm}) > 0.9 * far(q)
