@@ -134,7 +134,7 @@ class FollowingError(TaskError):
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
         joint: Name of the joint that would be beyond its limit; empty without one.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
-        bound: Limit that it exceeds, likewise.
+        bound: Limit that it exceeds [rad or m, or per second], or `None`.
     """
 
     arc_length: float = 0.0

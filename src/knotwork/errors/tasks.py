@@ -207,12 +207,7 @@ class FastJoint(NamedTuple):
     """A joint that would have to be too fast near a singularity.
 
     Attributes:
-        arc_length: Length that can be followed [m].
-        cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
-        joint: Name of the joint that would be beyond its limit; empty without one.
-        value: Position or speed that the joint would have [rad or m, or per second], or `None`.
-        bound: Limit that it exceeds [rad or m, or per second], or `None`.
-        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
+        name: Name of the joint.
         unit: Unit of its speed, `"rad/s"` or `"m/s"`.
         speed: Speed that it would have.
         limit: Velocity limit, infinite without one.

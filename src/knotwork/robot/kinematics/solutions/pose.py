@@ -100,7 +100,7 @@ def solve_pose_ik(
         robot: The robot.
         pose: Pose of the TCP in the base frame, `pin.SE3`.
         start: Joint positions to search from [rad or m], shape (d,).
-        position_tolerance: Position tolerance [m].
+        position_tolerance: Tolerance of the position [m].
         orientation_tolerance: Orientation tolerance [rad].
         max_restarts: With `nearest=False`, maximum number of restarts for a first solution.
         near: Preferred configuration [rad or m], shape (d,); by default the start.
@@ -111,19 +111,20 @@ def solve_pose_ik(
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: The pose is out of reach, or is reachable only with another
-            orientation.
+        UnreachablePoseError: The pose is not reachable, or only with another orientation.
         WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
-    Examples: see `IKSolution`.
+    >>> robot = kw.load_robot("ur5")
+    >>> kw.solve_pose_ik(robot, robot.forward(np.ones(6)), start=np.full(6, 0.9)).q
+    array([1., 1., 1., 1., 1., 1.])
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(max_restarts, "max_restarts")
     first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
-    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
-    search = PoseSearch(robot, pose, *tolerances)
+    margin = TOLERANCE_MARGIN
+    search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
     best = _NearestSolution(search, goal, nearest)
     best.search_from(first, HASTY_EFFORT)
     hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
