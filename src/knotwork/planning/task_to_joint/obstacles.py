@@ -145,7 +145,7 @@ class Obstacles:
         steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
         steps = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._arm_positions(path.position[steps, start])
-        gaps = self._pairs.clearances(q, path.time[steps])
+        gaps = (gap for gap, _ in self._pairs.nearest(q, path.time[steps], 0.0))
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
     def first_contact(self, path: Continuation, start: int, contact: int) -> LimitingConstraint:
