@@ -52,10 +52,6 @@ def select_chain(description: Description) -> JointChain:
     for link in (base, tool_frame):
         if link is not None and link not in urdf.links:
             raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot!r}")
-    for joint in locked:
-        if joint not in urdf.types or urdf.types[joint] == "fixed":
-            known = [name for name, kind in urdf.types.items() if kind != "fixed"]
-            raise UnknownNameError("joint", joint, known, where=f"robot {robot!r}: locked")
     if tool_frame is None:
         moving = [i for i in range(1, full.njoints) if _why_not_serial(urdf, i) is None]
         moving = [i for i in moving if full.names[i] not in locked]
