@@ -42,8 +42,8 @@ def find_mesh(
         allowed += _linked_folders(address.partition("/")[0], ros)
 
     if scheme in ("package", "model"):
-        found = _in_packages(address, urdf, package_paths, ros)
-        places = [(folder / inside, folder) for folder, inside in found]
+        candidates = _in_packages(address, urdf, package_paths, ros)
+        places = [(folder / inside, folder) for folder, inside in candidates]
     else:
         path = name.removeprefix("file://")
         places = [(folder / path, folder) for folder in (urdf.parent, *package_paths, *ros)]

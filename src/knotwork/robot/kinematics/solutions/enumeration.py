@@ -77,20 +77,20 @@ def search_branches(
         As `find_branches`.
     """
     n, d, box = len(targets), robot.dof, _slide_limits(robot)
-    found = [np.empty((0, d)) for _ in range(n)]
+    solutions_of = [np.empty((0, d)) for _ in range(n)]
     for i, guess in enumerate(guesses):
         if not len(guess):
             continue
         ended = solve_batch(robot, targets.take([i]), guess, tolerance=SOLUTION_ERROR)
         # near a singularity rounding ends searches earlier
         solved = np.maximum(ended.position_error, ended.orientation_error) <= JOINED_ERROR
-        found[i] = distinct_solutions(robot, targets.take([i]), ended.q[solved])
-    active = [i for i in range(n) if not _are_all(robot, found[i])]
+        solutions_of[i] = distinct_solutions(robot, targets.take([i]), ended.q[solved])
+    active = [i for i in range(n) if not _are_all(robot, solutions_of[i])]
     for round_ in range(SEARCH_ROUNDS):
         if not active:
             break
         spread = spread_starts(robot, box, STARTS, skip=round_ * STARTS)
-        begin = [np.vstack([_near_singular_starts(robot, found[i]), spread]) for i in active]
+        begin = [np.vstack([_near_singular_starts(robot, solutions_of[i]), spread]) for i in active]
         owner = np.repeat(active, [len(start) for start in begin])
         ended = solve_batch(
             robot,
@@ -101,15 +101,16 @@ def search_branches(
         )
         remaining = []
         for i in active:
-            known, solved = found[i], ended.q[(owner == i) & ended.converged]
-            found[i] = distinct_solutions(robot, targets.take([i]), np.vstack([known, solved]))
-            complete = _are_all(robot, found[i])
-            calm = round_ > 0 and len(found[i]) == len(known)
+            known, solved = solutions_of[i], ended.q[(owner == i) & ended.converged]
+            every = np.vstack([known, solved])
+            solutions_of[i] = distinct_solutions(robot, targets.take([i]), every)
+            complete = _are_all(robot, solutions_of[i])
+            calm = round_ > 0 and len(solutions_of[i]) == len(known)
             if complete is False or (complete is None and not calm):
                 remaining.append(i)
         active = remaining
     revolute = joint_axes(robot).revolute
-    return [difference(solutions, np.zeros(d), revolute) for solutions in found]
+    return [difference(solutions, np.zeros(d), revolute) for solutions in solutions_of]
 
 
 def _are_all(robot: Robot, solutions: FloatArray) -> bool | None:
