@@ -72,7 +72,9 @@ class EventReader:
                 )
             last[event.signal] = event
         return (
-            tuple(sorted((event for _, event in events), key=lambda one: one.event.time))
+            tuple(
+                sorted((event for _, event in events), key=lambda requested: requested.event.time)
+            )
             if timed
             else ()
         )
