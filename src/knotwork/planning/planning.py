@@ -14,7 +14,7 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Knots
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.task import Task
-from knotwork.task.scenario import Scenario, load_scenario
+from knotwork.task.scenario import Scenario, load_scenario, resolve_task
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress
@@ -82,12 +82,10 @@ def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
     Raises:
         InputError: The planner does not support chosen knots, or has its own knots.
     """
-    from knotwork.planning.choosing import with_optimal_knots
-
     base, ruled = planner_and_rule(planner)
     if "chosen" not in PLANNER_SPECS[base].supports or "knots" in ruled:
         raise InputError(
             f"{scenario.name}: knots: optimal are those of modified-hermite, which "
             f"{planner!r} does not take; give one of the two"
         )
-    return with_optimal_knots(scenario)
+    return resolve_task(scenario.task.replace(knots="optimal"), scenario.places)
