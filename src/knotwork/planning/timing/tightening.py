@@ -65,7 +65,6 @@ def tighten(
     problem: TimingProblem,
     tightening: Tightening,
     curve: PiecewisePolynomial,
-    near: float | None = None,
 ) -> Tightening | None:
     """Compare a curve with all limits.
 
@@ -73,8 +72,6 @@ def tighten(
         problem: The problem.
         tightening: Tightening of the solution.
         curve: The exact curve of the solution.
-        near: Fraction of limits of `ROBOT_LIMITS` above which they become constraints in a piece.
-            By default they are constraints in all pieces.
 
     Returns:
         The next tightening, or `None` if every limit is kept.
@@ -88,7 +85,7 @@ def tighten(
     if over is None:
         return None
     name, shares = over
-    held = _held_limit(problem, name, tightening.held.get(name), shares, near)
+    held = _held_limit(problem, name, tightening.held.get(name), shares)
     return replace(tightening, held={**tightening.held, name: held})
 
 
@@ -97,7 +94,6 @@ def _held_limit(
     name: str,
     before: HeldLimit | None,
     shares: FloatArray,
-    near: float | None = None,
 ) -> HeldLimit:
     """A limit for the solver.
 
@@ -108,26 +104,22 @@ def _held_limit(
         name: Name of the limit.
         before: The limit that the solver had, if it had one.
         shares: Use of the limit in each piece, shape (pieces, d or 1).
-        near: See `tighten`.
     """
     pieces, width = shares.shape
     if before is None:
         allowed = np.full((2 * pieces + 1, width), 1.0 - SAMPLE_MARGIN)
-        active = np.full(2 * pieces + 1, near is None)
     else:
-        allowed, active = np.array(before.allowed), np.array(before.active)
+        allowed = np.array(before.allowed)
         over = shares > 1.0 - 0.5 * SAMPLE_MARGIN
         factor = np.where(
             over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(shares, 0.5)), 1.0
         )
         for first, last in ((0, -1), (1, None), (2, None)):
             allowed[first:last:2] *= factor
-    if near is not None:
-        close = np.repeat(shares.max(axis=1) > near, 2)
-        active |= np.append(close, False) | np.insert(close, 0, False)
     known = problem.velocity_known
     if name == "effort":
         known = known & problem.acceleration_known
+    active = np.full(2 * pieces + 1, True)
     active[:: 2 * pieces // (len(known) - 1)][known] = False
     return HeldLimit(allowed, active)
 

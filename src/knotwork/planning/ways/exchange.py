@@ -56,9 +56,6 @@ MAX_EXCHANGES = 25
 MAX_CONTACT_TIMES = 30
 """Maximum numbers of rounds, and of contact times per round that become constraints."""
 
-CONSTRAINED_SHARE = 0.8
-"""Fraction of a limit above which effort or tool speed is constrained in a piece."""
-
 DISTANCE_UNIT = 0.1
 """Unit of distance in the constraints [m]."""
 
@@ -127,30 +124,24 @@ class Exchange:
                 start = Start.NEAR if self._improved else Start.FAR
                 continue
             if solution.duration > beat:
-                break  # rows only make it longer
-            tighter = tighten(
-                self.program.problem, self.program.tightening, solution.curve, CONSTRAINED_SHARE
-            )
+                break  # further rows only make it longer
+            start = Start.NEAR
+            tighter = tighten(self.program.problem, self.program.tightening, solution.curve)
             if tighter is not None:
                 self.program.tightening = tighter
             hits = contacts_of(self.space.model, solution.curve, self.resolution)
-            if not hits and tighter is None:
-                gain = 1.0 - solution.duration / self._reference.duration
-                if solution.duration < self.best.duration:
-                    self.best = solution
-                self._reference, self._improved = solution, True
-                if gain < MIN_ROUND_GAIN:
-                    break
-                rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
-                radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
-            elif self._improved and solution.duration > (1.0 - MIN_ROUND_GAIN) * self.best.duration:
-                break  # rows only make it longer
-            else:
+            if hits or tighter is not None:
                 cuts_found, tried = self._rows_at_contacts(solution, hits), tried + bool(hits)
-                cuts = cuts + cuts_found
+                cuts, guess = cuts + cuts_found, solution
                 if tried == 3:
-                    radius, cuts, tried, solution = 0.5 * radius, cuts_found, 0, self._reference
-            guess, start = solution, Start.NEAR
+                    radius, cuts, tried, guess = 0.5 * radius, cuts_found, 0, self._reference
+                continue
+            if solution.duration < self.best.duration:
+                self.best = solution
+            beat = min(beat, (1.0 - MIN_ROUND_GAIN) * solution.duration)
+            self._reference, self._improved, guess = solution, True, solution
+            rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
+            radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
         return self.best.curve
 
     def _rows_along(self, states: States) -> list[Plane]:
