@@ -138,6 +138,8 @@ class Exchange:
                 continue
             if solution.duration < self.best.duration:
                 self.best = solution
+            if solution.duration > (1.0 - MIN_ROUND_GAIN) * self._reference.duration:
+                break
             beat = min(beat, (1.0 - MIN_ROUND_GAIN) * solution.duration)
             self._reference, self._improved, guess = solution, True, solution
             rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
