@@ -90,7 +90,7 @@ def test_the_planner_can_be_overridden() -> None:
     assert not plain.report.ok  # its acceleration jumps
     assert kw.plan({**TASK, "continuity": 1}, planner="cubic").report.ok
     np.testing.assert_allclose(kw.plan(TASK).trajectory.breaks, [0, 0.618, 1 + 0.382 * 2, 3])
-    balanced = kw.plan({**TASK, "knots": 0.25})
+    balanced = kw.plan({**TASK, "knots": {"balanced": 0.25}})
     np.testing.assert_allclose(balanced.trajectory.breaks, [0, 0.75, 1.25, 3])
     balanced = kw.plan(TASK, planner="modified-hermite:balanced")
     np.testing.assert_allclose(balanced.trajectory.breaks, [0, 0.8, 1.2, 3])
@@ -102,7 +102,7 @@ def test_the_planner_can_be_overridden() -> None:
 def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
     with pytest.raises(
         KnotError,
-        match=r"scenario: knots: between waypoint 'B' and waypoint 'C': .*strictly between",
+        match=r"^knots: between waypoint 'B' and waypoint 'C': .*strictly between",
     ) as caught:
         kw.plan({**TASK, "knots": [0, 0.5, 0.9, 3]})
     assert caught.value.waypoint == 1
