@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -76,6 +76,7 @@ def solve(
         raise together(error.causes) from None
 
 
+@dataclass(eq=False)
 class NoMotionError(Exception):
     """No motion within the limits was found.
 
@@ -83,9 +84,7 @@ class NoMotionError(Exception):
         causes: Possible causes with their locations, at least one.
     """
 
-    def __init__(self, causes: Sequence[TimingError]) -> None:
-        super().__init__()
-        self.causes = list(causes)
+    causes: list[TimingError]
 
 
 def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
