@@ -100,7 +100,7 @@ class ScenarioPlanner:
         starts = {i for indices, _ in detours for i in indices[:-1]}
         trajectory = replace(
             trajectory,
-            events=tuple(asked.event for asked in scenario.events),
+            events=tuple(event.event for event in scenario.events),
             loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
             segments=segments(scenario, starts),
         )

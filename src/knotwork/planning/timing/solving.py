@@ -141,14 +141,14 @@ def _consecutive(attempts: Sequence[Attempt]) -> Attempt:
 
 
 def timed_motion(
-    problem: TimingProblem, attempt: Attempt, least: float, planner: str
+    problem: TimingProblem, attempt: Attempt, bound: float, planner: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
     Args:
         problem: The waypoints and the limits.
         attempt: The motion.
-        least: Lower bound on the duration [s].
+        bound: Lower bound on the duration [s].
         planner: Name of the planner.
     """
     time, curve = attempt.time, attempt.curve
@@ -163,7 +163,7 @@ def timed_motion(
         trajectory,
         time,
         np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
-        least,
+        bound,
         attempt.status,
         binding_limits(problem, time, curve),
         _terms(problem, curve),

@@ -218,7 +218,7 @@ class Exchange:
             for row in self._rows_at(piece, place, states.position_at(piece, place), MAX_PAIRS)
         ]
 
-    def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Plane]:
+    def _rows_at(self, piece: int, place: float, q: FloatArray, max_pairs: int) -> list[Plane]:
         """Rows at one point, from the distances at a configuration near it."""
         return [
             Plane(
@@ -228,7 +228,7 @@ class Exchange:
                 (float(pair.gradient @ q) + self._required_clearance(pair.gap) - pair.gap)
                 / DISTANCE_UNIT,
             )
-            for pair in self.space.near_pairs(q, MAX_PAIR_GAP, most)
+            for pair in self.space.near_pairs(q, MAX_PAIR_GAP, max_pairs)
         ]
 
     def _required_clearance(self, gap: float) -> float:
@@ -270,7 +270,7 @@ class Exchange:
 
 
 def _sample_states(
-    curve: PiecewisePolynomial, times: FloatArray, pieces: int, most: FloatArray
+    curve: PiecewisePolynomial, times: FloatArray, pieces: int, max_acceleration: FloatArray
 ) -> States:
     """A few pieces that roughly follow a motion.
 
@@ -280,7 +280,7 @@ def _sample_states(
     t = np.interp(places, np.arange(len(times)), times)
     q = curve(t)
     v = np.gradient(q, t, axis=0)
-    a = np.clip(np.gradient(v, t, axis=0), -0.5 * most, 0.5 * most)
+    a = np.clip(np.gradient(v, t, axis=0), -0.5 * max_acceleration, 0.5 * max_acceleration)
     v[[0, -1]], a[[0, -1]] = curve(t[[0, -1]], 1), curve(t[[0, -1]], 2)
     return States(np.diff(t), q, v, a, curve)
 
