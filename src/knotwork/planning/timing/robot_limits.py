@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
-from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -93,43 +93,36 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
     return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
 
 
-class HeldLimit(NamedTuple):
-    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
-
-    Attributes:
-        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
-        active: Whether they are constraints, shape (2 pieces + 1,). They are not where a value is
-            given.
-    """
-
-    allowed: FloatArray
-    active: BoolArray
-
-
 def held_blocks(
     problem: TimingProblem,
-    limits: Mapping[str, HeldLimit],
+    allowed: Mapping[str, FloatArray],
     margin: float,
     scale: Scale,
     layout: Layout,
 ) -> Iterator[Block]:
-    """Blocks of each limit at the points where it is a constraint.
+    """Blocks of limits at the breaks where values are unknown, and inside the pieces.
 
     Args:
         problem: The problem.
-        limits: The limits, by name.
+        allowed: Allowed fractions of each limit of `ROBOT_LIMITS` in the program, alternately at
+            each break and inside each piece, shape (2 pieces + 1, d or 1).
         margin: Relative margin to each.
         scale: Units of the program.
         layout: Its variables.
     """
     bound = 1.0 - margin
-    for name, held in limits.items():
-        for inside, columns in enumerate((layout.state, layout.piece)):
-            active = held.active[inside::2]
-            inverse = 1.0 / (held.allowed[inside::2][active] * getattr(problem.limits, name)).T
+    for name, fractions in allowed.items():
+        known = problem.velocity_known
+        if name == "effort":
+            known = known & problem.acceleration_known
+        unknown = np.full(layout.pieces + 1, True)
+        unknown[:: layout.each][known] = False
+        at_breaks = layout.state[:, unknown], fractions[::2][unknown]
+        for inside, (columns, part) in enumerate((at_breaks, (layout.piece, fractions[1::2]))):
+            inverse = 1.0 / (part * getattr(problem.limits, name)).T
             units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
             kernel = limit_kernel(problem.arm, name, inside=bool(inside))
-            yield Block(kernel, columns[:, active], np.vstack((units, inverse)), -bound, bound)
+            yield Block(kernel, columns, np.vstack((units, inverse)), -bound, bound)
 
 
 @lru_cache(maxsize=8)

@@ -176,16 +176,14 @@ class Section:
         problem, scale, at = self.problem, self.scale, self.layout
         timed = np.flatnonzero(~problem.free | (problem.at_least > 0.0))
         free = problem.free[timed]
-        shortest = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
+        bound = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
         durations = at.tau.reshape(at.intervals, at.each)[timed].T
         directed = np.concatenate((at.v[at.each * self.along], at.factor[:, None]), axis=1).T
         directions = problem.velocity[self.along].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         blocks = [
             self._piece_block(),
-            Block(
-                sum_kernel(at.each), durations, empty, shortest, np.where(free, np.inf, shortest)
-            ),
+            Block(sum_kernel(at.each), durations, empty, bound, np.where(free, np.inf, bound)),
             Block(direction_kernel(at.joints), directed, directions),
         ]
         if problem.total is not None:
@@ -227,12 +225,8 @@ class Section:
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
         cost = self.typical_cost()
-        acceleration = np.minimum(self.problem.limits.acceleration, scale.unit(2))
-        calm = (
-            CALMNESS_WEIGHT
-            * cost
-            / (acceleration**2 * self.guess.duration.sum() * len(acceleration))
-        )
+        limit = np.minimum(self.problem.limits.acceleration, scale.unit(2))
+        calm = CALMNESS_WEIGHT * cost / (limit**2 * self.guess.duration.sum() * len(limit))
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if objective.jerk:
