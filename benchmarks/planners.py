@@ -33,7 +33,7 @@ from knotwork.errors import InputError
 from knotwork.planning.choosing.segments import MAX_JERK
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
 from knotwork.verification import metrics
-from knotwork.waypoints import ChosenRun, JointWaypoints
+from knotwork.waypoints import ChosenSection, JointWaypoints
 from planner_tables import KINDS, RATIOS, rounded, tables
 
 OPTIMAL = "modified-hermite, optimal"
@@ -130,7 +130,7 @@ def optimal(waypoints: JointWaypoints, options: PlannerOptions) -> JointTrajecto
     )
     found = solve(problem).trajectory
     times = found.breaks + waypoints.time[0]
-    run = ChosenRun(times, found.acceleration(found.breaks))
+    run = ChosenSection(times, found.acceleration(found.breaks))
     return get_planner("modified-hermite")(waypoints, PlannerOptions(chosen=(run,)))
 
 

@@ -8,6 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import PPoly
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.errors import InputError, TimeRangeError, WaypointDataError
 from sweeps import examples, mostly_exhaustive
 
@@ -270,3 +271,13 @@ def test_extrema_of_very_many_pieces_are_found_in_parts(monkeypatch):
     parts = curve.extrema()
     for name in ("minimum", "minimum_time", "maximum", "maximum_time"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+
+
+@pytest.mark.parametrize(("holds_ends", "outside"), [(True, [1, 0, 0]), (False, [5, 2, 0])])
+def test_extended_curve_keeps_its_end_position_or_velocity(holds_ends, outside):
+    parabola = ExtendedCurve(
+        PiecewisePolynomial([[[1.0]], [[0.0]], [[0.0]]], [0, 1]), holds_ends=holds_ends
+    )
+    assert [parabola([3.0], nu).item() for nu in range(3)] == outside
+    assert [parabola([0.5], nu).item() for nu in range(3)] == [0.25, 1, 2]
+    assert parabola.between(2, 4)(3.0).item() == outside[0]

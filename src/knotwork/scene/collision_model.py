@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.endless import EndlessCurve, stack_curves
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve, stack_curves
 from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
@@ -101,7 +101,7 @@ class CollisionModel:
     missing: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
     notes: tuple[tuple[NoteKind, str], ...] = ()
-    known: tuple[EndlessCurve, ...] = ()
+    known: tuple[ExtendedCurve, ...] = ()
     carriers: Carriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
@@ -120,15 +120,6 @@ class CollisionModel:
             time: Times [s], shape (k,).
         """
         return place_joints(self.joints, np.hstack((q, *(known(time) for known in self.known))))
-
-    def joint_of_frame(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
-        """The joint that carries a moving frame, and the transform of base poses into its axes.
-
-        Args:
-            frame: Frame that carries an object of the scene.
-            time: Time of the poses [s]; by default with the frame's joints at 0.
-        """
-        return joint_of_frame(self.carriers, frame, time)
 
     @property
     def bare_links_note(self) -> str:

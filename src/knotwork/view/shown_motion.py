@@ -15,7 +15,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.robot import Robot
-from knotwork.scene.collision_model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel, joint_of_frame
 from knotwork.task import PlainTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
@@ -227,7 +227,7 @@ class ShownMotion:
         waypoints, scenario = self.joint_waypoints, self.scenario
         if waypoints is not None:
             order = [waypoints.joint_names.index(name) for name in self.trajectory.joint_names]
-            rows = list(waypoints.asked)
+            rows = list(waypoints.task_rows)
             names = [waypoints.names[i] for i in rows]
             chosen = np.isin(names, list(self.chosen_velocities))[:, np.newaxis]
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
@@ -275,7 +275,7 @@ class ShownMotion:
         """
         if self.model is None or frame is None:
             return None, self.robot.base_placement
-        return self.model.joint_of_frame(frame, time)
+        return joint_of_frame(self.model.carriers, frame, time)
 
 
 def task_without_requirements(name: str) -> Scenario:

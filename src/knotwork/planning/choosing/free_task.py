@@ -47,7 +47,7 @@ class FreeTask:
         scenario: The task.
         free: Its unknowns.
         space: Its joints.
-        solution: Its waypoints at the joints, with provisional times and speeds.
+        solution: Its waypoints at the joints, free times as expected.
     """
 
     scenario: Scenario
@@ -63,7 +63,7 @@ class FreeTask:
     @property
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
-        return np.array(self.waypoints.asked)
+        return np.array(self.waypoints.task_rows)
 
     def start(self, path: ScenarioPath) -> PathStart:
         """State of the arm at the start of a path, with virtual joints for the poses' freedom."""
@@ -79,8 +79,8 @@ class FreeTask:
         """Dynamics from each waypoint to the next; one shared object for equal loads."""
         from knotwork.planning.timing import Dynamics
 
-        times, arms = self.scenario.provisional_times, self.space.carrying
-        carried = [arms.robot_at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
+        carrying = self.space.carrying
+        carried = carrying.by_interval if carrying is not None else ()
         models = {id(robot): Dynamics(robot) for robot in carried}
         return tuple(models[id(robot)] for robot in carried)
 
@@ -112,12 +112,13 @@ class FreeTask:
 
     @cached_property
     def collision_model(self) -> CollisionModel:
-        """Bodies of the robot and the scene, present at provisional times."""
-        from knotwork.planning.task_to_joint.obstacles import Obstacles
+        """Bodies of the robot and the scene; the index of a waypoint is the time in it."""
+        from knotwork.planning.task_to_joint.obstacles import bodies_and_pairs
 
         if self.space.robot is None:
             raise TypeError("without a robot there are no bodies")
-        return Obstacles(self.scenario, self.space, self.space.robot).model
+        times = np.arange(len(self.scenario.waypoints), dtype=float)
+        return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """The error with its location in the file: a key of waypoint i of the scenario."""
