@@ -132,7 +132,7 @@ def _detour_ends(plan: Plan) -> list[int]:
     free velocity keep it, so that the motions to them and from them are replaced together.
     """
     scenario, free = plan.scenario, _free_times(plan)
-    requested = scenario if plan.chosen is None else plan.chosen.asked
+    requested = scenario if plan.chosen is None else plan.chosen.requested
     planner, _ = planner_and_rule(requested.si.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
         return []
@@ -155,7 +155,7 @@ def _detour_ends(plan: Plan) -> list[int]:
 
 def _free_times(plan: Plan) -> FreeTimes | None:
     """Unknowns that were chosen for a plan."""
-    return None if plan.chosen is None else plan.chosen.asked.free
+    return None if plan.chosen is None else plan.chosen.requested.free
 
 
 def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:

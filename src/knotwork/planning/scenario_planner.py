@@ -114,7 +114,7 @@ class ScenarioPlanner:
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
         if detours:
-            from knotwork.planning.choosing.clear_motion_findings import clear_motion_findings
+            from knotwork.planning.choosing.findings import clear_motion_findings
 
             known += clear_motion_findings(detours, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)

@@ -149,7 +149,6 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
         lower_position_limit=robot.lower_position_limit,
         upper_position_limit=robot.upper_position_limit,
         limits=robot.limits,
-        configurations=robot.configurations,
         robot=robot,
         targets=tuple(
             None
