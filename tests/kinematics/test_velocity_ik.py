@@ -1,5 +1,7 @@
 """Inverse kinematics of velocities: against least squares, and what a singularity loses."""
 
+import re
+
 import numpy as np
 import pinocchio as pin
 import pytest
