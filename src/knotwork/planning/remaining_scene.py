@@ -71,11 +71,11 @@ def scene_from(
         objects[item.name] = shift_appearance(task.scene.objects[item.name], item.appears)
     for held in scenario.scene.held:
         take, leave = held.take, held.leave
-        asked = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
+        grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
         if times[take] < last - SAME_WAYPOINT_TIME and first < times[leave]:
-            holds[held.name] = shift_appearance(asked, held.appears).replace(
-                take=asked.take if first < times[take] else ends[0],
-                leave=asked.leave if times[leave] <= last else ends[1],
+            holds[held.name] = shift_appearance(grasp, held.appears).replace(
+                take=grasp.take if first < times[take] else ends[0],
+                leave=grasp.leave if times[leave] <= last else ends[1],
             )
             continue
         i = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
@@ -112,13 +112,13 @@ def _put_down(
 ) -> SceneObject:
     """A held object at its pose where the tool takes or releases it, at waypoint i."""
     task, carrier = scenario.task, held.carriers[i == held.leave]
-    asked = task.tool.holds[held.name]  # type: ignore[union-attr]
+    grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"
     if carrier is not None:
         waypoint = task.waypoints[scenario.index[i]]
         parent = getattr(waypoint, "frame", None) or task.frame or "base"
         placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
-    shape = {key: getattr(asked, key) for key in (*SHAPES, "scale", "exact")}
+    shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
     place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()
     return SceneObject(
