@@ -14,7 +14,6 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from command_line import Command
 from drawn import scene, thing, vertices
 from judge.bodies import Surroundings
 from judge.motion import Motion
@@ -283,20 +282,6 @@ def test_waypoints_below_floor_collide() -> None:
     assert worst.remedy == "waypoint 'low' itself collides"
 
 
-def test_reports_distance_of_clear_pair(knotwork: Command, tmp_path: Path) -> None:
-    task = {**REACH_OVER, "scene": {"objects": {"post": {"sphere": 50, "position": [500, 0, 900]}}}}
-    report = kw.plan(task).report
-    assert report.ok
-    post = [found for found in report.select(quantity="clearance") if "post" in found.name]
-    assert len(post) == 8  # seven links that move have shapes, and the tool
-    shown = [found for found in post if not found.detail]
-    assert shown == [min(post, key=lambda found: found.value or 0.0)]
-    for found in post:
-        assert "comes within" in found.message
-        assert found.value is not None
-        assert found.margin == pytest.approx(found.value - found.excess)
-
-
 # Tool, held objects, pairs that are not checked
 
 
@@ -545,15 +530,6 @@ def test_finds_every_part_of_mesh_inside_another(order: int, tmp_path: Path) -> 
         ],
     }  # fmt: skip
     assert not pairs(kw.plan(task).report)["tool, shell"].ok
-
-
-@pytest.mark.parametrize(("edge", "factor"), [(3.0, "1000"), (10_000.0, "0.001")])
-def test_warns_of_mesh_in_plausibly_wrong_unit(edge: float, factor: str, tmp_path: Path) -> None:
-    shell_of([(edge, 0, False)], tmp_path / "part.stl")
-    part = {"mesh": str(tmp_path / "part.stl"), "position": [0, 0, 9000]}
-    report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
-    (said,) = report.warnings
-    assert f"it may be in another unit; a scale {factor} times as large makes it" in said.message
 
 
 @pytest.mark.parametrize(
