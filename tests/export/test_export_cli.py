@@ -82,7 +82,7 @@ def test_tables_in_drive_units_can_not_be_checked(knotwork: Command, tmp_path: P
     assert knotwork(*arguments).code == 0
     ran = knotwork("check", file, "-s", SCENARIO)
     assert ran.code == 2
-    assert "export without --scale and --offset to check" in ran.err
+    assert "has 'drive', which is no unit of a position of joint 'joint_1', in rad" in ran.err
 
 
 def test_positions_alone_fail_the_check(knotwork: Command, tmp_path: Path) -> None:
