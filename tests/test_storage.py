@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -120,30 +119,6 @@ def test_files_are_replaced_and_others_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "b.txt").read_bytes() == "ü\n".encode()
     assert (tmp_path / "mine.txt").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 3
-
-
-@pytest.mark.parametrize("failing", [1, 2, 3])
-def test_a_failure_at_any_file_leaves_whole_files(
-    failing: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in ("a", "b"):
-        (tmp_path / name).write_text("old")
-    replace, calls = os.replace, 0
-
-    def full(source: Any, target: Any) -> None:
-        nonlocal calls
-        calls += 1
-        if calls == failing:
-            raise OSError(28, "No space left on device")
-        replace(source, target)
-
-    monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(InputError, match=r"can't write to .*: No space left on device"):
-        storage.write_files(tmp_path, {"a": "new", "b": "new", "c": "new"})
-    monkeypatch.undo()
-    left = {path.name: path.read_text() for path in tmp_path.iterdir()}
-    moved = {"a": "new", "b": "new"}
-    assert left == {"a": "old", "b": "old"} | dict(list(moved.items())[: failing - 1])
 
 
 def test_a_file_in_the_place_of_the_folder_is_an_error(tmp_path: Path) -> None:

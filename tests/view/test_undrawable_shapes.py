@@ -11,7 +11,6 @@ import knotwork as kw
 from command_line import Command
 from drawn import (
     at_rest,
-    coloured_cube,
     scene,
     shape_warnings,
     tower,
@@ -163,12 +162,3 @@ def test_meshes_come_from_the_users_packages(
     view = ("view", "task.yaml", "--html", "a.html")
     assert "there is no mesh" in knotwork(*view).err
     assert "there is no mesh" not in knotwork(*view, "--package-path", "elsewhere").err
-
-
-def test_what_an_image_would_colour_is_grey_with_a_warning(arm, tmp_path: Path) -> None:
-    (tmp_path / "cube.dae").write_text(coloured_cube("two colours.png"), encoding="utf-8")
-    shape = '<mesh filename="cube.dae"/>'
-    (warning,) = shape_warnings(arm(urdf(shape)))
-    assert warning == "no colour is given for parts of a; they are drawn grey"
-    painted = '<material name="m"><color rgba="1 0 0 1"/></material>'
-    assert not shape_warnings(arm(urdf(shape, painted)))

@@ -107,5 +107,3 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(
         scene.click(share)
         assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
     assert min(differ(*two) for two in pairwise(opened.values())) > 1000
-    scene.key("ArrowLeft")
-    assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED
