@@ -35,6 +35,7 @@ def counted(function):
 for name in ("mkdir", "replace", "link", "fsync"):
     setattr(os, name, counted(getattr(os, name)))
 storage.write_files(sys.argv[1], {name: sys.argv[2] for name in "abc"})
+sys.exit(steps <= 0)  # a step that may fail has failed
 """
 
 
