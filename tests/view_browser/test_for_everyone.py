@@ -10,24 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-import knotwork as kw
 from knotwork.view import report_page
 from knotwork.view.page import Page
-from plans import planned
+from walls import through_wall
 
 READY = "html[data-ready=true]"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 DESK, UPRIGHT, ACROSS, SMALL = (1280, 800), (390, 844), (844, 390), (480, 320)
 
 
-def failing() -> kw.Plan:
-    """A motion that breaks limits, along a tool path."""
-    return planned("ur5_deburring", "parabolic-blend")
-
-
 PAGES: dict[str, Callable[[], Page]] = {
-    "scene": cache(lambda: failing().view()),
-    "report": cache(lambda: report_page(failing())),
+    "scene": cache(lambda: through_wall().view()),
+    "report": cache(lambda: report_page(through_wall())),
 }
 
 
