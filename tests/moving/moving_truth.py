@@ -12,6 +12,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 import knotwork as kw
+from judge.arm import Arm
+from judge.bodies import link_shapes
 
 Array = NDArray[np.float64]
 Placed = list[tuple[Any, pin.SE3]]
@@ -25,27 +27,18 @@ def frame(position: Any, linear: Any, angular: Any, t: float) -> pin.SE3:
 
 
 def links(motion: Any, base: pin.SE3, name: str = "ur5") -> Bodies:
-    """Links of an arm over time, by name; meshes as their convex hulls."""
-    robot = kw.load_robot(name)
-    model = pin.buildModelFromUrdf(str(robot.urdf))
-    folder = next(p for p in Path(robot.urdf).parents if p.name == "robots").parent.parent
-    shapes = pin.buildGeomFromUrdf(
-        model, str(robot.urdf), pin.GeometryType.COLLISION, package_dirs=[str(folder)]
-    )
-    for one in shapes.geometryObjects:
-        if isinstance(one.geometry, coal.BVHModelBase):
-            one.geometry.buildConvexHull(True, "Qt")
-            one.geometry = one.geometry.convex
-    order = [model.joints[model.getJointId(joint)].idx_q for joint in robot.joint_names]
-    data, found = model.createData(), pin.GeometryData(shapes)
+    """Links of an arm over time, by name."""
+    arm = Arm(name, Path(), {}, 1.0, 1.0, None)
+    shapes = link_shapes(arm)
+    found = pin.GeometryData(shapes)
 
     def at(t: float) -> dict[str, Placed]:
-        q = pin.neutral(model)
-        q[order] = motion.position(float(np.clip(t, motion.start_time, motion.end_time)))
-        pin.updateGeometryPlacements(model, data, shapes, found, q)
+        inside = float(np.clip(t, motion.start_time, motion.end_time))
+        q = arm.whole(motion.position(inside)[None])[0]
+        pin.updateGeometryPlacements(arm.model, arm.data, shapes, found, q)
         placed: dict[str, Placed] = {}
         for one, place in zip(shapes.geometryObjects, found.oMg, strict=True):
-            link = model.frames[one.parentFrame].name
+            link = arm.model.frames[one.parentFrame].name
             placed.setdefault(link, []).append((one.geometry, base * place))
         return placed
 

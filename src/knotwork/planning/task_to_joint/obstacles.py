@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.curves.polynomial.distinct import distinct
-from knotwork.errors import CollisionError
+from knotwork.errors import CollisionError, LimitingConstraint
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import Continuation
 from knotwork.robot.kinematics.sequence.candidates import Candidates
@@ -19,6 +19,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
+    from knotwork.scene.collision_model import CollisionModel
 
 COLLISION_SAMPLES = 24
 """Number of times along a path at which candidates are tested for collisions.
@@ -33,6 +34,29 @@ ENOUGH_CLEARANCE = 0.1
 """Clearance [m] above which a larger one is not preferred."""
 
 
+def bodies_and_pairs(
+    scenario: Scenario, space: JointSpace, robot: Robot, times: FloatArray
+) -> CollisionModel:
+    """The collision model of a scenario before it is solved.
+
+    Args:
+        scenario: The task.
+        space: The joints of the scenario.
+        robot: The robot without virtual joints.
+        times: Times of the waypoints at which bodies come, go or are held, shape (n,).
+    """
+    from knotwork.scene.building import collision_model
+
+    poses = []
+    if scenario.scene.held:
+        for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+            if isinstance(waypoint, CartesianWaypoint):
+                poses.append(waypoint.pose)
+            elif state is not None:
+                poses.append(robot.forward(state.position[: robot.dof]))
+    return collision_model(scenario, robot, times.tolist(), poses)
+
+
 class Obstacles:
     """Collision model of a scenario's robot and scene.
 
@@ -43,18 +67,10 @@ class Obstacles:
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
-        from knotwork.scene.building import collision_model
         from knotwork.scene.solid_pairs import SolidPairs
 
-        poses = []
-        if scenario.scene.held:
-            for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
-                if isinstance(waypoint, CartesianWaypoint):
-                    poses.append(waypoint.pose)
-                elif state is not None:
-                    poses.append(robot.forward(state.position[: robot.dof]))
         self.scenario, self.robot = scenario, robot
-        self.model = collision_model(scenario, robot, scenario.provisional_times.tolist(), poses)
+        self.model = bodies_and_pairs(scenario, space, robot, scenario.expected_times)
         self._pairs = SolidPairs(self.model) if self.model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
@@ -68,7 +84,7 @@ class Obstacles:
         """
         held = {held_object.name for held_object in self.scenario.scene.held}
         margin = self.scenario.scene.margin
-        start = float(self.scenario.provisional_times[0])
+        start = float(self.scenario.expected_times[0])
         for distance, first, second in self._gaps(q, start):
             # an object that is picked up at the start is no longer static
             stands = first.kind == "object" and not first.joint and first.end > start
@@ -129,11 +145,11 @@ class Obstacles:
         steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
         steps = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._arm_positions(path.position[steps, start])
-        gaps = self._pairs.clearances(q, path.time[steps])
+        gaps = (gap for gap, _ in self._pairs.nearest(q, path.time[steps], 0.0))
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
-    def describe_contact(self, path: Continuation, start: int, contact: int) -> tuple[float, str]:
-        """Time at which a contact begins [s], and a description of the contact.
+    def first_contact(self, path: Continuation, start: int, contact: int) -> LimitingConstraint:
+        """The collision that a contact is part of, from its beginning on.
 
         Args:
             path: The continuations along the path.
@@ -143,9 +159,9 @@ class Obstacles:
         q, time = path.position[:, start], path.time.tolist()
         step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
         _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
-        text = f"{second.name} comes too near to {first.name}"
+        begins = LimitingConstraint("collision", time[step], bodies=(second.name, first.name))
         if step == 0 or not time[step - 1] < time[step]:
-            return time[step], text
+            return begins
         from scipy.interpolate import CubicHermiteSpline
         from scipy.optimize import bisect
 
@@ -155,7 +171,7 @@ class Obstacles:
         def sign(t: float) -> float:
             return -1.0 if self.collides(motion(t), t) else 1.0
 
-        return float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)), text
+        return begins._replace(time=float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)))
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair minus its required margin, and the pair."""
