@@ -11,7 +11,7 @@ from knotwork.curves.trajectory.motion_events import Event
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import segments
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.task.scenario.scenario import AskedEvent
+from knotwork.task.scenario.scenario import RequestedEvent
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
@@ -91,7 +91,7 @@ def _missing_from(
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
 
 
-def _place(asked: AskedEvent, scenario: Scenario) -> str:
+def _place(asked: RequestedEvent, scenario: Scenario) -> str:
     """Text of an event's position or time relative to its waypoint."""
     offset = asked.delay if asked.path is None else asked.distance
     if not offset and asked.path is None:
@@ -103,7 +103,7 @@ def _place(asked: AskedEvent, scenario: Scenario) -> str:
 
 
 def _place_on_path(
-    asked: AskedEvent, motion: Motion, scenario: Scenario, space: JointSpace
+    asked: RequestedEvent, motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Finding:
     event, path = asked.event, asked.path
     if path is None or space.robot is None:
