@@ -198,7 +198,7 @@ class _ClearanceSearch:
         )
         interval, combo, distance, normal = tests
         motion = motions.largest(interval, combo)
-        least = self.table.least(rotation, origin)[interval, combo]
+        least = self.table.min_distances(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
         self._measure(tests, time, placed, least - motion, motion)
         lower = np.where(np.isnan(distance), least, distance - DISTANCE_ERROR) - motion
