@@ -90,14 +90,15 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, and pairs that are not checked."""
     notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
-    if scenario.scene.has_bodies() and not any(body.kind == "link" for body in model.bodies):
+    has_bodies = scenario.scene.has_bodies()
+    if has_bodies and not any(body.kind == "link" for body in model.bodies):
         message = (
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
             "it holds are checked for collisions"
         )
         notes.append(("warning", message))
     elif model.bare:
-        notes.append(("warning" if asks else "information", model.bare_links_note))
+        notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
         yield collision_note("collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
