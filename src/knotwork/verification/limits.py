@@ -69,7 +69,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
     """
     for order, quantity in enumerate(DERIVATIVES):
         extrema = curve.extrema(order)
-        jumps = _jumps_below(curve, order)
+        jumps = jumps_below(curve, order)
         lower, upper = space.bounds(quantity)
         for i in range(len(space.joint_names)):
             low, high = float(extrema.minimum[i]), float(extrema.maximum[i])
@@ -82,10 +82,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
             else:
                 worst, limit = WorstValue(high, float(extrema.maximum_time[i])), float(upper[i])
             margin = below if at_low else above
-            if i in jumps and np.isfinite(limit):
-                time, sign = jumps[i]
-                worst, limit, margin = WorstValue(sign * np.inf, time), sign * upper[i], -np.inf
-            yield joint_finding(space, i, quantity, worst, float(limit), margin)
+            yield joint_finding(space, i, quantity, worst, limit, margin, jumps.get(i))
 
 
 def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -205,18 +202,37 @@ def limit_finding(
 
 
 def joint_finding(
-    space: JointSpace, i: int, quantity: str, worst: WorstValue, limit: float, margin: float
+    space: JointSpace,
+    i: int,
+    quantity: str,
+    worst: WorstValue,
+    limit: float,
+    margin: float,
+    jump: tuple[float, float] | None = None,
 ) -> Finding:
-    """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`."""
+    """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`.
+
+    Args:
+        space: The joints.
+        i: Index of the joint.
+        quantity: Name of the quantity.
+        worst: The worst value.
+        limit: The limit with the sign of that side; infinite if none is given.
+        margin: Distance to the limit, negative beyond it.
+        jump: Time [s] and sign of a jump, at which the quantity is infinite.
+    """
+    if jump is not None and np.isfinite(limit):
+        time, sign = jump
+        worst, limit, margin = WorstValue(sign * np.inf, time), sign * abs(limit), -np.inf
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     subject, label = (JOINT_LIMITS, "joint", name), f"joint {name!r}: {quantity}"
     return limit_finding(subject, quantity, label, worst, limit, margin, unit, space.shown_in)
 
 
-def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
-    """Joints with a jump of the next lower derivative: time and direction.
+def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
+    """Joints with a jump of the derivative below an order: time [s] and sign of the largest.
 
-    At a jump the quantity itself is infinite.
+    At a jump the derivative of that order itself is infinite.
     """
     if order == 0:
         return {}
@@ -228,15 +244,3 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
         k = int(excess[:, i].argmax())
         jumps[int(i)] = float(curve.x[k + 1]), float(np.copysign(1.0, signed[k, i]))
     return jumps
-
-
-def velocity_jumps(curve: PiecewisePolynomial) -> Iterator[tuple[float, FloatArray, FloatArray]]:
-    """Times at which joint velocities jump [s], with joint positions and jumps.
-
-    Accelerations and torques are infinite at these times.
-    """
-    sizes, allowed = measured_jumps(curve, 1)
-    signed = curve.jumps(1)
-    for k in np.flatnonzero((sizes > allowed).any(axis=1)):
-        time = float(curve.x[k + 1])
-        yield time, curve(time), np.where(sizes[k] > allowed[k], signed[k], 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,20 +18,14 @@ from knotwork.verification.limits import (
     WorstValue,
     add_slack,
     bounded_value,
+    jumps_below,
     keeps_limit,
     limit_finding,
     slower_remedy,
-    velocity_jumps,
 )
-
-if TYPE_CHECKING:
-    from knotwork.robot import Robot
 
 ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
-
-SMALLEST_TOOL_JUMP = 1e-9
-"""Rounding tolerance of jumps of the tool's velocity [m/s]."""
 
 
 def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -55,9 +48,9 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         most = float(add_slack(limit))
         bound = compute_bound(robot, motion.trajectory, frame=frame, limit=most)
         worst = bounded_value(bound)
-        jump = _tool_jump(motion, robot) if order == 2 else None
-        if jump is not None:
-            worst = WorstValue(np.inf, jump)
+        jumps = jumps_below(motion.curve, 2) if order == 2 else {}
+        if jumps:
+            worst = WorstValue(np.inf, min(jumps.values())[0])
         margin = limit - worst.value - (worst.excess if bound.ok else 0.0)
         remedy = ""
         if not keeps_limit(margin, limit) and np.isfinite(worst.value):
@@ -67,14 +60,6 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
             (TOOL_LIMITS, kind, frame or ""), quantity, f"{label}: {quantity.partition('_')[2]}",
             worst, limit, margin, rate_unit("m", order), scenario.units, remedy=remedy,
         )  # fmt: skip
-
-
-def _tool_jump(motion: Motion, robot: Robot) -> float | None:
-    """The first time [s] at which the tool's velocity jumps."""
-    for time, q, jump in velocity_jumps(motion.curve):
-        if np.linalg.norm(robot.jacobian(q)[:3] @ jump) > SMALLEST_TOOL_JUMP:
-            return time
-    return None
 
 
 def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint
 
 SMALLEST_TOLERANCE = np.finfo(float).tiny
+SAME_JOINTS = 1e-9
+"""Joint positions within this distance [rad or m] are equal."""
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
 MOST_TIME_SLACK = 1e-6
@@ -48,6 +50,22 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
         )
     for message in faults or [lasts]:
         yield motion_finding("time_span", message, ok=not faults)
+
+
+def approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report that a motion without a start begins at its first waypoint."""
+    if space.robot is None or scenario.task.start is not None:
+        return
+    home = space.robot.configurations.get("home")
+    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_JOINTS):
+        return
+    at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_JOINTS)
+    cause = "the motion begins at speed" if at_speed else "the file has no start"
+    name = f"the approach to {scenario.waypoints[0].name!r}"
+    yield Finding(
+        "Not planned", "motion", "", "no_start", "information",
+        f"{name} is neither planned nor checked: {cause}", brief=f"{name}: {cause}",
+    )  # fmt: skip
 
 
 def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:

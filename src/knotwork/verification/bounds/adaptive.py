@@ -88,7 +88,6 @@ def upper_bounds(
     quantity: Quantity,
     limits: FloatArray,
     precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> tuple[Bound, ...]:
     """Bound each component of a quantity over a whole motion.
 
@@ -99,16 +98,13 @@ def upper_bounds(
         precision: Function from the largest samples and the largest bounds of |g|, shape (c,) each,
             to the required tightness of the bound where no limit decides, shape (c,). By default
             the tightness is a fraction of the limit, or of the samples if they are larger.
-        budget: Maximum evaluations after the first division, spent where the bounds are worst; the
-            usual budget grows with the number of pieces.
     """
     search = _Evaluations(curve, quantity, len(limits))
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
     at_start, at_end = search.evaluate_ends(intervals)
     closed = np.full(len(limits), -np.inf)
-    if budget >= EVALUATION_BUDGET:
-        budget = max(budget, EVALUATIONS_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
-    allowance = search.count + budget
+    coefficients = curve.c.shape[0] * curve.c.shape[1]
+    allowance = search.count + max(EVALUATION_BUDGET, EVALUATIONS_PER_PIECE * coefficients)
     while True:
         excess, rounding = search.excess(intervals)
         upper = np.maximum(at_start, at_end) + (excess + rounding)

@@ -11,7 +11,7 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
+from knotwork.verification.bounds.adaptive import Quantity, upper_bounds
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
@@ -23,7 +23,6 @@ def tool_speed_bound(
     *,
     frame: str | None = None,
     limit: float | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Bound the speed of the tool centre point, or of a frame's origin, over all time [m/s].
 
@@ -35,7 +34,6 @@ def tool_speed_bound(
         trajectory: The motion of its joints.
         frame: Name of a link, for example the forearm for the elbow; by default the tool.
         limit: Upper limit [m/s]; without one the bound is tight to 0.1 %.
-        budget: Maximum number of evaluations after the first 500.
 
     Raises:
         UnknownNameError: The robot has no such frame.
@@ -47,7 +45,7 @@ def tool_speed_bound(
     >>> speed.ok, speed.proved
     (True, True)
     """
-    return _bound(robot, trajectory, frame, 1, checked_limit(limit, "tool speed"), budget)
+    return _bound(robot, trajectory, frame, 1, checked_limit(limit, "tool speed"))
 
 
 def tool_acceleration_bound(
@@ -56,7 +54,6 @@ def tool_acceleration_bound(
     *,
     frame: str | None = None,
     limit: float | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Bound the acceleration of the tool centre point, or of a frame's origin [m/s²].
 
@@ -69,7 +66,7 @@ def tool_acceleration_bound(
     >>> found.ok, found.proved, found.value < found.bound < 1.0
     (True, True, True)
     """
-    return _bound(robot, trajectory, frame, 2, checked_limit(limit, "tool acceleration"), budget)
+    return _bound(robot, trajectory, frame, 2, checked_limit(limit, "tool acceleration"))
 
 
 def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
@@ -98,8 +95,7 @@ def _bound(
     frame: str | None,
     order: int,
     limit: float,
-    budget: int,
 ) -> Bound:
     index = robot.require_tool() if frame is None else robot.frame_index(frame)
     quantity, limits = speed_quantity(robot.model, index, order), np.array([limit])
-    return upper_bounds(curve_of(robot, trajectory), quantity, limits, budget=budget)[0]
+    return upper_bounds(curve_of(robot, trajectory), quantity, limits)[0]

@@ -10,7 +10,7 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
+from knotwork.verification.bounds.adaptive import Quantity, upper_bounds
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
@@ -28,7 +28,6 @@ def singular_value_bound(
     trajectory: JointTrajectory,
     *,
     limit: float | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Lower bound of the smallest singular value σ of the tool Jacobian, over all time.
 
@@ -41,7 +40,6 @@ def singular_value_bound(
         trajectory: The motion of its joints.
         limit: Lower limit (metres and radians mixed); without one the bound is tight to 1 % or
             0.001, whichever is more.
-        budget: Maximum number of evaluations after the first 500.
 
     Raises:
         RobotError: No tool frame has been chosen.
@@ -56,7 +54,7 @@ def singular_value_bound(
     allowed = None if limit is None else checked_limit(limit, "smallest singular value")
     limits = np.array([math.inf if allowed is None else -allowed * allowed])
     curve = curve_of(robot, trajectory)
-    (worst,) = upper_bounds(curve, _quantity(robot), limits, _precision, budget)
+    (worst,) = upper_bounds(curve, _quantity(robot), limits, _precision)
     smallest = math.sqrt(max(-worst.value, 0.0)) if math.isfinite(worst.value) else -worst.value
     return worst._replace(
         value=smallest,
