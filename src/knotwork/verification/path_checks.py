@@ -32,9 +32,23 @@ POSE_TOLERANCE = 1e-9
 """Relative difference below which poses are equal."""
 
 
-def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the motion of the tool with each stretch of each path of the scenario."""
-    yield from _tool_paths(motion, scenario, space, None)
+def tool_paths(
+    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None = None
+) -> Iterator[Finding]:
+    """Compare the motion of the tool with each stretch of each path of the scenario.
+
+    Args:
+        motion: The motion.
+        scenario: The task.
+        space: The joints and their robot.
+        execution: Another clock of the motion, if any; speeds are then not compared.
+    """
+    if space.robot is None:
+        return
+    for group in join_paths(scenario):
+        paths = [path for path in group if execution is None or path.motion.carrier is None]
+        for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
+            yield from _stretch_findings(scenario, followed)
 
 
 def path_geometry(
@@ -59,18 +73,7 @@ def path_geometry(
         kind = "woven" if path.motion.seam_carrier is None else "in a moving frame"
         fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
         yield Finding("Warnings", "motion", "", "path", "warning", fact)
-    yield from _tool_paths(motion, scenario, space, execution)
-
-
-def _tool_paths(
-    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None
-) -> Iterator[Finding]:
-    if space.robot is None:
-        return
-    for group in join_paths(scenario):
-        paths = [path for path in group if execution is None or path.motion.carrier is None]
-        for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
-            yield from _stretch_findings(scenario, followed)
+    yield from tool_paths(motion, scenario, space, execution)
 
 
 def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
@@ -133,45 +136,16 @@ def _follow_paths(
     If several whole turns are possible at the beginning, one is taken that keeps the turn within
     its range.
     """
-    followed = _follow_from(motion, scenario, robot, paths, execution, 0.0)
-    freedom = paths[0].freedom if followed else None
-    if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
-        return followed
-    start, allowed = followed[0].result.turned[0], scenario.si.tolerances.path_orientation
-    low, high = ((bound - start) / (2.0 * math.pi) for bound in freedom.turn)
-    slack = allowed / (2.0 * math.pi)
-    for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
-        turn = start + 2.0 * math.pi * turns
-        attempt = followed
-        if turns:
-            attempt = _follow_from(motion, scenario, robot, paths, execution, turn)
-        if all(stretch.keeps_turn for stretch in attempt):
-            return attempt
-    return followed
-
-
-def _follow_from(
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    paths: Sequence[ScenarioPath],
-    execution: Execution | None,
-    turn: float,
-) -> list[_FollowedStretch]:
-    """Bounds on each stretch, the first of which begins at about a turn [rad]."""
     from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed, followed = scenario.si.tolerances, []
+    allowed = scenario.si.tolerances
     clock = None if execution is None else execution.clock
-    for path in paths:
-        for k, stretch in enumerate(path.stretches, path.first):
-            ends = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
-            if execution is not None:
-                ends, stretch = execution.stretch(stretch, k, ends)
-            start, end = max(stretch.start, motion.start_time), min(stretch.end, motion.end_time)
-            if end - start <= 0.0:
-                continue
+
+    def follow(turn: float) -> list[_FollowedStretch]:
+        """Bounds on each stretch, the first of which begins at about a turn [rad]."""
+        followed = []
+        for path, ends, stretch in _executed_stretches(motion, scenario, paths, execution):
             limits = PathLimits(
                 position=allowed.path,
                 orientation=allowed.path_orientation,
@@ -185,7 +159,36 @@ def _follow_from(
             )
             turn = result.turned[1]
             followed.append(_FollowedStretch(path, ends, stretch, result))
-    return followed
+        return followed
+
+    first = follow(0.0)
+    freedom = paths[0].freedom if first else None
+    if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
+        return first
+    start, slack = first[0].result.turned[0], allowed.path_orientation
+    low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
+    whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
+    for count in (0, *whole_turns):
+        attempt = follow(start + math.tau * count) if count else first
+        if all(stretch.keeps_turn for stretch in attempt):
+            return attempt
+    return first
+
+
+def _executed_stretches(
+    motion: Motion,
+    scenario: Scenario,
+    paths: Sequence[ScenarioPath],
+    execution: Execution | None,
+) -> Iterator[tuple[ScenarioPath, tuple[str, str], Stretch]]:
+    """Stretches within the time of a motion, with their paths and the names of their ends."""
+    for path in paths:
+        for k, stretch in enumerate(path.stretches, path.first):
+            ends = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
+            if execution is not None:
+                ends, stretch = execution.stretch(stretch, k, ends)
+            if max(stretch.start, motion.start_time) < min(stretch.end, motion.end_time):
+                yield path, ends, stretch
 
 
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:

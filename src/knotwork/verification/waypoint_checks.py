@@ -20,7 +20,6 @@ from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.robot import Robot
     from knotwork.task.scenario import ScenarioWaypoint
 
 SMALLEST_TOLERANCE = np.finfo(float).tiny
@@ -75,13 +74,8 @@ def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
 
 def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
-    if space.robot is None:
-        return
-    freedoms = _path_freedoms(scenario)
     for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
-        if isinstance(waypoint, CartesianWaypoint):
-            freedom = freedoms.get(waypoint.name)
-            yield from _tool_at(waypoint, time, motion, scenario, space.robot, freedom)
+        yield from _tool_findings(waypoint, time, motion, scenario, space)
 
 
 def tool_at_arrivals(
@@ -95,34 +89,11 @@ def tool_at_arrivals(
         space: The joints and their robot.
         execution: The clock of the motion.
     """
-    freedoms = _path_freedoms(scenario)
     for i, time in execution.arrivals.items():
         waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
-        if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
-            continue
-        passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
-        freedom = freedoms.get(waypoint.name)
-        yield from _tool_at(passed, time, motion, scenario, space.robot, freedom)
-
-
-def _path_freedoms(scenario: Scenario) -> dict[str, PoseFreedom | None]:
-    """Freedom of the path that starts at a waypoint, by its name; the velocity there has it."""
-    return {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
-
-
-def _tool_at(
-    waypoint: CartesianWaypoint,
-    time: float,
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    path_freedom: PoseFreedom | None,
-) -> Iterator[Finding]:
-    """Compare the tool at a time [s] with a waypoint."""
-    freedom = path_freedom or waypoint.freedom
-    q, v = motion.curve(time), motion.curve(time, 1)
-    robot, joints = robot.in_frame(standing=waypoint.standing)
-    yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
+        if isinstance(waypoint, CartesianWaypoint):
+            passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
+            yield from _tool_findings(passed, time, motion, scenario, space)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -171,16 +142,16 @@ def _timed_waypoints(
 
 
 def _tool_findings(
-    waypoint: CartesianWaypoint,
-    robot: Robot,
-    q: FloatArray,
-    v: FloatArray,
-    scenario: Scenario,
-    velocity_freedom: PoseFreedom | None,
+    waypoint: ScenarioWaypoint, time: float, motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[Finding]:
-    """Compare the tool with a waypoint; `velocity_freedom` is that of its twist."""
+    """Compare the tool at a time [s] with a waypoint given by a pose."""
+    if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
+        return
     import pinocchio as pin
 
+    velocity_freedom = _velocity_freedom(waypoint, scenario)
+    robot, joints = space.robot.in_frame(standing=waypoint.standing)
+    q, v = motion.curve(time)[joints], motion.curve(time, 1)[joints]
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation, spin = waypoint.rotation, twist.angular
     offset = float(np.linalg.norm(pose.translation - waypoint.position))
@@ -212,6 +183,14 @@ def _tool_findings(
             requested, achieved, error, getattr(scenario.si.tolerances, quantity), unit,
             scenario.units,
         )  # fmt: skip
+
+
+def _velocity_freedom(waypoint: CartesianWaypoint, scenario: Scenario) -> PoseFreedom | None:
+    """Freedom of the velocity at a waypoint: that of the path that starts there, or its own."""
+    for path in scenario.paths:
+        if scenario.waypoints[path.first].name == waypoint.name and path.freedom is not None:
+            return path.freedom
+    return waypoint.freedom
 
 
 def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> float:
