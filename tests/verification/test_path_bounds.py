@@ -186,7 +186,7 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
 )
 @examples()
 def test_divides_tiny_intervals(parts: list[int], ulps: int, scale: float) -> None:
-    """Each time that was given is found once among those that divide, however equal these are."""
+    """Each time that was given is among those that divide, however equal these are."""
     t = [scale]
     for i in range(len(parts)):
         after = t[-1]
@@ -194,7 +194,7 @@ def test_divides_tiny_intervals(parts: list[int], ulps: int, scale: float) -> No
             after = float(np.nextafter(after, np.inf))
         t.append(after if i % 2 else 1.5 * t[-1])
     times = np.array(t)
-    finer, old = _divide(times, np.array(parts, float), np.ones(len(parts)), 1000)
+    finer = _divide(times, np.array(parts, float), np.ones(len(parts)), 1000)
     assert (np.diff(finer) >= 0.0).all()
-    np.testing.assert_array_equal(finer[old], times)
+    assert np.isin(times, finer).all()
     assert len(finer) == 1 + sum(parts)

@@ -116,13 +116,13 @@ def upper_bounds(
         target = np.where(search.value <= limits, np.minimum(near, limits), near)
         target[search.value > limits + ABSURD_EXCESS * np.abs(limits)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
-        count = max(allowance - search.count, 0) // (DIVISION - 1)
+        count = max(allowance - search.count, 0) // DIVISION
         divided = _worst_intervals(upper - target, is_open, count)
         if not divided.any():
             break
         closed = np.maximum(closed, upper[~divided].max(axis=0, initial=-np.inf))
         intervals = intervals[divided].split(DIVISION)
-        at_start, at_end = search.evaluate_inner(intervals, at_start[divided], at_end[divided])
+        at_start, at_end = search.evaluate_parts(intervals, at_end[divided])
     bound = np.maximum(closed, upper.max(axis=0))
     decided = np.where(
         np.isfinite(limits), (bound <= limits) | (search.value > limits), bound <= near
@@ -166,17 +166,14 @@ class _Evaluations:
         at_end[last] = self._evaluate(ends.piece, ends.start + ends.length)
         return at_start, at_end
 
-    def evaluate_inner(
-        self, intervals: Intervals, at_start: FloatArray, at_end: FloatArray
+    def evaluate_parts(
+        self, intervals: Intervals, at_end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Evaluate between the parts of divided intervals, with values known at their ends."""
-        first = np.arange(len(intervals.piece)) % DIVISION == 0
-        inner = intervals[~first]
-        values = np.empty((len(at_start), DIVISION + 1, at_start.shape[1]))
-        values[:, 0], values[:, -1] = at_start, at_end
-        values[:, 1:-1] = self._evaluate(inner.piece, inner.start).reshape(values[:, 1:-1].shape)
-        shape = (-1, at_start.shape[1])
-        return values[:, :-1].reshape(shape), values[:, 1:].reshape(shape)
+        """Evaluate at start and end of the parts of intervals, with values known at their ends."""
+        at_start = self._evaluate(intervals.piece, intervals.start)
+        inner = at_start.reshape(-1, DIVISION, at_start.shape[1])[:, 1:]
+        ends = np.append(inner, at_end[:, None], axis=1)
+        return at_start, ends.reshape(at_start.shape)
 
     def _evaluate(self, piece: NDArray[np.intp], local: FloatArray) -> FloatArray:
         """Values at times since the start of pieces [s], shape (k, c)."""

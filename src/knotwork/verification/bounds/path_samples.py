@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.endless import stack_curves
@@ -121,35 +120,14 @@ class PathStretch:
 
     def sample(self, t: FloatArray) -> PathSamples:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""
-        position, rotation, velocity = self._tool(t)
-        s = progress(self.motion.path, position, self.asked_at(t), (self.low, self.high))
-        return self._compare(s, position, rotation, velocity)
-
-    def sample_more(
-        self, t: FloatArray, known: NDArray[np.bool_], samples: PathSamples
-    ) -> PathSamples:
-        """Samples at times. Some are known; the others are searched for between them."""
-        position, rotation, velocity = self._tool(t[~known])
-        place = np.arange(len(t))
-        guess = np.interp(place[~known], place[known], samples.s)
-        s = np.clip(self.motion.path.nearest(position, guess), self.low, self.high)
-        columns = []
-        for old, new in zip(samples, self._compare(s, position, rotation, velocity), strict=True):
-            merged = np.empty((len(t), *old.shape[1:]))
-            merged[known], merged[~known] = old, new
-            columns.append(merged)
-        return PathSamples(*columns)
-
-    def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Position [m], rotation and velocity [m/s] of the tool relative to the path's carrier."""
+        path = self.motion.path
         tip, columns, J = joint_axes(self.robot).place(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        return self.motion.relative_motion(t, tip.T, columns.transpose(2, 1, 0), velocity)
-
-    def _compare(
-        self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
-    ) -> PathSamples:
-        path = self.motion.path
+        # relative to the path's carrier
+        position, rotation, velocity = self.motion.relative_motion(
+            t, tip.T, columns.transpose(2, 1, 0), velocity
+        )
+        s = progress(path, position, self.asked_at(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)

@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import distinct
@@ -118,8 +117,8 @@ def path_bounds(
         shares = np.maximum(sizes.acceleration / limits.position, sizes.turn / angle)
         shares = np.maximum(shares, sizes.jerk / limits.speed)
         needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
-        finer, old = _divide(t, np.clip(np.ceil(needed), 1, MOST_DIVISION), needed, budget // 4)
-        if old.all():
+        finer = _divide(t, np.clip(np.ceil(needed), 1, MOST_DIVISION), needed, budget // 4)
+        if len(finer) == len(t):
             break
         t, sizes = finer, stretch.sizes(finer)
     samples = stretch.sample(t)
@@ -129,11 +128,10 @@ def path_bounds(
         if not remaining or not needed.any():
             break
         parts = np.where(needed > 0.0, np.clip(np.ceil(needed), 2, MOST_DIVISION), 1)
-        finer, old = _divide(t, parts, needed, budget)
-        if old.all():
+        finer = _divide(t, parts, needed, budget)
+        if len(finer) == len(t):
             break
-        t, samples = finer, stretch.sample_more(finer, old, samples)
-        sizes = stretch.sizes(t)
+        t, samples, sizes = finer, stretch.sample(finer), stretch.sizes(finer)
     return StretchBounds(
         bounds={quantity: error.worst(t) for quantity, error in errors.criteria.items()},
         progress=_path_progress(stretch, t, samples.s),
@@ -159,14 +157,8 @@ def _first_times(
     return distinct(grid, inner, before, middle, known)
 
 
-def _divide(
-    t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Divide intervals into parts, those with the largest need first if the budget is limited.
-
-    Returns:
-        Times, and whether each one is given. Of two equal times only one may be given.
-    """
+def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
+    """Divide intervals into parts, those with the largest need first if the budget is limited."""
     count = parts.astype(np.intp)
     if count.sum() > budget:
         order = np.argsort(-needed, kind="stable")
@@ -175,7 +167,7 @@ def _divide(
     index = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
     inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
-    return np.append(inner, t[-1]), np.append(step == 0, True)
+    return np.append(inner, t[-1])
 
 
 def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathProgress:
