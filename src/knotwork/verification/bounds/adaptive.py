@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
-from knotwork.verification.bounds.division import first_intervals
-from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
+from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals, joint_rates
 from knotwork.verification.bounds.result import Bound
 from knotwork.waypoints import FloatArray
 

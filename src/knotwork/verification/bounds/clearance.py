@@ -32,10 +32,9 @@ from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import contact_intervals
-from knotwork.verification.bounds.division import PairTests, divide_in_three, first_intervals
-from knotwork.verification.bounds.rate_bounds import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, IndexArray
 
 CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
@@ -137,6 +136,34 @@ def least_clearance(
     return min(exact or rough, key=lambda pair: pair.distance - pair.margin)
 
 
+class _PairTests(NamedTuple):
+    """m pairs of solids to test, each over an interval.
+
+    Attributes:
+        interval: Indices of the intervals, shape (m,).
+        combo: Indices of the pairs of solids, shape (m,).
+        distance: Distances of the solids at the middle [m], `nan` if not measured.
+        normal: Unit vectors from the second to the first solid at the middle, shape (m, 3).
+    """
+
+    interval: IndexArray
+    combo: IndexArray
+    distance: FloatArray
+    normal: FloatArray
+
+
+def _divide_in_three(intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
+    """Divide open intervals into three parts. The middle parts keep their distances."""
+    indices, place = np.unique(tests.interval, return_inverse=True)
+    interval = (3 * place[:, None] + np.arange(3)).ravel()
+    distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
+    distance[:, 1], normal[:, 1] = tests.distance, tests.normal
+    combo = np.repeat(tests.combo, 3)
+    return intervals[indices].split(3), _PairTests(
+        interval, combo, distance.ravel(), normal.reshape(-1, 3)
+    )
+
+
 class _ClearanceSearch:
     """Adaptive division of a motion's time, for all pairs of solids together."""
 
@@ -179,15 +206,15 @@ class _ClearanceSearch:
         self._find_enclosed()
         return tuple(self._clearances())
 
-    def _first_tests(self, intervals: Intervals) -> PairTests:
+    def _first_tests(self, intervals: Intervals) -> _PairTests:
         """The pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
         windows = self.windows[self.pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, combo = np.nonzero(exist)
-        return PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
+        return _PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
 
-    def _level(self, intervals: Intervals, tests: PairTests) -> tuple[Intervals, PairTests]:
+    def _level(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
         """Measure where needed, close decided intervals, and divide the others into three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
@@ -216,7 +243,7 @@ class _ClearanceSearch:
         half, at = intervals.length[interval[undecided]] / 2, time[interval[undecided]]
         np.minimum.at(self.undecided_from, combo[undecided], at - half)
         np.maximum.at(self.undecided_until, combo[undecided], at + half)
-        return divide_in_three(intervals, tests.where(~closed))
+        return _divide_in_three(intervals, _PairTests(*(column[~closed] for column in tests)))
 
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
@@ -227,7 +254,7 @@ class _ClearanceSearch:
 
     def _measure(
         self,
-        tests: PairTests,
+        tests: _PairTests,
         time: FloatArray,
         placed: tuple[FloatArray, FloatArray],
         lower: FloatArray,

@@ -1,8 +1,9 @@
-"""Limits on the motion of tool and links, and distance to singularities, bounded over all time."""
+"""Efforts, motion of tool and links, distance to singularities: bounded over all time."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +19,15 @@ from knotwork.verification.limits import (
     WorstValue,
     add_slack,
     bounded_value,
+    joint_finding,
     jumps_below,
     keeps_limit,
     limit_finding,
     slower_remedy,
 )
+
+if TYPE_CHECKING:
+    from knotwork.verification.bounds import Bound
 
 ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
@@ -85,3 +90,37 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         *subject, quantity, "information", f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
         **worst._asdict(), brief=brief if bound.value < ALMOST_SINGULAR else "",
     )  # fmt: skip
+
+
+def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare joint torques and forces, by inverse dynamics, with their limits."""
+    if space.carrying is None:
+        if space.robot is not None and space.robot.base_moves:
+            name = space.robot.base_frame
+            message = f"efforts are not judged, as {name}, which carries the poses, moves"
+            yield Finding("Motion", "motion", "", "efforts", "warning", message)
+        return
+    from knotwork.verification.bounds import torque_bound
+
+    limits = space.limits["effort"]
+    jumps = jumps_below(motion.curve, 2)  # a jump of one joint is an impulse on all
+    parts = [
+        torque_bound(robot, part, limit=add_slack(limits))
+        for robot, part in space.carrying.parts(motion.trajectory)
+    ]
+    for i, bounds in enumerate(zip(*parts, strict=True)):
+        bound = _worst_bound(bounds)
+        worst, limit = bounded_value(bound), float(np.copysign(limits[i], bound.value))
+        margin = abs(limit) - abs(worst.value) - (worst.excess if bound.ok else 0.0)
+        jump = jumps.get(i, next(iter(jumps.values()), None))
+        yield joint_finding(space, i, "effort", worst, limit, margin, jump)
+
+
+def _worst_bound(bounds: Sequence[Bound]) -> Bound:
+    """The worst bound over all parts of a motion. Parts that violate the limit have priority."""
+    decisive = [bound for bound in bounds if not bound.ok] or bounds
+    return max(decisive, key=lambda bound: abs(bound.value))._replace(
+        bound=max(abs(bound.bound) for bound in bounds),
+        proved=all(bound.proved for bound in decisive),
+        evaluations=sum(bound.evaluations for bound in bounds),
+    )
