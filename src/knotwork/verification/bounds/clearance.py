@@ -22,6 +22,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import horner
@@ -152,13 +153,15 @@ class _PairTests(NamedTuple):
     normal: FloatArray
 
 
-def _divide_in_three(intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
+def _divide_in_three(
+    intervals: Intervals, tests: _PairTests, is_open: NDArray[np.bool_]
+) -> tuple[Intervals, _PairTests]:
     """Divide open intervals into three parts. The middle parts keep their distances."""
-    indices, place = np.unique(tests.interval, return_inverse=True)
+    indices, place = np.unique(tests.interval[is_open], return_inverse=True)
     interval = (3 * place[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
-    distance[:, 1], normal[:, 1] = tests.distance, tests.normal
-    combo = np.repeat(tests.combo, 3)
+    distance[:, 1], normal[:, 1] = tests.distance[is_open], tests.normal[is_open]
+    combo = np.repeat(tests.combo[is_open], 3)
     return intervals[indices].split(3), _PairTests(
         interval, combo, distance.ravel(), normal.reshape(-1, 3)
     )
@@ -243,7 +246,7 @@ class _ClearanceSearch:
         half, at = intervals.length[interval[undecided]] / 2, time[interval[undecided]]
         np.minimum.at(self.undecided_from, combo[undecided], at - half)
         np.maximum.at(self.undecided_until, combo[undecided], at + half)
-        return _divide_in_three(intervals, _PairTests(*(column[~closed] for column in tests)))
+        return _divide_in_three(intervals, tests, ~closed)
 
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
