@@ -77,7 +77,7 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
     spans = _constant_spans(shift + steps * step, np.append(time, plan.end_time), step)
     if len(spans) < 2:
         return (constant,)
-    spans = [span._replace(late=fit_delay(curve, plan, span)[0]) for span in spans]
+    spans = [span._replace(late=fit_delay(curve, plan, span, 1)[0]) for span in spans]
     squares, several = (
         sum(float((_residuals(curve, plan, span) ** 2).sum()) for span in considered)
         for considered in ([constant], spans)
@@ -85,14 +85,17 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
     return tuple(spans) if several < EVIDENCE * squares else (constant,)
 
 
-def fit_delay(curve: Smoothed, plan: JointTrajectory, span: Delay) -> tuple[float, float]:
+def fit_delay(
+    curve: Smoothed, plan: JointTrajectory, span: Delay, max_steps: int = MAX_STEPS
+) -> tuple[float, float]:
     """Delay of a span since the log's first sample, and its standard error [s].
 
-    Least squares of the span's samples, by Gauss-Newton steps.
+    Least squares of the span's samples, by Gauss-Newton steps. One step is sufficient for a delay
+    that is known to the sample period.
     """
     late, samples = span.late, _samples_in(curve, span)
     time, q = curve.log.time[samples], curve.log.position[samples]
-    for _ in range(MAX_STEPS):
+    for _ in range(max_steps):
         slopes = plan_at(plan, time - late, 1)
         residuals = q - plan_at(plan, time - late)
         weight = float((slopes**2).sum())
