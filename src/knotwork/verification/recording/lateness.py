@@ -74,9 +74,10 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
     moves = float((plan.velocity(time) ** 2).sum(axis=1).mean()) * step**2
     cost = CHANGE_COST * (moves + float((curve.noise.position**2).sum()))
     steps = _cheapest_delays(plan.position(time), log, reach, cost)
-    spans = _constant_spans(shift + steps * step, np.append(time, plan.end_time), step)
+    spans = _constant_spans(steps * step, np.append(time, plan.end_time), step)
     if len(spans) < 2:
         return (constant,)
+    spans = [span._replace(late=shift + span.late) for span in spans]
     spans = [span._replace(late=fit_delay(curve, plan, span, 1)[0]) for span in spans]
     squares, several = (
         sum(float((_residuals(curve, plan, span) ** 2).sum()) for span in considered)
