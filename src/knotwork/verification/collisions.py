@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 COLLISIONS = "Collisions"
 CLEARANCE = "clearance"
 
-MOST_LISTED_CONTACTS = 5
-"""Maximum number of contacts of a pair that are reported with their times."""
-
 MINIMUM_PRECISION = 2e-4
 """Precision of the minimum clearance of a motion, for the ranking of motions [m]."""
 
@@ -196,12 +193,11 @@ def _pair_text(pair: Clearance, scenario: Scenario) -> str:
 
 
 def _contact_times(pair: Clearance) -> str:
-    """Text of the contact intervals."""
-    times = [f"from {start:.3f} s to {end:.3f} s" for start, end in pair.contacts]
-    if len(times) > MOST_LISTED_CONTACTS:
-        more = len(times) - MOST_LISTED_CONTACTS
-        times = [*times[:MOST_LISTED_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
-    return " and ".join([", ".join(times[:-1]), times[-1]] if len(times) > 1 else times)
+    """Text of the worst contact interval, and of the number of others."""
+    start, end = pair.interval or (pair.time, pair.time)
+    others = len(pair.contacts) - 1
+    more = f" and {others} more {'times' if others > 1 else 'time'}" if others > 0 else ""
+    return f"from {start:.3f} s to {end:.3f} s{more}"
 
 
 def _vector_text(vector: FloatArray) -> str:

@@ -255,28 +255,25 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
     """Report missing limits of a robot, with the peaks of the motion."""
     if space.robot is None:
         return
-    parts, short = [], []
+    parts = []
     for quantity in MAGNITUDES:
         missing = np.flatnonzero(np.isinf(space.limits[quantity]))
         if not missing.size or (quantity == "effort" and space.robot.base_moves):
             continue
-        order, subject, peak, place = JOINT_QUANTITIES[quantity].order, quantity, "", ""
+        order, part = JOINT_QUANTITIES[quantity].order, quantity
         if missing.size < len(space.joint_names):
-            subject += " of " + ", ".join(space.joint_names[i] for i in missing)
+            part += " of " + ", ".join(space.joint_names[i] for i in missing)
         if order is not None:
             extrema = motion.curve.extrema(order)
             i = int(missing[extrema.peak[missing].argmax()])
             unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
-            peak = f" (peak {scenario.units.text(float(extrema.peak[i]), unit, '.4g')}"
-            place = f", {space.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
-        parts.append(f"{subject}{peak}{place}")
-        short.append(f"{quantity}{peak})" if peak else quantity)
+            peak = scenario.units.text(float(extrema.peak[i]), unit, ".4g")
+            part += f" (peak {peak}, {space.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
+        parts.append(part)
     if parts:
-        yield Finding(
-            NO_LIMIT, "motion", "", "missing_limits", "information",
-            f"no limit is known for {space.robot.name} of {', '.join(parts)}",
-            brief=", ".join(short),
-        )  # fmt: skip
+        brief = ", ".join(parts)
+        fact = f"no limit is known for {space.robot.name} of {brief}"
+        yield Finding(NO_LIMIT, "motion", "", "missing_limits", "information", fact, brief=brief)
 
 
 def unreachable_accelerations(

@@ -222,12 +222,9 @@ def _worst_intervals(
         is_open: Whether this leaves a verdict undecided, shape (n, c).
         count: Maximum number of intervals to divide.
     """
-    waiting = np.asarray(is_open.any(axis=1))
-    if waiting.sum() <= count:
-        return waiting
     most = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
         share = np.where(is_open, beyond / np.maximum(most, SMALLEST_EXCESS), -np.inf).max(axis=1)
-    divided = np.zeros(len(waiting), dtype=bool)
+    divided = np.zeros(len(share), dtype=bool)
     divided[np.argsort(-share, kind="stable")[:count]] = True
-    return divided & waiting
+    return divided & is_open.any(axis=1)

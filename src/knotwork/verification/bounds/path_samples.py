@@ -25,7 +25,6 @@ from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath
-    from knotwork.task.scenario import ScenarioPath, Stretch
 
 
 class PathSamples(NamedTuple):
@@ -148,26 +147,6 @@ class PathStretch:
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
         return PathSizes(point[2], point[3], spin, turn, rounding)
-
-
-def follow_stretch(
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    path: ScenarioPath,
-    stretch: Stretch,
-    times: FloatArray,
-) -> PathSamples:
-    """Samples of the tool, and the nearest points of a stretch of a path.
-
-    Args:
-        robot: The arm.
-        curve: Joint positions, trailing shape (d,).
-        path: The path.
-        stretch: The stretch of the path.
-        times: Increasing times in the stretch [s], shape (k,).
-    """
-    ends = stretch.start, stretch.end
-    return PathStretch(robot, curve, path.motion, *ends, path.freedom).sample(times)
 
 
 def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
