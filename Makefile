@@ -36,7 +36,7 @@ suite: $(VENV)/dev
 exhaustive: $(VENV)/dev
 	$(BIN)/pytest --numprocesses $(JOBS) --dist worksteal -m "exhaustive or hypothesis" --hypothesis-profile exhaustive
 
-# The tests build the documentation too; this puts it where it can be read: build/docs/index.html.
+# The exhaustive tests build the documentation too; this puts it where it can be read: build/docs/index.html.
 docs: $(VENV)/dev
 	@$(BIN)/python -c 'import sphinx' || { echo "the documentation needs Python 3.11 or newer" >&2; exit 2; }
 	$(BIN)/python -m sphinx --fail-on-warning --nitpicky --keep-going --fresh-env --quiet -D live_pages=1 docs build/docs

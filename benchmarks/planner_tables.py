@@ -8,7 +8,7 @@ from results import Table
 
 KINDS = ("smooth", "near", "arbitrary")
 RATIOS = (1, 10, 100)
-# The figures with a table on the page, and its title; the CSV has all figures.
+# The figures with a table on the page, and its title; the saved results have all figures.
 SHOWN = {
     "peak velocity / cubic": "Peak velocity, relative to the cubic",
     "peak accel. / cubic": "Peak acceleration, relative to the cubic",
@@ -60,17 +60,6 @@ def tables(data: Data) -> list[Table]:
 
 def _cell(figure: list[float] | None) -> str:
     return "unbounded" if figure is None else " / ".join(map(short, figure))
-
-
-def csv_text(data: Data) -> str:
-    """All results: a row for each planner, case and figure."""
-    lines = ["planner,kind,ratio,done,figure,median,worst"]
-    for row in data["rows"]:
-        head = f'"{row["planner"]}",{row["kind"]},{row["ratio"]},{row["done"]}'
-        for figure, values in row["figures"].items():
-            median, worst = ("", "") if values is None else values
-            lines.append(f"{head},{figure},{median},{worst}")
-    return "\n".join(lines) + "\n"
 
 
 def named(planner: str, data: Data) -> str:

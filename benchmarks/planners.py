@@ -33,8 +33,8 @@ from knotwork.errors import InputError
 from knotwork.planning.choosing.segments import MAX_JERK
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
 from knotwork.verification import metrics
-from knotwork.waypoints import ChosenRun, JointWaypoints
-from planner_tables import KINDS, RATIOS, csv_text, rounded, tables
+from knotwork.waypoints import ChosenSection, JointWaypoints
+from planner_tables import KINDS, RATIOS, rounded, tables
 
 OPTIMAL = "modified-hermite, optimal"
 CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
@@ -130,7 +130,7 @@ def optimal(waypoints: JointWaypoints, options: PlannerOptions) -> JointTrajecto
     )
     found = solve(problem).trajectory
     times = found.breaks + waypoints.time[0]
-    run = ChosenRun(times, found.acceleration(found.breaks))
+    run = ChosenSection(times, found.acceleration(found.breaks))
     return get_planner("modified-hermite")(waypoints, PlannerOptions(chosen=(run,)))
 
 
@@ -212,7 +212,6 @@ def main(tasks: int, seed: int, only: str | None, save: Path | None) -> None:
         table.show(Console(width=230))
     if save is not None:
         print(results.save(save, "planners", data))
-        (save / "planners.csv").write_text(csv_text(data), encoding="utf-8")
 
 
 if __name__ == "__main__":

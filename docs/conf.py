@@ -96,7 +96,7 @@ nitpick_ignore_regex = [
     (
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Places|Description|VirtualJoint|Drawable|PlanLike|"
-        r"MovingFrame|ToolMotion|EndlessCurve|TorchRanges|PathStart|PlainTask|Carrying|"
+        r"MovingFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|PlainTask|Carrying|"
         r"EndAcceleration|Status|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
     ),
     # Arrays of NumPy under shorter names.

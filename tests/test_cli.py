@@ -22,7 +22,6 @@ from plans import planned
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
-COMMANDS = ["plan", "check", "robots", "scenarios", "schema"]
 ROOT = Path(__file__).parents[1]
 BROKEN = ROOT / "tests" / "failing" / "jerk_limit_broken.yaml"
 WRONG = ROOT / "tests" / "failing" / "unknown_key.yaml"
@@ -88,15 +87,6 @@ def test_what_can_be_done_next_shows_the_motion_that_was_judged(
     )
 
 
-@pytest.mark.parametrize("command", ["view", "plot", "report"])
-def test_commands_that_show_a_motion_take_all_that_decides_it(
-    command: str, knotwork: Command
-) -> None:
-    words = set(re.findall(r"--[\w-]+", knotwork(command, "--help").out))
-    assert {"--planner", "--budget", "--package-path"} <= words  # of plan
-    assert {"--scenario", "--log", "--against", "--noise", "--log-unit", "--topic"} <= words
-
-
 @pytest.mark.parametrize("quantity", ["velocity", "acceleration", "jerk"])
 def test_the_same_motion_in_so_much_more_time_keeps_the_limit(quantity: str) -> None:
     def task(factor: float, limit: float = 1e6) -> dict[str, Any]:
@@ -131,13 +121,6 @@ def test_values_are_told_in_the_units_of_the_scenario() -> None:
     assert "reaches 34.3775 deg/s at 1.25 s, limit 28.6479 deg/s (120 %)" in told
 
 
-def test_plans_and_reports_are_printed_in_short() -> None:
-    plan = planned("paper_case")
-    assert str(plan) == str(plan.report) == repr(plan)
-    assert str(plan).startswith("PASSED paper_case: 12 of 12 requirements met; 25 s")
-    assert plan._repr_html_() == f"<pre>{plan}</pre>"
-
-
 def test_plan_prints_all_as_tables_and_a_verdict(knotwork: Command) -> None:
     ran = knotwork("plan", "ur5_deburring", "--full")
     assert ran.code == 0
@@ -162,14 +145,6 @@ def test_plan_writes_three_files_and_says_where(knotwork: Command, tmp_path: Pat
     for name in names:
         assert f"wrote {out / name}" in ran.out
     assert len((out / "samples.csv").read_text().splitlines()) == 1 + 25 * 50 + 1
-
-
-def test_plan_of_several_says_what_became_of_each(knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "planar2_closed_form", BROKEN)
-    assert ran.code == 1
-    summary = ran.out[ran.out.rindex("Scenarios") :]
-    assert summary.count("passed") == 2
-    assert summary.count("FAILED") == 1
 
 
 def test_json_is_alone_on_standard_output(knotwork: Command, tmp_path: Path) -> None:
@@ -294,18 +269,6 @@ def test_version(knotwork: Command) -> None:
         assert (ran.code, ran.out.strip()) == (0, f"knotwork {kw.__version__}")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("option", ["-h", "--help"])
-def test_each_command_explains_itself(command: str, option: str, knotwork: Command) -> None:
-    ran = knotwork(command, option)
-    assert ran.code == 0
-    assert ran.out.startswith("Usage:")
-    assert len(ran.out.splitlines()) > 5
-    assert command in ran.out
-    if command in ("plan", "check"):
-        assert "Exit codes: 0" in ran.out
-
-
 # In processes of their own
 
 
@@ -331,17 +294,3 @@ def test_a_reader_that_stops_reading_is_no_error(tmp_path: Path) -> None:
     )
     assert ran.stdout.startswith("PASSED ur5_deburring")
     assert not without_progress(ran.stderr)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [("planners",), ("robots",), *(("robots", one) for one in ("bravo7", "kinova", "panda"))],
-)
-def test_lists_fit_80_columns_and_cut_no_name(
-    arguments: tuple[str, ...], knotwork: Command
-) -> None:
-    ran = knotwork(*arguments)
-    lines = ran.out.splitlines()
-    assert max(map(len, lines)) <= 80
-    assert not [line for line in lines if line.strip() in ("options", "rules")]
-    assert all("…" not in line for line in lines if not line.startswith("model …/"))

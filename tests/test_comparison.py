@@ -7,7 +7,6 @@ import functools
 import io
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.curves.interpolation import PLANNER_SPECS, PLANNERS
 from knotwork.errors import InputError
-from knotwork.planning.comparison import Comparison, Refusal, Score, best, compare
+from knotwork.planning.comparison import Comparison, Refusal, best, compare
 from seams import ON, task
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
@@ -33,22 +32,6 @@ def compared(name: str) -> Comparison:
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
     return compare("paper_case")
-
-
-@pytest.fixture
-def printed(knotwork: Command, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
-    """What the command prints of a comparison that was made before."""
-
-    def shown(comparison: Comparison, *options: str) -> str:
-        monkeypatch.setattr("knotwork.cli.compare.compare_planners", lambda *_, **__: comparison)
-        return knotwork("compare", comparison.scenario, *options).out
-
-    return shown
-
-
-def score(comparison: Comparison, planner: str) -> Score:
-    (row,) = (row for row in comparison.scores if row.planner == planner)
-    return row
 
 
 @pytest.mark.parametrize(
@@ -81,14 +64,6 @@ def test_rows_show_guarantees_of_planners(
         )
 
 
-def test_jumping_acceleration_has_no_peak_jerk(paper: Comparison) -> None:
-    for row in paper.scores:
-        unbounded = PLANNER_SPECS[row.planner.split(":")[0]].continuity < 2
-        assert (row.peak_jerk is None) == unbounded
-        assert (row.squared_jerk is None) == unbounded
-    assert score(paper, "cubic").planner not in best(paper.scores)["peak_jerk"]
-
-
 def test_best_is_least_with_ties_by_rounding(paper: Comparison) -> None:
     winners = best(paper.scores)
     passing = [row for row in paper.scores if row.passed]
@@ -114,11 +89,6 @@ def test_refusing_planner_keeps_row_with_reason() -> None:
     assert "three" in refused.reason or "3" in refused.reason
     assert "3-5-3" not in comparison.trajectories
     json.dumps(comparison.to_dict(), allow_nan=False)
-
-
-def test_compares_requested_planners_in_order() -> None:
-    rows = compare("paper_case", ["quintic", "cubic", "quintic"]).rows
-    assert [row.planner for row in rows] == ["quintic", "cubic"]
 
 
 def test_rule_after_colon_has_own_row() -> None:
@@ -173,19 +143,12 @@ def test_uses_joint_waypoints_of_collision_free_plan() -> None:
     np.testing.assert_array_equal(made.c, plan.trajectory.polynomial.c)
 
 
-def test_exit_code_tells_whether_any_planner_passes(knotwork: Command) -> None:
+def test_exit_code_tells_whether_any_planner_passes(knotwork: Command, tmp_path: Path) -> None:
     assert knotwork("compare", "paper_case", "--planners", "cubic,septic").code == 0
     assert knotwork("compare", "paper_case", "--planners", "cubic,bspline").code == 1
-    assert knotwork("compare", "paper_case", "--planners", "cubic", "--json").code == 1
-
-
-@pytest.mark.parametrize("name", ["paper_case", "ur5_deburring", "panda_pick_place"])
-def test_tables_fit_terminal_and_name_every_planner(name: str, printed: Callable[..., str]) -> None:
-    out = printed(compared(name))
-    tables = out.partition("* best of all that pass")[0].splitlines()
-    assert max(map(len, tables)) <= 78
-    for planner in PLANNERS:
-        assert re.search(rf"^{re.escape(planner)} +(passed|\d+ fail) ", out, re.MULTILINE)
+    ran = knotwork("compare", "paper_case", "--planners", "cubic", "--json", "--out", tmp_path)
+    assert ran.code == 1
+    assert json.loads(ran.out) == json.loads((tmp_path / "comparison.json").read_text())
 
 
 def test_csv_and_json_agree(paper: Comparison, tmp_path: Path) -> None:
@@ -238,12 +201,6 @@ class TestPresets:
 
 
 class TestOverriddenPlanner:
-    def test_keeps_the_presets_of_the_same_planner(self) -> None:
-        scenario = TestPresets().scenario(accelerations=[{"j": 1}, {"j": 0}, {"j": 2}])
-        plan = kw.plan(scenario, planner="quintic")
-        assert plan.left_out == ()
-        assert np.degrees(plan.trajectory.acceleration(0.0)[0]) == pytest.approx(1)
-
     def test_knots_together_with_a_rule_of_knots_are_an_error(self) -> None:
         for knots in ([0, 1], "paper", "balanced", 0.3):
             with pytest.raises(
@@ -273,16 +230,6 @@ class TestCommand:
                 " fail " in line
             )
         assert re.search(r"^cubic .* inf *$", ran.out, re.MULTILINE)
-
-    def test_json_alone_and_files(self, knotwork: Command, tmp_path: Path) -> None:
-        out = tmp_path / "c"
-        ran = knotwork(
-            "compare", "paper_case", "--planners", "septic, bspline", "--json", "--out", str(out)
-        )
-        assert ran.code == 0
-        data = json.loads(ran.out)
-        assert [row["planner"] for row in data["planners"]] == ["septic", "bspline"]
-        assert (out / "comparison.csv").is_file()
 
     def test_planners_lists_each_with_what_it_gives_up(self, knotwork: Command) -> None:
         ran = knotwork("planners", "--json")
@@ -316,12 +263,3 @@ def test_path_figures_equal_motion_of_tool(along_a_path: Comparison) -> None:
         error = float(np.abs(speeds / 0.06 - 1).max())
         assert row.tool_path_speed_error is not None
         assert row.tool_path_speed_error >= 0.99 * error - 1e-9
-
-
-def test_tool_paths_have_own_columns(along_a_path: Comparison, paper: Comparison) -> None:
-    assert {row.tool_path_deviation for row in paper.scores} == {None}
-    assert {row.path_deviation for row in along_a_path.scores} == {None}
-    rows = along_a_path.to_dict()["planners"]
-    assert rows[0]["failed"] == 0
-    (header, *_) = csv.reader(io.StringIO(along_a_path.to_csv()))
-    assert {"tool_path_deviation", "tool_path_speed_error"} <= set(header)

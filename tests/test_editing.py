@@ -122,19 +122,6 @@ def told(draft: Draft, key: str) -> dict[tuple[Any, ...], Any]:
     return {tuple(json.loads(at)): one for at, one in made.server.state()["draft"][key].items()}
 
 
-def test_waypoints_are_called_as_in_the_scene(tmp_path: Path) -> None:
-    """Those of a repeat as in its first turn; one without a name by its place, counted from 1."""
-    draft = draft_in(tmp_path, "ur10_palletise_24")
-    for i in (0, 2):
-        draft.apply([{"at": ["waypoints", i, "name"]}])
-    called = told(draft, "names")
-    scene = [one.name for one in kw.load_scenario(kw.Task.load(draft.document().data)).waypoints]
-    assert called["waypoints", 0] == scene[0] == "waypoint 1"
-    assert called["waypoints", 1, "repeat", 3] == "over 1"
-    assert set(called.values()) <= set(scene)
-    assert called["waypoints", 2] == scene[-1] == "waypoint 146"  # the waits are not counted
-
-
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 def test_lines_end_as_they_did_and_a_byte_order_mark_stays(mark: bytes, tmp_path: Path) -> None:
     file = tmp_path / "task.yaml"
@@ -249,19 +236,6 @@ def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
     renewed = made.renew()
     assert renewed is not None
     assert renewed[1].report.ok
-
-
-def test_values_have_their_units(tmp_path: Path) -> None:
-    draft = draft_in(tmp_path, "ur5_rail_bead")
-    start = dict.fromkeys(kw.load_robot("ur5_rail").joint_names, 0)
-    draft.apply([{"at": ["start"], "value": start}])
-    given = told(draft, "units")
-    assert (given["start", "rail"], given["start", "elbow_joint"]) == ("mm", "deg")
-    assert given["limits", "acceleration", "rail"] == "mm/s²"
-    assert given["waypoints", 0, "pose", "position"] == "mm"
-    assert given["waypoints", 0, "pose", "rpy"] == "deg"
-    assert (given["waypoints", 0, "after"], given["waypoints", 2, "speed"]) == ("s", "mm/s")
-    assert ("waypoints", 0, "name") not in given
 
 
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import pytest
 import yaml
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from ruamel.yaml import YAML
 
 from knotwork.errors import InputError
 from knotwork.files.documents import REMOVED, Document, apply_edits, edited_text, parse
@@ -239,40 +237,3 @@ def test_a_part_that_an_alias_shares_is_not_changed(place: Any) -> None:
     assert changed_text(ALIASES, ("waypoints", 1, "after"), 3) == ALIASES.replace(
         "after: 1", "after: 3"
     )
-
-
-def test_ruamel_loses_comments_and_lines_of_flow_collections() -> None:
-    """The reason for edits of our own."""
-    text = "a: {b: 1, # one\n    c: 2} # two\n"
-    written = io.StringIO()
-    round_trip = YAML()
-    round_trip.dump(round_trip.load(text), written)
-    assert "# one" not in written.getvalue()
-    assert edited_text(text, {("a", "c"): 3}) == text.replace("2", "3", 1)
-
-
-def test_long_values_are_put_into_lists_in_flow_style_as_lines_that_can_be_read() -> None:
-    text = """\
-# Above.
-waypoints: [{name: A, joints: {a: 0}}, {name: B, velocity: free, joints: {a: 1}},
-            {velocity: free}]  # in two lines
-more:
-  - {name: C, joints: {a: 1}, velocity: free, after: fastest} # via
-  - {name: D, joints: {a: 1}, after: fastest}
-"""
-    long = {f"shoulder_{k}_joint": k + 1 / 3 for k in range(6)}
-    edits: dict[Any, Any] = {
-        ("waypoints", 1, "velocity"): {"linear": [1 / 3] * 9, "in": "base"},
-        ("waypoints", 1, "near"): long,
-        ("waypoints", 2, "velocity"): long,
-        ("more", 0, "after"): 1 / 3,
-        ("more", 0, "velocity"): long,
-        ("more", 1, "near"): long,
-    }
-    found = edited_text(text, edits)
-    assert parse(found).data == apply_edits(parse(text), edits).data
-    lines = found.splitlines()
-    assert max(map(len, lines)) <= 150  # of a value that follows others in its line
-    assert max(len(line) - len(line.lstrip()) for line in lines) <= 18
-    for said in ("# Above.", "# in two lines", "# via"):
-        assert said in found

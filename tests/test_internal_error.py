@@ -38,15 +38,6 @@ def test_a_fault_of_our_own_is_said_in_a_line(
     assert "Traceback" not in ran.err
 
 
-def test_the_traceback_is_shown_when_asked_for(
-    monkeypatch: pytest.MonkeyPatch, knotwork: Command, fault: Callable[[BaseException], None]
-) -> None:
-    fault(ZeroDivisionError("boom"))
-    monkeypatch.setenv("KNOTWORK_TRACEBACK", "1")
-    with pytest.raises(ZeroDivisionError):
-        knotwork("plan", "paper_case")
-
-
 def test_too_little_memory_is_no_fault_of_our_own(
     knotwork: Command, fault: Callable[[BaseException], None]
 ) -> None:

@@ -66,26 +66,3 @@ def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_p
         ("331.0", "w331"),
         ("335.0", "w335"),
     ]
-
-
-def test_every_freedom_that_is_used_is_told_in_full(tmp_path: Path, knotwork: Command) -> None:
-    """By path, and by the name of each rail: not the greatest of all alone."""
-    poses = [{"pose": {"position": [0.45, y, 0.3], "rpy": [3.1416, 0, 0]}} for y in (0, 0.1, 0)]
-    line = {"along": "line", "speed": 0.05, "stop": True}
-    task = {
-        "robot": "ur5_rail",
-        "start": "home",
-        "tool": {"free": {"turn": "z"}},
-        "waypoints": [
-            {"name": "a", "after": 3, **poses[0], "stop": True},
-            {"name": "b", **poses[1], **line},
-            {"name": "c", **poses[2], **line},
-        ],
-    }
-    file = tmp_path / "rail.json"
-    file.write_text(json.dumps(task), encoding="utf-8")
-    told = " ".join(knotwork("plan", file, "--full").out.split())
-    rows = kw.plan(file).report.select(group="Freedom")
-    assert len(rows) == 4
-    for one in rows:
-        assert one.message in told

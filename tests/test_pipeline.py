@@ -15,7 +15,7 @@ import pytest
 
 import knotwork as kw
 from knotwork import Plan
-from knotwork.errors import InputError, KnotError, KnotworkError
+from knotwork.errors import KnotError, KnotworkError
 
 TASK: dict[str, Any] = {
     "waypoints": [
@@ -110,29 +110,6 @@ def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
     assert caught.value.interval == (1.0, 3.0)
 
 
-def test_the_solution_near_what_is_wanted_is_taken() -> None:
-    pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
-    task = {
-        "robot": "ur5",
-        "waypoints": [
-            {"pose": pose},
-            {"pose": {**pose, "position": [0.45, 0.2, 0.35]}, "after": 2},
-        ],
-    }
-    home = kw.plan(task).joint_waypoints.position
-    names = kw.plan(task).trajectory.joint_names
-    wanted = dict(zip(names, [0.0, -1.2, 1.3, 1.4, 1.5, 1.5], strict=True))
-    near = kw.plan({**task, "near": wanted}).joint_waypoints.position
-    assert not np.allclose(home, near)
-    wanted_values = np.array(list(wanted.values()))
-    # the first waypoint is nearest with all its turns, the others follow from there
-    first = np.linalg.norm(near[0] - wanted_values)
-    assert first <= np.linalg.norm(home[0] - wanted_values)
-    assert np.abs(np.diff(near, axis=0)).max() < 1.0
-    for plan in (kw.plan(task), kw.plan({**task, "near": "home"})):
-        np.testing.assert_array_equal(plan.joint_waypoints.position[0], home[0])
-
-
 def test_turns_follow_the_motion_also_with_near() -> None:
     pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
     task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": pose, "after": 9}]}
@@ -176,18 +153,6 @@ def test_a_loaded_scenario_is_not_changed_by_overrides() -> None:
     assert (scenario.si.planner, scenario.knots) == ("modified-hermite", "paper")
 
 
-def test_times_so_close_that_nothing_fits_between_are_an_error() -> None:
-    task = {
-        "waypoints": [
-            {"joints": {"a": 0}, "time": 1e6},
-            {"joints": {"a": 1}, "time": float(np.nextafter(1e6, 2e6)), "stop": True},
-            {"joints": {"a": 0}, "time": 1e6 + 1},
-        ]
-    }
-    with pytest.raises(InputError):
-        kw.plan(task)
-
-
 def test_a_description_of_a_robot_in_place_is_not_read_in_other_units() -> None:
     robot = {
         "urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf",
@@ -197,33 +162,6 @@ def test_a_description_of_a_robot_in_place_is_not_read_in_other_units() -> None:
     task = {"robot": robot, "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}]}
     with pytest.raises(KnotworkError, match=r"robot\.limits: is in SI"):
         kw.plan({**task, "units": {"angle": "deg"}})
-
-
-def test_knots_may_be_an_object_or_an_array() -> None:
-    by_object = kw.plan("paper_case", knots=kw.interpolation.BalancedKnots(0.3)).trajectory
-    by_constant = kw.plan("paper_case", knots=0.3).trajectory
-    np.testing.assert_array_equal(by_object.breaks, by_constant.breaks)
-    task = {
-        "knots": np.array([0.0, 0.6, 1.4, 2.0]),
-        "waypoints": [
-            {"joints": {"a": np.float64(0)}},
-            {"joints": {"a": 1}, "velocity": {"a": 1}, "time": 1},
-            {"joints": {"a": 0}, "time": 2},
-        ],
-    }
-    np.testing.assert_array_equal(kw.plan(task).trajectory.breaks, [0, 0.6, 1.4, 2])
-
-
-def test_near_does_not_wind_back_a_joint_that_turns_without_limit() -> None:
-    with_near = kw.load_scenario("kinova_dispense")
-    plain = kw.plan(with_near)
-    home = kw.load_robot("kinova").configuration("home")
-    names = plain.trajectory.joint_names
-    task = {**with_near.task.to_dict(), "near": dict(zip(names, home.tolist(), strict=True))}
-    turned = kw.plan(task)
-    turned.report.raise_if_failed()
-    steps = np.abs(np.diff(turned.joint_waypoints.position, axis=0))
-    assert steps.max() < np.pi
 
 
 def test_without_a_robot_joints_may_slide() -> None:

@@ -8,6 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import PPoly
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.errors import InputError, TimeRangeError, WaypointDataError
 from sweeps import examples, mostly_exhaustive
 
@@ -211,22 +212,6 @@ def check_extrema(curve, nu=0, samples=20_001):
     return found
 
 
-@pytest.mark.parametrize("degree", range(1, 10))
-def test_extrema_equal_those_at_the_eigenvalue_roots_of_the_derivative(degree):
-    curve, _ = random_pair(degree, 5, (4,), seed=3)
-    found = curve.extrema()
-    for j in range(4):
-        values = []
-        for i, span in enumerate(np.diff(curve.x)):
-            polynomial = Polynomial(curve.c[::-1, i, j])
-            roots = polynomial.deriv().roots() if degree > 1 else np.empty(0)
-            real = roots[np.abs(roots.imag) < 1e-7].real
-            at = np.concatenate(([0.0, span], real[(real > 0) & (real < span)]))
-            values.extend(polynomial(at))
-        assert found.maximum[j] == pytest.approx(max(values), rel=1e-9)
-        assert found.minimum[j] == pytest.approx(min(values), rel=1e-9)
-
-
 @pytest.mark.parametrize("leading_zeros", range(7))
 @pytest.mark.parametrize("tiny", [0.0, 1e-300, 1e-30, 1e-17])
 def test_extrema_with_vanishing_leading_coefficients(leading_zeros, tiny):
@@ -286,3 +271,13 @@ def test_extrema_of_very_many_pieces_are_found_in_parts(monkeypatch):
     parts = curve.extrema()
     for name in ("minimum", "minimum_time", "maximum", "maximum_time"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+
+
+@pytest.mark.parametrize(("holds_ends", "outside"), [(True, [1, 0, 0]), (False, [5, 2, 0])])
+def test_extended_curve_keeps_its_end_position_or_velocity(holds_ends, outside):
+    parabola = ExtendedCurve(
+        PiecewisePolynomial([[[1.0]], [[0.0]], [[0.0]]], [0, 1]), holds_ends=holds_ends
+    )
+    assert [parabola([3.0], nu).item() for nu in range(3)] == outside
+    assert [parabola([0.5], nu).item() for nu in range(3)] == [0.25, 1, 2]
+    assert parabola.between(2, 4)(3.0).item() == outside[0]

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import re
 from pathlib import Path
 
 import pytest
-import yaml
 
 from command_line import Command
 from sweeps import mostly_exhaustive
@@ -69,18 +66,6 @@ def test_every_command_reads_every_kind_of_file(name: str, run: Command) -> None
     assert ("What fails</h2>" in page) == failed
     for ran in (plotted, viewed):
         assert ("the check FAILS" in ran.err) == failed
-
-
-def test_all_failures_are_counted_where_some_are_told(run: Command) -> None:
-    options = ("ur5_deburring", "--planner", "parabolic-blend")
-    (plan,) = json.loads(run("plan", *options, "--json").out)["plans"]
-    told = run("plot", *options, "-o", "a.png").err.splitlines()[1:]
-    assert len(told) == 4
-    *kinds, rest = (re.search(r"and (\d+) more( like it\))?$", line) for line in told)
-    assert all(kinds)
-    assert rest
-    counts = [int(found[1]) for found in (*kinds, rest) if found]
-    assert sum(counts) + len(kinds) == len(plan["report"]["failures"])
 
 
 @pytest.mark.parametrize("name", ["ros2.yaml", "samples.csv", "samples.json"])
@@ -151,13 +136,6 @@ def test_faults_of_yaml_are_those_of_what_it_holds(text: str, says: str, run: Co
     assert [path.name for path in Path().iterdir()] == ["a.yaml"]
 
 
-def joints_alone(*names: str) -> str:
-    """A scenario of bare joints of these names, in the current folder."""
-    ends = [{"joints": dict.fromkeys(names, value)} for value in (0.0, 1.0)]
-    Path("odd.yaml").write_text(yaml.safe_dump({"waypoints": [ends[0], {**ends[1], "after": 2}]}))
-    return "odd.yaml"
-
-
 @pytest.mark.parametrize("command", ["check", "plot"])
 def test_a_report_is_said_to_be_no_trajectory(command: str, run: Command) -> None:
     file = Path(written("planned", run)) / "report.json"
@@ -169,16 +147,6 @@ def test_a_report_is_said_to_be_no_trajectory(command: str, run: Command) -> Non
     )
 
 
-@pytest.mark.parametrize("name", ["samples.csv", "ros2.yaml"])
-def test_a_robot_of_other_joints_is_named_once(name: str, run: Command) -> None:
-    ran = run("view", written(name, run), "--robot", "panda", "--html", "a.html")
-    assert ran.code == 2
-    assert len(ran.err.splitlines()) == 1
-    assert "robot 'panda'" in ran.err
-    assert "scenario" not in ran.err
-    assert "panda_joint1, panda_joint2" in ran.err
-
-
 @pytest.mark.parametrize("command", ["check", "plot"])
 def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Command) -> None:
     Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")
@@ -187,22 +155,3 @@ def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Comman
     assert "arm.urdf: not a trajectory" in ran.err
     assert ".json, .csv, .tsv, .txt, .yaml, .yml" in ran.err
     assert "valid JSON" not in ran.err
-
-
-def test_files_without_a_suffix_have_one_error(run: Command) -> None:
-    Path("broken").write_text('{"breaks": [0, 1')
-    errors = {run(*command, "broken", "-s", SCENARIO).err for command in (["check"], ["plot"])}
-    assert len(errors) == 1
-    assert "broken: line 1: is not valid JSON" in errors.pop()
-
-
-def test_a_file_that_is_missing_is_said_to_be(run: Command) -> None:
-    for command in ("check", "plot", "view"):
-        ran = run(command, "missing", "-s", SCENARIO)
-        assert ran.err == "error: missing: can't be read: No such file or directory\n"
-
-
-def test_scenarios_without_a_suffix_are_planned(run: Command) -> None:
-    Path(joints_alone("elbow")).rename("task")
-    assert run("plan", "./task").code == 0
-    assert run("plot", "./task", "--quantities", "position", "-o", "a.png").code == 0

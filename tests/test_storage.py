@@ -88,41 +88,6 @@ def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
     assert after.planner == before.planner
 
 
-def test_units_format_and_names_are_in_the_file(stored: Path) -> None:
-    data = read(stored)
-    assert data["format"] == FORMAT
-    assert data["version"] == 1
-    assert data["units"] == {"time": "s", "joints": ["rad"] * 6}
-    assert data["joint_names"][2] == "elbow_joint"
-    assert data["planner"] == "modified-hermite"
-    assert data["waypoint_times"][:3] == [0, 3, 5]
-
-
-def test_prismatic_joints_are_stored_in_metres(tmp_path: Path) -> None:
-    robot = Path(__file__).parent / "failing" / "arms" / "two_joints.urdf"
-    plan = kw.plan(
-        {
-            "robot": str(robot),
-            "tool": {"frame": "tip"},
-            "units": {"length": "mm", "angle": "deg"},
-            "waypoints": [
-                {"joints": {"shoulder": 0, "slide": 250}},
-                {"joints": {"shoulder": 90, "slide": 500}, "after": 4},
-            ],
-        }
-    )
-    plan.save(tmp_path)
-    data = read(tmp_path)
-    assert data["units"]["joints"] == ["rad", "m"]
-    np.testing.assert_allclose(data["knots"]["position"], [[0, 0.25], [np.pi / 2, 0.5]])
-    header = (tmp_path / "samples.csv").read_text().splitlines()[0]
-    assert "slide.velocity_m_per_s," in header
-    assert "shoulder.jerk_rad_per_s3" in header
-    assert {found.unit for found in plan.report.select(group="Joint limits", name="slide")} == {
-        *("m", "m/s", "m/s²", "m/s³", "N"),
-    }
-
-
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="rate"):
@@ -179,13 +144,6 @@ def test_a_failure_at_any_file_leaves_whole_files(
     left = {path.name: path.read_text() for path in tmp_path.iterdir()}
     moved = {"a": "new", "b": "new"}
     assert left == {"a": "old", "b": "old"} | dict(list(moved.items())[: failing - 1])
-
-
-def test_a_folder_in_the_place_of_a_file_is_an_error_that_leaves_nothing(tmp_path: Path) -> None:
-    (tmp_path / "b").mkdir()
-    with pytest.raises(InputError, match="can't write"):
-        storage.write_files(tmp_path, {"a": "new", "b": "new"})
-    assert [path.name for path in tmp_path.iterdir()] == ["b"]
 
 
 def test_a_file_in_the_place_of_the_folder_is_an_error(tmp_path: Path) -> None:
@@ -317,11 +275,3 @@ def test_what_is_no_json_of_ours_says_where(
     assert "broken.json" in ran.err
     assert says in ran.err
     assert len(ran.err) < 5000
-
-
-def test_a_missing_or_binary_file_is_an_error(tmp_path: Path, knotwork: Command) -> None:
-    (tmp_path / "bytes.json").write_bytes(b"\xff\xfe")
-    for path in (tmp_path / "none.json", tmp_path, tmp_path / "bytes.json"):
-        ran = knotwork("check", path, "--scenario", "ur5_deburring")
-        assert ran.code == 2
-        assert ran.err.startswith("error: ")

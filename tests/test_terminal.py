@@ -107,42 +107,10 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
     assert shell("plan paper_case >/dev/full 2>/dev/full", tmp_path).returncode == 2
 
 
-def test_texts_are_wrapped_between_words_and_numbers_stay_whole(
-    knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "40")
-    out = knotwork("plan", "ur5_deburring", "--planner", "cubic", "--full").out
-    assert "\nTool at the waypoints\n" in out
-    assert "-23.62   -183.3   159.7   1.500    ok    exact" in out
-    texts = [line for line in out.splitlines() if line.startswith(("FAIL ", "robot", "   not"))]
-    assert len(texts) > 10
-    assert max(map(len, texts)) <= 40
-    panda = knotwork("robots", "panda").out.split()
-    assert "429700" in panda  # in deg/s³, not 4.297e+05
-
-
 @pytest.mark.parametrize("full", [[], ["--full"]])
 def test_what_another_planner_does_not_take_is_told(full: list[str], knotwork: Command) -> None:
     out = " ".join(knotwork("plan", "ur3_lid", "--planner", "cubic", *full).out.split())
     assert "without the scenario's end_acceleration, which cubic does not take" in out
-
-
-def test_errors_are_wrapped_on_a_terminal_alone(
-    knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "60")
-    whole = knotwork("robots", "nosuch").err
-    assert whole.count("\n") == 1
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    wrapped = knotwork("robots", "nosuch").err
-    assert max(map(len, wrapped.splitlines())) <= 60
-    assert wrapped.split() == whole.split()
-
-
-def test_a_task_without_a_description_has_its_name(knotwork: Command, tmp_path: Path) -> None:
-    path = tmp_path / "lift.yaml"
-    path.write_text("{waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]}")
-    assert knotwork("plan", path, "--full").out.splitlines()[0] == "lift"
 
 
 FASTEST = "panda_pick_place_fastest"
@@ -190,17 +158,3 @@ def test_the_check_is_told_with_the_motion_that_there_is() -> None:
     told.clear()
     kw.plan(FASTEST, progress=told.append)
     assert any(re.search(r"step \d+", plan_state(one)[1]) for one in told)
-
-
-def test_progress_on_a_narrow_terminal_keeps_to_a_line(
-    knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("knotwork.cli.progress_display.SHOWN_AFTER", 0.0)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setenv("COLUMNS", "50")
-    monkeypatch.setenv("TERM", "xterm")
-    shown = knotwork("plan", FASTEST).err
-    plain = re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", shown)
-    lines = [line for line in re.split(r"[\r\n]", plain) if line]
-    assert max(map(len, lines)) <= 50
-    assert any(FASTEST in line and line.endswith("…") for line in lines)  # what is cut says so

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -87,17 +86,3 @@ def test_the_command_plans_a_shipped_scenario(python: Path, tmp_path: Path) -> N
     assert ran.returncode == 0, ran.stderr
     assert "PASSED ur5_deburring" in ran.stdout
     assert not list(tmp_path.iterdir())
-
-
-def test_the_module_plans_and_writes(python: Path, tmp_path: Path) -> None:
-    ran = run(python, "-m", "knotwork", "plan", "paper_case", "--out", "out", cwd=tmp_path)
-    assert ran.returncode == 0, ran.stderr
-    written = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert written == ["report.json", "samples.csv", "trajectory.json"]
-
-
-def test_the_robots_are_there(python: Path, tmp_path: Path) -> None:
-    ran = run(python.parent / "knotwork", "robots", "--json", cwd=tmp_path)
-    assert ran.returncode == 0, ran.stderr
-    listed = {robot["name"] for robot in json.loads(ran.stdout)}
-    assert listed == {path.stem for path in (ROOT / "robots").glob("*.yaml")}

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import copy
+from functools import cache
 from typing import Any
+
+import knotwork as kw
 
 DOWN = [180, 0, 0]
 
@@ -20,10 +23,11 @@ def at(name: str, y: float, **more: Any) -> dict[str, Any]:
     return {"name": name, "pose": {"position": [450, y, 100], "rpy": DOWN}, "stop": True, **more}
 
 
-def into() -> dict[str, Any]:
+@cache
+def through_wall() -> kw.Plan:
     """From one side of the wall straight through it to the other."""
     stops = [at("here", -250), at("there", 250, after=2)]
-    return past({"wall": WALL["wall"]}, limits={}, waypoints=stops)
+    return kw.plan(past({"wall": WALL["wall"]}, limits={}, waypoints=stops))
 
 
 def past(objects: dict[str, Any] | None = None, *others: Any, **keys: Any) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from typing import Any
 
 import lazy_loader
 
-__version__ = "0.1.0"
+__version__ = "2.0.0.dev0"
 
 _load, __dir__, _offered = lazy_loader.attach_stub(__name__, __file__)
 # Packages can be had as attributes, too, but are names of their own.

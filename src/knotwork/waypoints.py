@@ -118,8 +118,8 @@ def checked_joints(
     return names, units
 
 
-def rotation_fault(matrix: FloatArray, tolerance: float) -> str:
-    """Text about the difference of a matrix (3, 3) from a rotation; empty within the tolerance."""
+def rotation_error(matrix: FloatArray, tolerance: float) -> str:
+    """Describe how a matrix (3, 3) differs from a rotation; empty within the tolerance."""
     error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
     determinant = float(np.linalg.det(matrix))
     if error <= tolerance and determinant > 0.0:
@@ -140,23 +140,24 @@ class ReadOnlyArrays:
 class TorchRanges(NamedTuple):
     """Ranges of the angles of a torch, in the axes of its seam.
 
-    With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-about) in these axes, the
-    rotation to the pose is A Ry(travel - t) Rx(work - w) A', where t and w are the pose's angles
-    and A = Rz(about) diag(1, -1, -1) Ry(t).
+    With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-a) in these axes, the
+    rotation to the pose is A Ry(travel - t) Rx(work - w) A', where t and w are the pose's angles,
+    a is `axis_angle`, and A = Rz(a) diag(1, -1, -1) Ry(t).
 
     Attributes:
         work: Minimum and maximum work angle, relative to the pose's [rad].
         travel: Minimum and maximum travel angle, relative to the pose's [rad].
-        own: Travel angle of the pose [rad].
-        own_work: Work angle of the pose [rad].
-        about: Angle about the tool's z axis of the tool axis along the seam [rad].
+        pose_travel: Travel angle of the pose [rad].
+        pose_work: Work angle of the pose [rad].
+        axis_angle: Rotation about the tool's z axis, from its x axis to the axis that points along
+            the seam [rad].
     """
 
     work: tuple[float, float]
     travel: tuple[float, float]
-    own: float
-    own_work: float
-    about: float
+    pose_travel: float
+    pose_work: float
+    axis_angle: float
 
 
 @dataclass(frozen=True)
@@ -214,7 +215,8 @@ class CartesianWaypoint:
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Location of its definition, for messages.
         freedom: Freedom of the pose, or `None`.
-        standing: Whether it is in the world frame (`Robot.standing_frame`) of a moving base.
+        standing: Whether the pose is in the world frame (`Robot.standing_frame`). It matters only
+            if joints move the base frame.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
@@ -246,7 +248,7 @@ class CartesianWaypoint:
             object.__setattr__(self, field, value.copy())
         read_only(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
         read_only(self.twist.vector, (6,), f"{self.name}: twist")
-        fault = rotation_fault(self.pose.rotation, 1e-9)
+        fault = rotation_error(self.pose.rotation, 1e-9)
         if fault:
             raise WaypointDataError(f"{self.name}: pose has no rotation matrix: {fault}")
 
@@ -284,7 +286,7 @@ class JointWaypoints(ReadOnlyArrays):
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         acceleration: Known joint accelerations, for example along a tool path or during a wait
             [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.
-        asked: Indices of the waypoints of the task, in order; others were inserted along tool
+        task_rows: Rows of the task's waypoints, in order; the other rows were inserted along tool
             paths. By default all.
 
     Raises:
@@ -302,7 +304,7 @@ class JointWaypoints(ReadOnlyArrays):
     names: tuple[str, ...] = ()
     joint_units: tuple[str, ...] = ()
     acceleration: FloatArray | None = None
-    asked: tuple[int, ...] = ()
+    task_rows: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         def put(field: str, value: Any) -> None:
@@ -316,7 +318,7 @@ class JointWaypoints(ReadOnlyArrays):
         put("position", read_only(self.position, shape, "position"))
         put("velocity", read_only(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
-        put("asked", tuple(self.asked) or tuple(range(shape[0])))
+        put("task_rows", tuple(self.task_rows) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
         if self.acceleration is not None:
@@ -326,8 +328,8 @@ class JointWaypoints(ReadOnlyArrays):
 
 
 @dataclass(frozen=True, eq=False)
-class ChosenRun(ReadOnlyArrays):
-    """A segment with a chosen motion: accelerations at its knots, and linear between them.
+class ChosenSection(ReadOnlyArrays):
+    """A section with a chosen motion: accelerations at its knots, and linear between them.
 
     Attributes:
         times: Knot times [s], including its waypoints', shape (m,), m >= 4.

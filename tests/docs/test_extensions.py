@@ -35,6 +35,7 @@ def built(folder: Path, page: str, *options: str) -> Site:
     return build(source, folder / "built", *options)
 
 
+@pytest.mark.exhaustive
 def test_what_is_run_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     temporary = tmp_path / "temporary"
     temporary.mkdir()
@@ -65,6 +66,7 @@ WRONG = {
 }
 
 
+@pytest.mark.exhaustive
 def test_what_ends_otherwise_fails_the_build(tmp_path: Path) -> None:
     site = built(tmp_path, "# P\n\n" + "\n\n".join(WRONG))
     assert site.code != 0

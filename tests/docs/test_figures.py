@@ -22,12 +22,6 @@ def test_the_page_on_planners_shows_the_saved_results() -> None:
     assert shown == importlib.import_module("pages").render("planners"), "run: make figures"
 
 
-def test_results_of_planners_are_there_as_csv() -> None:
-    data = importlib.import_module("results").load("planners")
-    written = (ROOT / "benchmarks" / "results" / "planners.csv").read_text(encoding="utf-8")
-    assert written == importlib.import_module("planner_tables").csv_text(data)
-
-
 def test_the_page_on_ways_counts_what_was_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     def motion(duration: float, collides: bool, acceleration: float) -> dict[str, Any]:
         return {"duration": duration, "collides": collides, "acceleration": acceleration}

@@ -124,23 +124,6 @@ def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Pat
     assert "B to C" in planned("paper_case").trajectory.to_csv(labels=True)
 
 
-@pytest.mark.parametrize("name", ["json", "npz", "parquet"])
-def test_other_tables(plan: kw.Plan, tmp_path: Path, name: str) -> None:
-    pytest.importorskip("pyarrow" if name == "parquet" else "json")
-    made = plan.trajectory.save_as(name, tmp_path / f"motion.{name}")
-    if name == "npz":
-        events = list(np.load(made)["event"])
-    elif name == "json":
-        events = [
-            kw.curves.trajectory.Event(**one).text for one in json.loads(made.read_text())["events"]
-        ]
-    else:
-        import pyarrow.parquet
-
-        events = pyarrow.parquet.read_table(made)["event"].to_pylist()
-    assert [one for one in events if one] == [one.text for one in plan.events]
-
-
 @pytest.mark.parametrize("name", ["ros2", "pvt", "mat", "scipy"])
 def test_a_file_beside_those_that_can_not_hold_them(
     plan: kw.Plan, knotwork: Command, file: Path, name: str
@@ -160,13 +143,6 @@ def test_a_file_beside_those_that_can_not_hold_them(
     assert (again.code, f"{beside} exists" in again.err) == (2, True)
     alone = knotwork("export", file, "-f", name, "-o", out, "--force", "--without-events")
     assert (alone.code, "events.json" in alone.out) == (0, False)
-
-
-def test_text_without_a_file_has_no_room_for_them(knotwork: Command, file: Path) -> None:
-    ran = knotwork("export", file, "-f", "ros2")
-    assert (ran.code, ran.out) == (2, "")
-    assert "can't hold the events and segments of the motion; give a file with -o FILE" in ran.err
-    assert knotwork("export", file, "-f", "ros2", "--without-events").code == 0
 
 
 def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:

@@ -17,7 +17,7 @@ from nbclient import NotebookClient
 
 import knotwork as kw
 from patience import PATIENCE
-from plans import arm, planned
+from plans import planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(path.name for path in EXAMPLES.glob("*.py"))
@@ -99,18 +99,6 @@ def test_a_test_of_ones_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_sweep(tmp_path: Path) -> None:
-    said = run("sweep_approach_angle.py", tmp_path, "out")
-    refused = re.findall(r"^ *(-?\d+\.\d) deg: .*not in this orientation", said, re.MULTILINE)
-    (count,) = re.findall(r"(\d+) of 100 angles can't be done", said)
-    assert 0 < len(refused) == int(count) < 100
-    angle, speed = numbers(re.findall(r"slowest joints at (.*)", said)[0])
-    assert float(refused[-1]) < angle < 90
-    assert 0.5 < speed < 180.5
-    assert "<svg" in (tmp_path / "out" / "sweep.svg").read_text(encoding="utf-8")
-
-
-@pytest.mark.exhaustive
 def test_a_placement_study(tmp_path: Path) -> None:
     said = run("placement_study.py", tmp_path, "out", "3", "2")
     counts = [int(number) for number in re.findall(r"^ +(\d+) ", said, re.MULTILINE)]
@@ -133,19 +121,6 @@ def sweep() -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("angle", [-20.0, 0.0, 45.0, 90.0])
-def test_the_sweep_measures_the_edge(sweep: ModuleType, angle: float) -> None:
-    plan = kw.plan(sweep.task(angle))
-    robot = arm(plan)
-    extrema = plan.trajectory.extrema("velocity")
-    joint = int(np.argmax(extrema.peak))
-    at_peak = robot.forward(plan.trajectory.position(extrema.peak_time[joint]))
-    block = np.array([0.7, -0.075, 0.2])  # its x axis is y of the base
-    across, along, up = at_peak.translation - block
-    assert -0.001 < along < 0.151
-    assert np.hypot(across, up) < 0.001
-
-
 def test_a_shorter_sweep(
     sweep: ModuleType,
     tmp_path: Path,
@@ -158,15 +133,6 @@ def test_a_shorter_sweep(
     assert re.search(r"^ *-30\.0 deg: .*not in this orientation", said, re.MULTILINE)
     assert "1 of 4 angles can't be done" in said
     assert "<svg" in (tmp_path / "out" / "sweep.svg").read_text(encoding="utf-8")
-
-
-def test_a_sweep_that_finds_nothing_says_so(
-    sweep: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sweep, "ANGLES", np.array([-50.0, -45.0]))
-    with pytest.raises(SystemExit, match="can't do the task at any of these angles"):
-        sweep.main(tmp_path)
-    assert not list(tmp_path.iterdir())
 
 
 def test_ones_own_urdf(tmp_path: Path) -> None:

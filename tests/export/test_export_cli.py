@@ -30,13 +30,6 @@ def stored(knotwork: Command, tmp_path: Path) -> Path:
     return folder
 
 
-def test_the_command_lists_every_format(knotwork: Command) -> None:
-    out = knotwork("export", "--help").out
-    for name in FORMATS:
-        assert name in out
-    assert "pp = mkpp(s.breaks, s.coefs, s.d);" in out
-
-
 @pytest.mark.parametrize("name", ["ros2", "pvt", "csv", "json"])
 def test_text_goes_to_standard_output_alone(knotwork: Command, name: str) -> None:
     ran = knotwork("export", SCENARIO, "--format", name)
@@ -83,31 +76,6 @@ def test_exports_pass_the_check_again(
     assert json.loads(ran.out)["ok"]
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("ros2",),
-        ("pvt", "--degrees", "--incremental"),
-        ("csv",),
-        ("csv", "--knots-only"),
-        ("json", "--knots-only"),
-    ],
-)
-def test_a_task_that_starts_late_passes_the_check_again(
-    knotwork: Command, tmp_path: Path, options: tuple[str, ...]
-) -> None:
-    late = tmp_path / "late.yaml"
-    task = yaml.safe_load(SCENARIO_FILES[SCENARIO].read_text(encoding="utf-8"))
-    for waypoint in task["waypoints"]:
-        waypoint["time"] += 5.1
-    task["knots"] = "balanced"
-    late.write_text(yaml.safe_dump(task), encoding="utf-8")
-    file = tmp_path / f"m{FORMATS[options[0]].suffix}"
-    assert knotwork("export", late, "-f", *options, "-o", file).code == 0
-    ran = knotwork("check", file, "-s", late)
-    assert ran.code == 0, ran.out + ran.err
-
-
 def test_tables_in_drive_units_can_not_be_checked(knotwork: Command, tmp_path: Path) -> None:
     file = tmp_path / "m.csv"
     arguments = ("export", SCENARIO, "-f", "pvt", "--scale", "joint_1=2", "-o", file)
@@ -115,17 +83,6 @@ def test_tables_in_drive_units_can_not_be_checked(knotwork: Command, tmp_path: P
     ran = knotwork("check", file, "-s", SCENARIO)
     assert ran.code == 2
     assert "export without --scale and --offset to check" in ran.err
-
-
-def test_a_changed_point_fails_the_check(knotwork: Command, tmp_path: Path) -> None:
-    file = tmp_path / "m.yaml"
-    data = yaml.safe_load(knotwork("export", "ur5_deburring", "-f", "ros2").out)
-    data["points"][4]["positions"][2] += 1e-3
-    file.write_text(yaml.safe_dump(data))
-    ran = knotwork("check", file, "-s", "ur5_deburring")
-    assert ran.code == 1
-    assert "FAILED ur5_deburring" in ran.out
-    assert "joined by cubics" in ran.out
 
 
 def test_positions_alone_fail_the_check(knotwork: Command, tmp_path: Path) -> None:
@@ -143,16 +100,6 @@ def test_a_stored_trajectory_is_exported(knotwork: Command, stored: Path) -> Non
     for what in (stored, stored / "trajectory.json"):
         assert knotwork("export", what, "-f", "ros2").out == planned
         assert knotwork("export", what, "-f", "ros2", "-s", SCENARIO).out == planned
-
-
-def test_the_tool_comes_with_the_scenario(knotwork: Command, tmp_path: Path) -> None:
-    folder = tmp_path / "p"
-    knotwork("plan", "ur5_deburring", "-o", folder)
-    alone = knotwork("export", folder, "-f", "csv", "--rate", "10").out
-    whole = knotwork("export", folder, "-f", "csv", "--rate", "10", "-s", "ur5_deburring").out
-    assert "tool." not in alone
-    assert "tool.position_x_m" in whole
-    assert whole == knotwork("export", "ur5_deburring", "-f", "csv", "--rate", "10").out
 
 
 def test_what_fails_its_check_is_not_exported(knotwork: Command, tmp_path: Path) -> None:
@@ -176,16 +123,6 @@ def test_a_stored_trajectory_is_checked_if_told_against_what(
     assert knotwork("export", tmp_path / "p", "-f", "ros2").code == 0
     ran = knotwork("export", tmp_path / "p", "-f", "ros2", "-s", BROKEN)
     assert (ran.code, ran.out) == (1, "")
-
-
-def test_a_tampered_trajectory_is_refused(knotwork: Command, stored: Path) -> None:
-    file = stored / "trajectory.json"
-    data = json.loads(file.read_text())
-    data["knots"]["position"][1][0] += 0.1
-    file.write_text(json.dumps(data))
-    ran = knotwork("export", stored, "-f", "ros2")
-    assert ran.code == 2
-    assert "knots.position[1][0]" in ran.err
 
 
 def test_a_stored_trajectory_that_was_changed_is_exported_only_with_its_scenario(
@@ -308,24 +245,6 @@ def test_paths_that_can_not_be_written(knotwork: Command, tmp_path: Path) -> Non
         assert f"can't write to {path}: " in ran.err
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
     assert Path("/dev/null").is_char_device()
-
-
-@pytest.mark.parametrize("out", ["", "new/", "new/.", "new/..", "."])
-def test_names_of_folders_are_no_files(
-    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork("export", SCENARIO, "-f", "csv", "-o", out, "--force")
-    assert ran.code == 2
-    assert f"can't write to {out!r}" in ran.err
-    assert "give the path of a file" in ran.err
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", [3, None, ["csv"], "xls"])
-def test_what_is_no_format(name: object, tmp_path: Path) -> None:
-    with pytest.raises(kw.InputError, match="unknown format"):
-        kw.plan(SCENARIO).trajectory.save_as(name, tmp_path / "m")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("command", ["check", "export"])

@@ -130,18 +130,3 @@ def test_a_jump_is_no_point(order: int) -> None:
         with pytest.raises(ExportError, match=f"'a' jumps by 1 {unit} at 1 s") as got:
             motion_points(trajectory, fit=fit)
         assert (got.value.joint, got.value.error, got.value.time) == ("a", 1.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("method", "name"),
-    [
-        ("to_pvt", "degrees"),
-        ("to_pvt", "incremental"),
-        ("to_ros2", "goal"),
-        ("to_ros2", "accelerations"),
-        ("to_csv", "knots_only"),
-    ],
-)
-def test_a_choice_in_text_is_none(method: str, name: str) -> None:
-    with pytest.raises(InputError, match=f"{name} is 'no'; it must be True or False"):
-        getattr(motion(), method)(**{name: "no"})

@@ -15,7 +15,6 @@ from motions import motion
 from replay import hermite
 
 from knotwork import Plan
-from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.files.export import content, motion_table
 from plans import arm
@@ -96,21 +95,6 @@ def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
     assert arrays["tool_angular_velocity"][1:-1] == pytest.approx(
         np.array(turned) / (2 * h), abs=1e-7
     )
-
-
-def test_joints_in_another_order_move_the_same_tool(deburring: Plan) -> None:
-    from knotwork.curves.polynomial import PiecewisePolynomial
-
-    trajectory, robot = deburring.trajectory, deburring.space.robot
-    order = [3, 1, 0, 5, 4, 2]
-    shuffled = JointTrajectory(
-        tuple(trajectory.joint_names[i] for i in order),
-        PiecewisePolynomial(trajectory.polynomial.c[:, :, order], trajectory.breaks),
-    )
-    for key in ("tool_position", "tool_quaternion", "tool_angular_velocity"):
-        one = np.load(io.BytesIO(trajectory.to_npz(rate=5, robot=robot)))[key]
-        two = np.load(io.BytesIO(shuffled.to_npz(rate=5, robot=robot)))[key]
-        assert (one == two).all()
 
 
 @pytest.mark.parametrize("planner", ["modified-hermite", "cubic"])

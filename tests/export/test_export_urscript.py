@@ -162,13 +162,6 @@ def test_the_arm_does_not_start_elsewhere() -> None:
         controller.run(motion.to_urscript())
 
 
-def test_a_small_error_is_taken_back() -> None:
-    motion = cubic_arm()
-    controller = Controller(motion.position(0.5) + np.array([0, 9e-4, 0, 0, 0, 0]), 500.0)
-    controller.run(motion.to_urscript())
-    assert abs(deviation(motion, controller)[-1, 1]) < 9e-4 * np.exp(-2.0 * motion.duration) * 1.2
-
-
 def test_an_arm_pushed_off_its_motion_is_stopped() -> None:
     motion = cubic_arm()
     controller = Controller(motion.position(motion.start_time), 500.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 
 def knots_of_paper(x):
@@ -73,36 +72,6 @@ def paper_system(x, y, dydx, t):
             dydx[i],
         )
     return np.array(rows), np.array(right)
-
-
-def collocation(x, y, dydx, t, ends=None):
-    """The C2 cubic with breaks t through all positions and velocities, from B-splines.
-
-    Args:
-        x, y, dydx: Waypoints; y and dydx of shape (n, d).
-        t: Breaks.
-        ends: First and last acceleration, shape (2, d), or None.
-    """
-    # in a unit of time near to that of the shortest piece, so that the rows are of one size
-    unit = np.diff(t).min()
-    origin = t[0]
-    at, knots = (x - origin) / unit, (t - origin) / unit
-    knots = np.concatenate(([knots[0]] * 3, knots, [knots[-1]] * 3))
-    basis = BSpline(knots, np.eye(len(knots) - 4), 3)
-    rows = [basis(at), basis(at, 1)]
-    right = [y, dydx * unit]
-    if ends is not None:
-        rows.append(basis(at[[0, -1]], 2))
-        right.append(np.asarray(ends) * unit**2)
-    matrix, values = np.concatenate(rows), np.concatenate(right)
-    size = np.abs(matrix).max(axis=1, keepdims=True)
-    solution = np.linalg.solve(matrix / size, values / size)
-    spline = BSpline(knots, solution, 3)
-
-    def evaluate(times, nu=0):
-        return spline(np.clip((times - origin) / unit, knots[0], knots[-1]), nu) / unit**nu
-
-    return evaluate
 
 
 def exact_pieces(x, y, dydx, t, ends=None):

@@ -2,14 +2,13 @@
 
 Each grid of waypoints carries four joints whose positions and velocities are of independent sizes
 from 1e-3 to 1e3: 860 grids with three knot rules are 10,320 cases, of which `make test` tries a
-tenth. The comparison with B-spline collocation is made on every fifth grid.
+tenth. No other C² cubic on the same knots has these positions, velocities and end accelerations.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from spline_reference import collocation
 
 from knotwork.curves.interpolation import BalancedKnots, ModifiedHermiteSpline
 from sweeps import first_of
@@ -45,7 +44,7 @@ def largest(values):
 
 def cases(seed, grids):
     rng = np.random.default_rng(seed)
-    for index in range(grids):
+    for _ in range(grids):
         x, y, v = random_grid(rng)
         for rule in ("paper", "balanced", "by hand"):
             ends = [None, "zero", rng.normal(size=(2, JOINTS))][int(rng.integers(3))]
@@ -54,13 +53,13 @@ def cases(seed, grids):
                 knots = random_knots(rng, x, ends is not None)
             elif rule == "balanced":
                 knots = BalancedKnots(rng.choice([0.05, 0.2, 0.45]))
-            yield index, x, y, v, knots, ends
+            yield x, y, v, knots, ends
 
 
 @pytest.mark.parametrize("grids", first_of(GRIDS // 40, GRIDS // 4))
 @pytest.mark.parametrize("seed", range(4))
 def test_ten_thousand_random_cases(seed, grids):
-    for index, x, y, v, knots, ends in cases(seed, grids):
+    for x, y, v, knots, ends in cases(seed, grids):
         spline = ModifiedHermiteSpline(x, y, v, knots=knots, end_acceleration=ends)
         h = np.diff(x)[:, None]
         assert len(spline.x) == (2 * len(x) if ends is not None else 2 * len(x) - 2)
@@ -88,13 +87,3 @@ def test_ten_thousand_random_cases(seed, grids):
             reached = spline(x[[0, -1]], 2)
             peak = largest(spline(spline.x, 2))
             assert (largest(reached - asked) <= 1e-13 * peak).all()
-        if index % 5 == 0:
-            compare_with_collocation(spline, x, y, v, asked)
-
-
-def compare_with_collocation(spline, x, y, v, asked):
-    other = collocation(x, y, v, spline.x, asked)
-    t = np.concatenate((spline.x, 0.5 * (spline.x[1:] + spline.x[:-1])))
-    for nu, tolerance in ((0, 1e-8), (1, 1e-8), (2, 1e-7)):
-        expected = other(t, nu)
-        assert (largest(spline(t, nu) - expected) <= tolerance * largest(expected)).all()

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planner_cases import COUNTS, random_waypoints
+from planner_cases import random_waypoints
 
 from judged import judged_joints
 from knotwork.curves.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.errors import InputError
 from knotwork.waypoints import JointWaypoints
-from sweeps import examples, first_of
+from sweeps import examples
 
 ALL_VELOCITIES = {
     *("modified-hermite", "cubic", "quintic", "septic", "nonic", "bspline-velocity", "3-5-3"),
@@ -60,13 +60,6 @@ def check_promises(name, waypoints, **options):
         np.testing.assert_allclose(trajectory(t, 1), 0.0, rtol=0, atol=1e-9 * speed)
     assert not judged_joints(trajectory, waypoints, unpromised(name), **JUDGED)
     return trajectory
-
-
-@pytest.mark.parametrize("seeds", first_of(1, 3))
-@pytest.mark.parametrize(("name", "n"), [(x, n) for x in PLANNERS for n in COUNTS if can(x, n)])
-def test_what_is_promised_is_kept(name, n, seeds):
-    for seed in range(seeds):
-        check_promises(name, random_waypoints(n, seed))
 
 
 @examples(in_all=360)

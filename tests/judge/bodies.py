@@ -220,7 +220,8 @@ def solid(given: Mapping[str, Any], length: float, folder: Path) -> tuple[Any, p
         return coal.Halfspace(normal / np.linalg.norm(normal), offset), still
     if kind == "mesh":
         factor = length * float(given.get("scale") or 1.0)
-        return _hull(coal.MeshLoader().load(str(folder / value), np.full(3, factor))), still
+        mesh = coal.MeshLoader().load(str(folder / value), np.full(3, factor))
+        return (mesh if given.get("exact") else _hull(mesh)), still
     made = {"cylinder": coal.Cylinder, "capsule": coal.Capsule, "cone": coal.Cone}[kind]
     return made(length * value["radius"], length * value["length"]), still
 

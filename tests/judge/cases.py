@@ -51,10 +51,9 @@ class Case:
 
 @dataclass(frozen=True)
 class Shelf:
-    """Where files of cases are put, saved plans by name, and arms that were read once."""
+    """Where files of cases are put, and arms that were read once."""
 
     folder: Path
-    plans: dict[str, Path] = field(default_factory=dict)
     arms: dict[str, Arm] = field(default_factory=dict)
 
     def arm(self, robot: str) -> Arm:

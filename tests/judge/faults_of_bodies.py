@@ -241,7 +241,7 @@ FAULTS: dict[str, Fault] = {
     for name, made, count in (
         ("a post on the base", standing(post, 0.8), 100),
         ("a second arm on the base", standing(second_arm, 0.8), 60),
-        ("an object", standing(standing_object, 0.8), 160),
+        ("an object", standing(standing_object, 0.8), 220),
         ("a held object and another", standing(held, 0.8), 90),
         ("a tool, and a link called so", folding(tool_called_like_a_link, 2.8), 60),
         ("the arm itself", folding(itself, 2.8), 60),

@@ -7,7 +7,6 @@ Half of the motions of joints are disguised: breaks next to breaks, and leading 
 from __future__ import annotations
 
 import ast
-import shutil
 import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -17,44 +16,25 @@ import pytest
 
 import knotwork as kw
 from command_line import python
-from judge import faults_of_bodies, faults_of_joints, faults_of_paths, faults_of_plans
+from judge import faults_of_bodies, faults_of_joints, faults_of_paths
 from judge.cases import Case, Fault, Shelf, disguised, joint_case
 from judge.task import Task
 from judge.verdict import judge
-from shipped import SCENARIO_FILES
 
 FAULTS: dict[str, Fault] = {
     **faults_of_joints.FAULTS,
     **faults_of_paths.FAULTS,
     **faults_of_bodies.FAULTS,
-    **faults_of_plans.FAULTS,
 }
 ALL, PARTS, ORDINARY = 10_000, 20, 1
 RIGHT = 20
 """Of so many right cases one is judged and checked as well."""
-QUICKLY_PLANNED = ("paper_case", "ur5_deburring", "xarm7_bead")
 Record = Callable[[str, object], None]
 
 
 @pytest.fixture(scope="session")
-def shelf(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Iterable[str]], Shelf]:
-    """A shelf with the plans of some shipped scenarios, each planned once."""
-    whole = Shelf(tmp_path_factory.mktemp("judge"))
-
-    def having(names: Iterable[str]) -> Shelf:
-        for name in names:
-            if name not in whole.plans:
-                folder = whole.folder / name
-                kw.plan(name).save(folder)
-                numbers = folder / "scenario.yaml"  # where times were free
-                given = numbers if numbers.exists() else SCENARIO_FILES[name]
-                shutil.copy(given, folder / "judged.yaml")
-                for points in SCENARIO_FILES[name].parent.glob(f"{name}*.csv"):
-                    shutil.copy(points, folder)
-                whole.plans[name] = folder
-        return Shelf(whole.folder, {name: whole.plans[name] for name in names}, whole.arms)
-
-    return having
+def shelf(tmp_path_factory: pytest.TempPathFactory) -> Shelf:
+    return Shelf(tmp_path_factory.mktemp("judge"))
 
 
 def checked(case: Case, task: Task) -> str:
@@ -123,21 +103,17 @@ def test_ten_thousand_are_made() -> None:
     assert sum(fault.count for fault in FAULTS.values()) == ALL
 
 
-def test_no_wrong_motion_passes(
-    shelf: Callable[[Iterable[str]], Shelf], record_property: Record
-) -> None:
-    found = all_of(ordinary, shelf(QUICKLY_PLANNED), record_property)
+def test_no_wrong_motion_passes(shelf: Shelf, record_property: Record) -> None:
+    found = all_of(ordinary, shelf, record_property)
     assert not found, "\n".join(found)
 
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("part", range(PARTS))
 def test_none_of_ten_thousand_wrong_motions_passes(
-    part: int, shelf: Callable[[Iterable[str]], Shelf], record_property: Record
+    part: int, shelf: Shelf, record_property: Record
 ) -> None:
-    found = all_of(
-        lambda fault: range(part, fault.count, PARTS), shelf(SCENARIO_FILES), record_property
-    )
+    found = all_of(lambda fault: range(part, fault.count, PARTS), shelf, record_property)
     assert not found, "\n".join(found)
 
 

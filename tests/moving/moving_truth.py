@@ -9,9 +9,9 @@ import coal
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from verification.collision_truth import Truth
 
 import knotwork as kw
-from verification.collision_truth import Truth
 
 Array = NDArray[np.float64]
 Placed = list[tuple[Any, pin.SE3]]

@@ -14,7 +14,6 @@ import knotwork as kw
 from moving.moving_truth import frame, links, sampled
 from moving.test_moving_things import DOWN, refused, tool, two_arms
 from moving.test_positioners import on_table
-from moving.test_shown import middle_of_held, scene_of, times
 
 SIZE = (0.05, 0.06, 0.07)
 OFFSET = pin.SE3(np.eye(3), np.array([0, 0, 0.136]))
@@ -106,17 +105,6 @@ def test_carries_part_from_belt_to_belt() -> None:
             nearest = min(one.value for one in found if one.value is not None)
             assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
     assert checked >= 4
-
-
-def test_draws_part_where_it_is() -> None:
-    plan = kw.plan(carry())
-    scene = scene_of(plan)
-    time = times(scene)
-    for t in (0.5, 3.0, 5.0, 9.5):
-        k = int(np.searchsorted(time, t))
-        assert middle_of_held(scene, t, k) == pytest.approx(
-            box(plan, float(time[k])).translation, abs=2e-5
-        )
 
 
 def test_clear_motion_avoids_fixed_objects_and_refuses_moving_ones(tmp_path: Path) -> None:

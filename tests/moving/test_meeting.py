@@ -108,27 +108,6 @@ def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
     assert plan.scenario.times[2] == 4.0
 
 
-def test_chosen_velocity_on_belt_is_that_of_tool() -> None:
-    task = picking({"after": 2.0})
-    task["waypoints"] = [
-        {"name": "by", "pose": HIGH, "after": 1.5, "velocity": "free"},
-        {"name": "at", "pose": LOW, "after": 1.0, "stop": True},
-        {"joints": "home", "after": "fastest"},
-    ]
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
-
-
-def test_chooses_path_speed_before_meeting_belt() -> None:
-    task = picking({"after": "fastest"})
-    a, b = ({"position": [0.4, y, 0.3], **DOWN} for y in (0.1, 0.3))
-    task["waypoints"][:0] = [
-        {"name": "a", "frame": "base", "pose": a, "after": "fastest", "stop": True},
-        {"frame": "base", "along": "line", "pose": b, "speed": "fastest", "stop": True},
-    ]
-    check_places(kw.plan(task))
-
-
 @pytest.mark.parametrize("later", [False, True], ids=["last", "before a wait and a free time"])
 def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
     """The short one ends with its largest acceleration, from which the arm does not swing on."""
@@ -145,36 +124,6 @@ def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
     moved = np.ptp(plan.trajectory.position(np.linspace(start, end, 500)), axis=0)
     direct = np.abs(np.diff(plan.joint_waypoints.position[2:4], axis=0)[0])
     assert (moved < direct + 0.3).all()
-
-
-def redundant(robot: str, belt: dict[str, Any], free: Any, heights: list[float]) -> kw.Plan:
-    """A redundant arm rests above a belt at each height as soon as it can, and waits once."""
-    poses = [{"position": [0, 0, z], **DOWN} for z in heights]
-    stops = [{"pose": pose, "after": "fastest", "stop": True} for pose in poses]
-    task = {
-        "robot": robot,
-        "tool": {"offset": {"position": [0, 0, 0.12]}, "free": free},
-        "frames": {"belt": belt},
-        "frame": "belt",
-        "start": "home",
-        "waypoints": stops,
-    }
-    if len(stops) > 2:
-        stops[1]["wait"] = 0.5
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
-    return plan
-
-
-def test_redundant_arm_keeps_solution_during_wait() -> None:
-    belt = {"position": [0.35, -0.4, 0.06], "moves": {"linear": [0, 0.06, 0]}}
-    redundant("xarm7", belt, None, [0.16, 0.06, 0.2])
-
-
-def test_finds_arrival_where_iteration_oscillates() -> None:
-    """An arm on a rail with a free turn is sooner at a later place: full steps never agree."""
-    belt = {"position": [0.5, -0.9, 0.06], "moves": {"linear": [0, 0.2, 0]}}
-    redundant("ur5_rail", belt, {"turn": "z"}, [0.16, 0.06])
 
 
 def test_frozen_task_gives_same_motion() -> None:

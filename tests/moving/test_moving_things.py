@@ -181,22 +181,11 @@ def refused(task: dict[str, Any]) -> str:
     return str(caught.value)
 
 
-def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
-    """The task on the belt with one value changed; `None` takes it out."""
-    task = inner = belt()
-    for key in at[:-1]:
-        inner = inner[key]
-    if value is None:
-        del inner[at[-1]]
-    else:
-        inner[at[-1]] = value
-    return task
-
-
 def test_refuses_path_while_frame_speed_jumps(tmp_path: Path) -> None:
     """A file of positions alone is straight between its rows; with speeds it is smooth."""
     rows = [(0, 0.0, 0.1), (1, 0.1, 0.1), (2.5, 0.25, 0.1), (4.0, 0.35, 0.05), (9, 0.6, 0.05)]
-    task = changed(("frames", "belt", "moves"), {"file": str(tmp_path / "y.csv"), "at": 0.5})
+    task = belt()
+    task["frames"]["belt"]["moves"] = {"file": str(tmp_path / "y.csv"), "at": 0.5}
     (tmp_path / "y.csv").write_text("\n".join(["time,y", *(f"{t},{y}" for t, y, _ in rows)]))
     message = refused(task)
     assert "waypoints[2]: the tool is on the path to it from 3 s to 5" in message

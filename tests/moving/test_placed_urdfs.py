@@ -152,34 +152,6 @@ def test_stacked_urdfs_may_share_names(folder: Path) -> None:
     assert robot.forward(q).isApprox(asked, 1e-12)
 
 
-def test_plans_and_exports_poses_and_paths_on_positioner(folder: Path) -> None:
-    plan = kw.plan(task(folder))
-    assert plan.report.ok, plan.report
-    assert {*JOINTS} < {*plan.space.joint_names}
-    for text in (plan.trajectory.to_ros2(), plan.trajectory.to_csv()):
-        assert all(name in text for name in (*JOINTS, "elbow_joint"))
-    both = Composed(folder)
-
-    def seen(t: float) -> pin.SE3:
-        q = named(plan, t)
-        return (both.link(q, "plate") * STEP).actInv(both.tool(q))
-
-    h = 1e-5
-    speed = (seen(2.0 + h).translation - seen(2.0 - h).translation) / (2 * h)
-    assert seen(2.0).translation == pytest.approx([0, -0.1, 0.2], abs=1e-8)
-    assert speed == pytest.approx([0, 0.05, -0.1], abs=1e-5)
-    motion = plan.scenario.paths[0].motion
-    along = np.array([0.12, 0.1, 0]) / np.hypot(0.12, 0.1)
-    for t in np.linspace(motion.start_time, motion.end_time, 30).tolist():
-        pose = seen(t)
-        assert np.linalg.norm(np.cross(pose.translation - [0, 0, 0.15], along)) < 1e-4
-        assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 2e-3
-    moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
-    assert moved[[plan.space.joint_names.index(name) for name in JOINTS]].min() > 0.01
-    (row,) = plan.report.select(quantity="external_axes")
-    assert all(name in row.message for name in JOINTS)
-
-
 def shapes(both: Composed, q: dict[str, float]) -> dict[str, Any]:
     """The collision shapes of the positioner, where they are."""
     tilted = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.1), np.array([0, 0, -0.02]))
@@ -338,12 +310,3 @@ def test_refuses_invalid_positioners(folder: Path, name: str, knotwork: Command)
     ran = knotwork("robots", str(path))
     assert ran.code == 2
     assert re.search(words, ran.err), ran.err
-
-
-def test_refuses_frame_on_unknown_link(folder: Path, knotwork: Command) -> None:
-    part = {"on": "plte", "position": [0, 0, 0]}
-    path = write(folder / "task.yaml", task(folder, frames={"part": part}))
-    ran = knotwork("plan", str(path))
-    assert ran.code == 2
-    assert "frames.part.on: " in ran.err
-    assert "did you mean 'plate'" in ran.err

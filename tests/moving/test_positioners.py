@@ -121,23 +121,6 @@ def test_poses_velocities_and_paths_are_relative_to_part() -> None:
     assert efforts.verdict == "warning"
 
 
-def test_table_moves_with_other_timing_and_joint_waypoints() -> None:
-    plan = kw.plan(on_table())
-    slower = plan.scaled({0.0: 1.0, 3.0: 0.5})
-    assert slower.report.ok, slower.report
-    assert slower.space.joint_names == plan.space.joint_names
-    turned = {"joints": {**CELL["configurations"]["home"], "plate": 1.0}, "after": 2}
-    joints = kw.plan(on_table(waypoints=[turned]))
-    assert joints.trajectory.position(2.0)[0] == pytest.approx(1.0)
-
-
-def test_check_fails_motion_of_other_table() -> None:
-    plan = kw.plan(on_table())
-    other = {**CELL, "external_axes": {"tilt": TILT, "plate": {**TURN, "position": [0, 0, 0.1]}}}
-    report = kw.check(plan.trajectory, kw.load_scenario(on_table(robot=other)))
-    assert {"position", "path_deviation"} <= {one.quantity for one in report.failures}
-
-
 @pytest.mark.parametrize("height", [0.05, 0.18])
 def test_objects_move_with_part_or_stay_in_cell(height: float) -> None:
     scene = {

@@ -64,16 +64,6 @@ def test_reports_clearance_of_two_motions(cell: kw.Plan, knotwork: Command) -> N
     assert "too near from 0.000 s" in ran.out
 
 
-def test_clearance_is_minimum_over_time(cell: kw.Plan) -> None:
-    scenario = kw.load_scenario("a.yaml")
-    for delay in (0.5, 1.5):
-        other = {"scenario": str(Path("b.yaml").absolute()), "in": "left", "delay": delay}
-        found = clearance_between(cell.trajectory, scenario, other)
-        nearest = least(cell, 0.9, delay)
-        assert found.value is not None
-        assert found.value - found.excess - 1e-6 <= nearest <= found.value + 1e-3
-
-
 @pytest.mark.parametrize(
     ("more", "words"),
     [

@@ -40,9 +40,7 @@ def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
         ("ur5_deburring", paused(7, 0.4), "0.4 s late from 7 s on"),
         ("ur5_deburring", paused(7, 0.4, 9), "up to 0.4 s late from 7 s to 8.6 s"),
         ("ur5_deburring", lambda t: 0.95 * t, "up to 0.6 s late from 6.6 s on"),
-        ("panda_three_parts", paused(3, 0.4), "0.4 s late from 3 s on"),
         ("panda_three_parts", paused(3, -0.4), "up to 0.4 s early from 3.3 s on"),
-        ("paper_case", paused(9, 1.4), "1.4 s late from 9 s on"),
     ],
 )
 def test_reports_when_log_becomes_late(

@@ -14,7 +14,6 @@ from knotwork import Plan, plan
 from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
 from knotwork.verification.recording import aligned, check_log, compare_log
-from sweeps import mostly_exhaustive
 
 
 def judge(
@@ -36,7 +35,6 @@ def judge(
     ("rate", "noise", "digits", "jitter"),
     [
         (500.0, 2e-5, 6, 0.0),
-        (125.0, 1e-4, 5, 0.0),
         (100.0, 1e-5, 4, 3e-4),
         (50.0, 1e-3, 6, 0.0),
     ],
@@ -239,33 +237,11 @@ def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) 
     assert "b" in {one.name for one in report.failures}
 
 
-@pytest.mark.parametrize(("rate", "begin"), [(125.0, 0.0), (500.0, 5.0)])
-def test_motion_before_first_sample_is_not_a_failure(
-    tmp_path: Path, rate: float, begin: float
-) -> None:
-    """The acceleration leaves zero in the first 3.7 ms, before the first sample."""
-    task = {
-        "end_acceleration": "zero",
-        "knots": [begin + one for one in (0, 0.0037, 0.7037, 1.0037)],
-        "waypoints": [
-            {"name": "a", "time": begin, "joints": {"j": 0}, "stop": True},
-            {"name": "b", "time": begin + 1.0037, "joints": {"j": 1}, "stop": True},
-        ],
-    }
-    made = plan(task)
-    samples = record(made.trajectory, rate=rate, before=-0.0037, after=0.0)
-    report = judge_exact(tmp_path, made, samples)
-    assert report.ok, [str(one) for one in report.failures]
-
-
 @pytest.mark.parametrize(
     ("scenario", "rate", "digits", "rest"),
     [
         # the acceleration jumps where the motion begins and ends
         ("paper_case", 333.0, 6, 0.5),
-        ("paper_case", 250.0, 6, 0.3),
-        ("paper_case", 125.0, 5, 0.5),
-        ("ur10_spray", 125.0, 4, 0.5),
         ("ur5_palletise", 250.0, 6, 0.5),
     ],
 )
@@ -291,19 +267,14 @@ def jumped(samples: Samples, kind: str, size: float, start: float) -> Samples:
     [
         (125.0, 0.0, "position", 1e-5),
         (125.0, 0.0, "velocity", 1e-3),
-        (500.0, 0.0, "position", 1e-7),
-        (500.0, 0.0, "velocity", 1e-4),
         (125.0, 1e-5, "position", 4e-4),
         (125.0, 1e-5, "velocity", 0.1),
-        (125.0, 1e-4, "position", 4e-3),
-        (125.0, 1e-4, "position", 1e-2),
     ],
 )
-@pytest.mark.parametrize("start", mostly_exhaustive([4.53, 7.91], 4.53))
 def test_finds_jumps_above_noise(
-    tmp_path: Path, deburring: Plan, rate: float, noise: float, kind: str, size: float, start: float
+    tmp_path: Path, deburring: Plan, rate: float, noise: float, kind: str, size: float
 ) -> None:
-    samples = jumped(record(deburring.trajectory, rate=rate, noise=noise), kind, size, start)
+    samples = jumped(record(deburring.trajectory, rate=rate, noise=noise), kind, size, 4.53)
     judged = judge(tmp_path, deburring, samples) if noise else None
     report = judged or judge_exact(tmp_path, deburring, samples)
     found = {one.name for one in report.failures if one.quantity == "sample_off_the_curve"}
@@ -315,18 +286,3 @@ def test_checks_logs_of_joints_without_robot(tmp_path: Path, paper_case: Plan) -
     report = judge(tmp_path, paper_case, samples)
     assert report.ok, [str(one) for one in report.failures]
     assert not report.select(quantity="tool_deviation")
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("scenario", ["ur10_spray", "ur10_weld", "xarm7_bead", "panda_pick_place"])
-@pytest.mark.parametrize(
-    ("rate", "noise", "jitter", "digits"),
-    [(500.0, 1e-5, 0.0, 6), (125.0, 1e-4, 0.0, 6), (100.0, 1e-5, 3e-4, 4)],
-)
-def test_logs_of_shipped_scenarios_pass(
-    tmp_path: Path, scenario: str, rate: float, noise: float, jitter: float, digits: int
-) -> None:
-    made = plan(scenario)
-    samples = record(made.trajectory, rate=rate, noise=noise, jitter=jitter, seed=2)
-    report = judge(tmp_path, made, samples, digits)
-    assert report.ok, [str(one) for one in report.failures]

@@ -117,20 +117,6 @@ def test_two_poses_are_joined_by_a_line_and_an_even_turn(index: int) -> None:
     np.testing.assert_allclose(waypoint.angular, turn.as_rotvec() * SPEED / 0.5, atol=1e-12)
 
 
-def test_a_helix_keeps_its_rate_of_turning() -> None:
-    """Evenly spaced points of a helix, the tool turning about its axis by the same at each."""
-    angles = np.arange(5) * 0.3
-    points = np.column_stack([0.2 * np.cos(angles), 0.2 * np.sin(angles), 0.05 * angles])
-    rotations = [Rotation.from_rotvec([0, 0, angle]) for angle in angles]
-    waypoint = passing(points, 2, rotations)
-    # By symmetry of the three points the tangent is exactly that of the chord from first to last.
-    chord = points[3] - points[1]
-    np.testing.assert_allclose(waypoint.linear, SPEED * chord / np.linalg.norm(chord), atol=1e-14)
-    _, arcs, _ = circle(points[1], points[2], points[3])
-    rate = 0.6 / (arcs[2] - arcs[0])
-    np.testing.assert_allclose(waypoint.angular, [0, 0, SPEED * rate], atol=1e-12)
-
-
 def test_an_uneven_rate_of_turning_is_that_of_the_parabola_through_three_angles() -> None:
     s, angles = np.array([0.0, 0.1, 0.4]), np.array([0.2, 0.5, 0.1])
     rotations = [Rotation.from_rotvec([0, angle, 0]) for angle in angles]

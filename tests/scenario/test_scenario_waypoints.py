@@ -53,11 +53,6 @@ def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
 # Names
 
 
-def test_waypoints_without_a_name_are_counted_from_one() -> None:
-    scenario = joints({}, {"name": "via", "after": 1, "stop": True}, {"after": 1})
-    assert [waypoint.name for waypoint in scenario.waypoints] == ["waypoint 1", "via", "waypoint 3"]
-
-
 # Speeds
 
 
@@ -139,37 +134,7 @@ def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:
         joint_space(scenario)
 
 
-def test_task_without_robot_has_joints_alone() -> None:
-    assert joints({}, {"after": 1}).task.robot is None
-    assert joints({}, {"after": 1}).joint_names == ("a",)
-
-
 # Everything else
-
-
-def test_options_are_read() -> None:
-    scenario = joints(
-        {"joints": {"a": 0, "b": 0}},
-        {"joints": {"a": 1, "b": 1}, "after": 1},
-        name="n",
-        description="d",
-        units={"angle": "deg"},
-        planner="p",
-        knots={"balanced": 0.3},
-        end_acceleration={"start": {"a": 180}, "end": {"b": -180}},
-        continuity=1,
-        rate=250,
-    )
-    assert (scenario.name, scenario.task.description, scenario.task.planner) == ("n", "d", "p")
-    assert scenario.knots == 0.3
-    assert (scenario.task.continuity, scenario.task.rate) == (1, 250)
-    ends = joint_space(scenario).end_acceleration
-    assert ends is not None
-    np.testing.assert_allclose(ends, [[np.pi, 0], [0, -np.pi]])
-    zero = joints({}, {"after": 1}, end_acceleration="zero")
-    assert zero.task.end_acceleration == "zero"
-    assert joint_space(zero).end_acceleration == ([0], [0])
-    assert joints({}, {"after": 1}, knots="balanced").knots == "balanced"
 
 
 def test_default_name_is_that_of_file(tmp_path: Path) -> None:

@@ -129,35 +129,6 @@ def test_shipped_scenarios_survive_being_saved(name: str, tmp_path: Path) -> Non
     np.testing.assert_array_equal(kw.load_scenario(task).times, shipped.times)
 
 
-def test_free_time_is_nan() -> None:
-    given = kw.load_scenario("ur10_spray")
-    assert np.isfinite(given.times).all()
-    np.testing.assert_array_equal(kw.load_scenario(SWING).times, [0.0, np.nan, np.nan])
-    end = TASK.waypoints[2].replace(speed="fastest")
-    task = TASK.replace(waypoints=[*TASK.waypoints[:2], end, TASK.waypoints[3]])
-    expected = [0.0, 2.0, 3.0, 3.2, np.nan, np.nan]  # the wait stands twice
-    np.testing.assert_array_equal(kw.load_scenario(task).times, expected)
-
-
-def test_each_waypoint_knows_its_row() -> None:
-    """Of those at the joints, most of which are inserted along the path."""
-    plan = kw.plan(TASK)
-    rows = list(plan.joint_waypoints.asked)
-    asked = [waypoint.name for waypoint in plan.scenario.waypoints]
-    assert [plan.joint_waypoints.names[row] for row in rows] == asked
-    assert plan.joint_waypoints.time[rows].tolist() == plan.scenario.times.tolist()
-    assert len(plan.joint_waypoints.time) > len(rows)
-    swing = kw.JointWaypoints(["a"], [0, 1], [[0], [1]], [[0], [0]])
-    assert swing.asked == (0, 1)
-
-
-def test_a_changed_task_is_planned_as_changed() -> None:
-    *before, last = TASK.waypoints
-    later = TASK.replace(waypoints=[*before, last.replace(after=None, time=9.5)])
-    assert kw.plan(later).trajectory.end_time == 9.5
-    assert TASK.waypoints[-1].after == 1.5
-
-
 def test_lists_of_task_are_immutable() -> None:
     task = TASK.replace(knots=np.array([0.0, 2.0, 3.0]), gravity=[0.0, 0.0, -9.81])
     assert task.knots == (0.0, 2.0, 3.0)

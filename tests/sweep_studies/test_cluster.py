@@ -47,45 +47,6 @@ def serial() -> Any:
     return without_time(kw.sweep(TASK, VARY, workers=0, **OPTIONS))
 
 
-RUN = """
-import time
-import knotwork as kw
-
-def stand_still(at):
-    if at.done >= {rows} // 4:
-        print("planned", flush=True)
-        time.sleep({patience})
-
-if __name__ == "__main__":
-    kw.sweep({task!r}, {vary!r}, out={folder!r}, workers=2, progress=stand_still, **{options!r})
-"""
-
-
-def test_a_run_that_is_killed_is_gone_on_with(serial: Any, tmp_path: Path) -> None:
-    folder, file = tmp_path / "study", tmp_path / "run.py"
-    file.write_text(
-        RUN.format(
-            rows=ROWS, patience=PATIENCE, task=TASK, vary=VARY, folder=str(folder), options=OPTIONS
-        ),
-        encoding="utf-8",
-    )
-    with subprocess.Popen([sys.executable, str(file)], stdout=subprocess.PIPE, text=True) as run:
-        assert run.stdout is not None
-        assert run.stdout.readline() == "planned\n"
-        below = psutil.Process(run.pid).children(recursive=True)
-        run.kill()
-    assert below
-    assert all_end(below)
-    finished = len(kw.Study.open(folder))
-    assert ROWS // 4 <= finished < ROWS
-    seen: list[kw.sweeps.SweepProgress] = []
-    study = kw.sweep(
-        TASK, VARY, out=folder, resume=True, workers=0, progress=seen.append, **OPTIONS
-    )
-    assert seen[0].before == finished
-    assert without_time(study) == serial
-
-
 @pytest.mark.parametrize("lost", [0, 1])
 def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) -> None:
     """Also where a process has taken the place of a lost one."""

@@ -67,17 +67,6 @@ def rows(task: Any, vary: dict[str, Any], **how: Any) -> Any:
     return without_time(kw.sweep(task, vary, **how))
 
 
-def test_poses_are_tested_again_whose_process_others_end() -> None:
-    def end(at: kw.sweeps.SweepProgress) -> None:
-        for one in planning(psutil.Process()):
-            one.kill()
-            one.wait()
-
-    vary = {"frames.block.position[0]": [450, 2500]}
-    ended = rows("ur5_deburring", vary, workers=1, progress=end)
-    assert ended == rows("ur5_deburring", vary, workers=0)
-
-
 def test_rows_are_planned_again_whose_process_others_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,8 +97,3 @@ def test_what_hangs_ends_with_its_parent(name: str, end: signal.Signals, tmp_pat
     run.send_signal(end)
     assert run.wait(timeout=PATIENCE) == -end
     assert all_end(below)
-
-
-def test_a_time_limit_that_no_clock_has() -> None:
-    study = kw.sweep(LIFT, {"rate": [100]}, workers=1, time_limit=1e300)
-    assert study["verdict"] == kw.sweep(LIFT, {"rate": [100]}, workers=0)["verdict"]

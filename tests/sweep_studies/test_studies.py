@@ -123,25 +123,6 @@ def test_a_study_stands_on_all_files_that_are_named(changed: str, tmp_path: Path
         kw.sweep(task, vary, out=tmp_path / "study", workers=0, resume=True)
 
 
-def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
-    folder = shutil.copytree(lifted, tmp_path / "lift")
-    file = folder / "rows.jsonl"
-    lines = file.read_text(encoding="utf-8").splitlines()
-    for wrong in (lines[1][:-5], lines[1].replace('"verdict"', '"other"'), '{"row": 99}', "[]"):
-        file.write_text("\n".join([lines[0], wrong, *lines[2:], ""]), encoding="utf-8")
-        with pytest.raises(kw.InputError, match=r"rows\.jsonl: line 2 can't be read"):
-            kw.Study.open(folder)
-    data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
-    for wrong, said in (
-        ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 5 is accepted"),
-        ({**data, "file": 1}, "is invalid"),
-        ([], "is not the description of a study"),
-    ):
-        (folder / "study.json").write_text(json.dumps(wrong), encoding="utf-8")
-        with pytest.raises(kw.InputError, match=said):
-            kw.Study.open(folder)
-
-
 def test_it_stops_when_enough_rows_pass() -> None:
     study = kw.sweep(LIFT, VARY, workers=0, stop_after=3)
     assert 3 <= study.passed < 8
@@ -299,14 +280,3 @@ def test_plans_of_many() -> None:
         kw.plan_many(tasks, workers=0)
     with pytest.raises(kw.InputError, match=r"scenarios\[1\] is 5; accepted: a name"):
         kw.plan_many([LIFT, 5], workers=1)  # type: ignore[list-item]
-
-
-def test_a_study_whose_folder_is_removed_meanwhile_says_so(tmp_path: Path) -> None:
-    folder = tmp_path / "study"
-
-    def remove(at: kw.sweeps.SweepProgress) -> None:
-        shutil.rmtree(folder)
-
-    with pytest.raises(kw.InputError, match=r"study\.json was removed while") as raised:
-        kw.sweep(LIFT, VARY, out=folder, workers=0, progress=remove)
-    assert "resume" not in str(raised.value)

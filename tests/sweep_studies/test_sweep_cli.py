@@ -62,24 +62,6 @@ def test_none_passes(knotwork: Command, task: Path) -> None:
     assert not Path("best.yaml").exists()
 
 
-def test_what_is_wrong_with_some_values_is_said(knotwork: Command, task: Path) -> None:
-    after = ("--vary", "waypoints[up].after=2", "--workers", 0)
-    for values, row in (("paper,balancd", 1), ("balancd,paper", 0)):
-        ran = knotwork("sweep", task, "--vary", f"knots={values}", *after)
-        assert ran.code == 0
-        said = " ".join(ran.out.split())
-        assert f"wrong input, first in row {row}: " in said
-        assert "knots: 'balancd'" in said
-
-
-def test_rows_are_shown_where_none_has_the_figure(knotwork: Command, task: Path) -> None:
-    made = ("sweep", task, "--vary", "waypoints[up].after=2,3", "--workers", 0)
-    ran = knotwork(*made, "--best", "clearance")
-    assert ran.code == 2
-    assert "there is no best row: none of them has clearance" in ran.err
-    assert "2 rows, 2 pass" in ran.out
-
-
 def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> None:
     knotwork("sweep", task, "--vary", "rate=100", "--workers", 0, "--out", "study")
     ran = knotwork("sweep", "study", "--vary", "rate=1")

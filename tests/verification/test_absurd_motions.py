@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
 import knotwork as kw
-from command_line import Command
 from knotwork.verification import CHECKS
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
@@ -71,15 +69,6 @@ def test_absurd_duration_fails_without_clearance_proof(
         assert "is far beyond its limit" in said.message
 
 
-def test_command_reports_minimum_time_of_too_short_move(knotwork: Command, tmp_path: Path) -> None:
-    file = tmp_path / "mistyped.yaml"
-    file.write_text(yaml.safe_dump(mistyped("kinova_dispense", 1e-12)))
-    ran = knotwork("plan", file)
-    assert ran.code == 1
-    said = " ".join(ran.out.split())
-    assert "0.1002 s or more is sufficient for the mean, and they have 1e-12 s" in said
-
-
 @pytest.mark.parametrize("given", ["approach", "edge start"])
 def test_free_times_next_to_absurd_one_are_not_searched(given: str) -> None:
     """With rests between its waypoints the motion is hardly longer than any other."""
@@ -102,20 +91,6 @@ def test_unexamined_clearances_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(CHECKS, "joint_limits")
     (said,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearances")
     assert not said.ok
-
-
-def test_value_far_beyond_limit_is_not_bounded() -> None:
-    """The verdict is certain with the first samples."""
-    for name in AT:
-        plan = kw.plan(mistyped(name, 1e-6))
-        robot, trajectory = plan.space.robot, plan.trajectory
-        assert robot is not None
-        speed = kw.verification.tool_speed_bound(robot, trajectory, limit=0.25)
-        efforts = kw.verification.torque_bound(robot, trajectory)
-        for bound in (speed, *efforts):
-            assert not bound.ok
-            assert bound.proved
-            assert bound.evaluations < 1000
 
 
 def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> None:

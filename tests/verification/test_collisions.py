@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from pathlib import Path
@@ -13,16 +12,16 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-import yaml
-from collision_truth import Truth
 
 import knotwork as kw
 from command_line import Command
 from drawn import scene, thing, vertices
+from judge.bodies import Surroundings
+from judge.motion import Motion
+from judge.task import Task
 from knotwork.errors import FollowingError, InputError
 from knotwork.verification import Finding
 from plans import planned
-from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
 ARMS = ("ur3", "ur5", "ur10", "panda", "xarm7", "z1")
@@ -74,66 +73,46 @@ def random_task(
     }
 
 
-def geometry(given: dict[str, Any]) -> Any:
-    """A box or a mesh as it is, by Coal."""
-    if "box" in given:
-        return coal.Box(*given["box"])
-    mesh = trimesh.load_mesh(given["mesh"])
-    made = coal.BVHModelOBBRSS()
-    made.beginModel(len(mesh.faces), len(mesh.vertices))
-    made.addVertices(mesh.vertices)
-    made.addTriangles(mesh.faces)
-    made.endModel()
-    return made
-
-
-def truth_of(task: dict[str, Any]) -> Truth:
-    return Truth(
-        task["robot"],
-        {
-            name: (
-                geometry(one),
-                pin.SE3(pin.exp3(np.array(one["rotation_vector"])), np.array(one["position"])),
-            )
-            for name, one in task["scene"]["objects"].items()
-        },
-    )
-
-
 def compare_with_truth(task: dict[str, Any], samples: int) -> int:
     """Hold the proved clearances of a motion to dense distances; says how many were measured."""
     plan = kw.plan(task)
-    found, truth = pairs(plan.report), truth_of(task)
-    least = dict.fromkeys(found, math.inf)
-    motion = plan.trajectory
-    for t in np.linspace(motion.start_time, motion.end_time, samples):
-        truth.place(motion(t))
-        for name in least:
-            least[name] = min(least[name], truth.distance(*name.split(", ")))
-    for name, one in found.items():
+    curve = plan.trajectory.polynomial
+    motion = Motion(plan.trajectory.joint_names, curve.x, curve.c)
+    around = Surroundings(Task(task, Path()), motion)
+    found = {frozenset(name.split(", ")): one for name, one in pairs(plan.report).items()}
+
+    def distances(t: float) -> dict[frozenset[str], float]:
+        every = around.distances(motion(t))
+        return {
+            frozenset((one.name, other.name)): min(every[indices])
+            for one, other, _, indices in around.pairs
+        }
+
+    times = np.linspace(motion.x[0], motion.x[-1], samples)
+    dense = [distances(t) for t in times]
+    assert found.keys() == dense[0].keys()
+    for names, one in found.items():
         assert one.value is not None
         assert one.time is not None
         assert one.proof == "bounded"
-        truth.place(motion(one.time))
-        at = truth.distance(*name.split(", "))
+        at = distances(one.time)[names]
+        least = min(row[names] for row in dense)
         if at > 0:
-            assert one.value == pytest.approx(at, abs=2e-6), name
-            assert least[name] >= one.value - one.excess - 2e-6, name
-            assert one.ok, name
+            assert one.value == pytest.approx(at, abs=2e-6), names
+            assert least >= one.value - one.excess - 2e-6, names
+            assert one.ok, names
         else:
-            assert one.value <= 0, name
-            assert not one.ok, name
-        assert one.ok or least[name] < 1e-3 or samples < 1000, name
-        assert not one.ok or least[name] > 0, name
+            assert one.value <= 0, names
+            assert not one.ok, names
+        assert one.ok or least < 1e-3 or samples < 1000, names
+        assert not one.ok or least > 0, names
     return samples * len(found)
 
 
-@pytest.mark.parametrize(("count", "samples"), [(1, 120)])
 @pytest.mark.parametrize("arm", ["ur5", "panda"])
-def test_sampled_distances_stay_above_proved_clearance(arm: str, count: int, samples: int) -> None:
-    for seed in range(count):
-        task = random_task(arm, np.random.default_rng(seed), boxes=3)
-        assert compare_with_truth(task, samples) > 1000
+def test_sampled_distances_stay_above_proved_clearance(arm: str) -> None:
+    task = random_task(arm, np.random.default_rng(0), boxes=3)
+    assert compare_with_truth(task, 120) > 1000
 
 
 @pytest.mark.exhaustive
@@ -302,14 +281,6 @@ def test_waypoints_below_floor_collide() -> None:
     assert worst.value is not None
     assert worst.value < -0.45
     assert worst.remedy == "waypoint 'low' itself collides"
-    waypoints = [
-        {"name": name, "after": 4, "stop": True, "pose": {"position": [0.5, y, -0.5], "rpy": DOWN}}
-        for name, y in (("low", 0.1), ("also low", 0.3))
-    ]
-    over = {"after": 4, "stop": True, "pose": {"position": [0.5, 0.2, 0.5], "rpy": DOWN}}
-    task = {**down, "waypoints": [waypoints[0], over, waypoints[1]], "scene": {"objects": floor}}
-    worst = pairs(kw.plan(task).report)["wrist_3_link, floor"]
-    assert worst.remedy == "waypoint 'low', waypoint 'also low' themselves collide"
 
 
 def test_reports_distance_of_clear_pair(knotwork: Command, tmp_path: Path) -> None:
@@ -346,27 +317,6 @@ VIAL: dict[str, Any] = {
     },
     "scene": {"objects": {"rack": {"box": [60, 60, 90], "position": [500, -200, 50]}}},
 }
-
-
-def test_released_object_is_an_obstacle() -> None:
-    """The arm comes back to where it left the vial, and lower: its wrist hits it."""
-    back = [
-        *VIAL["waypoints"],
-        {
-            "name": "up",
-            "after": 2,
-            "pose": {"position": [500, 200, 400], "rpy": DOWN},
-            "stop": True,
-        },
-        {"name": "low", "after": 3, "pose": {"position": [500, 200, -60], "rpy": DOWN}},
-    ]
-    back[1] = {**back[1], "stop": True}
-    report = kw.plan({**VIAL, "waypoints": back}).report
-    failed = {found.name: found for found in report.failures}
-    hit = ("wrist_3_link", "ee_link", "wrist_2_link", "tool")
-    assert set(failed) <= {f"{name}, vial" for name in hit}
-    assert failed
-    assert all(found.at is not None and found.at > 8 for found in failed.values())
 
 
 def test_tool_collides_with_released_object() -> None:
@@ -448,19 +398,6 @@ def test_skips_sequence_whose_motion_collides() -> None:
     assert {"wrist_3_link, forearm_link"} <= {found.name for found in report.failures}
 
 
-@pytest.mark.exhaustive
-def test_skips_sequence_whose_fastest_motion_collides() -> None:
-    task = yaml.safe_load(SCENARIO_FILES["ur5_valve"].read_text(encoding="utf-8"))
-    task["waypoints"] = [
-        {key: value for key, value in one.items() if key != "after"} for one in task["waypoints"]
-    ]
-    limits = {**task["limits"], "acceleration": 400, "jerk": 4000}
-    report = kw.plan({**task, "times": "fastest", "limits": limits}).report
-    assert report.ok
-    (tried,) = report.select(quantity="sequences_tried")
-    assert "the first that has one" in tried.message
-
-
 def test_skips_solutions_that_collide_at_waypoint() -> None:
     """A ball is where the wrist is in the solution of least travel."""
     place = {"position": [0.45, 0.0, 0.4], "rotation_vector": [math.pi, 0, 0]}
@@ -513,27 +450,14 @@ def test_reports_every_contact_of_pair() -> None:
 # Meshes
 
 
-def write_bowl(path: Path, *, closed: bool = True) -> None:
-    """A box of 400 x 400 x 200 mm with a pit of 300 x 300 x 150 mm from above; in mm, as STL."""
-    outer, inner, top, pit = 200.0, 150.0, 200.0, 50.0
-    rings = [(outer, 0.0), (outer, top), (inner, top), (inner, pit)]
-    corners = [[(x, -x), (x, x), (-x, x), (-x, -x)] for x, _ in rings]
-    triangles = []
-    points = [[(cx, cy, z) for cx, cy in ring] for ring, (_, z) in zip(corners, rings, strict=True)]
-    for low, high in itertools.pairwise(points):
-        for k in range(4):
-            a, b, c, d = low[k], low[(k + 1) % 4], high[(k + 1) % 4], high[k]
-            triangles += [(a, b, c), (a, c, d)]
-    base, floor = points[0], points[-1]
-    triangles += [(base[0], base[2], base[1]), (base[0], base[3], base[2])]
-    if closed:
-        triangles += [(floor[0], floor[1], floor[2]), (floor[0], floor[2], floor[3])]
-    lines = ["solid bowl"]
-    for triangle in triangles:
-        lines += ["facet normal 0 0 0", "outer loop"]
-        lines += [f"vertex {x:g} {y:g} {z:g}" for x, y, z in triangle]
-        lines += ["endloop", "endfacet"]
-    path.write_text("\n".join([*lines, "endsolid bowl"]))
+def write_bowl(path: Path) -> None:
+    """A box of 400 x 400 x 200 mm with a pit of 300 x 300 x 150 mm from above."""
+    # no corner is that of two parts, so that each is closed
+    parts = [trimesh.creation.box([380, 380, 50]).apply_translation([0, 0, 25])]
+    for side in (-175, 175):
+        parts.append(trimesh.creation.box([50, 400, 200]).apply_translation([side, 0, 100]))
+        parts.append(trimesh.creation.box([398, 50, 200]).apply_translation([0, side, 100]))
+    trimesh.util.concatenate(parts).export(path)
 
 
 def bowl_task(path: Path, **more: Any) -> dict[str, Any]:
@@ -644,22 +568,6 @@ def test_names_links_without_collision_shapes(scene: dict[str, Any]) -> None:
     (said,) = report.select(quantity="collision_shapes")
     assert said.verdict == ("warning" if scene else "information")
     assert said.message.startswith("links link01 and link05 have no collision shapes")
-
-
-def test_reports_tool_touching_link_at_home() -> None:
-    tool = {**REACH_OVER["tool"], "shape": {"box": [200, 200, 400]}}
-    scene = {"objects": {"ball": {"sphere": 10, "position": [0, 0, 3000]}}}
-    report = kw.plan({**REACH_OVER, "tool": tool, "scene": scene}).report
-    said = [one.message for one in report.select(quantity="collision_shapes")]
-    assert said
-    assert all("touch at home" in one and "and are checked" in one for one in said)
-    assert any("wrist_2_link" in one and "mm deep" in one for one in said)
-    checked = pairs(report)
-    assert all(f"tool, {one.split()[2]}" in checked for one in said)
-    for one in report.select(quantity="pairs_not_checked"):  # it is told once
-        assert "tool" not in one.message
-    warned = [one.message for one in report.warnings if "wrong place or unit" in one.message]
-    assert len(warned) == 3
 
 
 def test_distance_is_that_of_nearest_points() -> None:

@@ -45,20 +45,6 @@ def moved(c: np.ndarray, by: np.ndarray) -> np.ndarray:
 RISE = np.array([-0.25, 0.75, 0.0, 0.0])
 
 
-@pytest.mark.parametrize("gap", [1e-7, 1e-9, 1e-11])
-def test_adjacent_rows_hide_no_jump(knotwork: Command, tmp_path: Path, gap: float) -> None:
-    """A file of the plain cubic, whose acceleration jumps at 5 and 15 s."""
-    plan = planned("paper_case", planner="cubic")
-    times = np.array([0.0, 5, 5 + gap, 15, 15 + gap, 25])
-    rows = np.column_stack(
-        [times, plan.trajectory.position(times), plan.trajectory.velocity(times)]
-    )
-    path = tmp_path / "motion.csv"
-    text = "\n".join(",".join(map(repr, row)) for row in rows.tolist())
-    path.write_text(f"time,joint_1,joint_1_velocity\n{text}\n", encoding="utf-8")
-    assert knotwork("check", path, "--scenario", "paper_case").code == 1
-
-
 @pytest.mark.parametrize("start", [0.0, 3.0, 40.0])
 @pytest.mark.parametrize("gap", [1e-13, 1e-10, 1e-7])
 def test_short_corner_pieces_break_acceleration_limit(gap: float, start: float) -> None:
@@ -177,20 +163,6 @@ def test_refuses_values_that_are_zero_in_si(knotwork: Command, tmp_path: Path, w
     assert ran.code == 2
     assert f"{path}: line 6: {where}.{key}: 5e-324: is so small that" in ran.err
     assert "may round to zero in SI; give at least 1e-100" in ran.err
-
-
-def test_zero_tolerance_passes_nothing() -> None:
-    """A scenario made in Python."""
-    data = {
-        "waypoints": [
-            {"joints": {"turn": 0, "other": 0}},
-            {"joints": {"turn": 0.8, "other": 0}, "after": 2},
-        ],
-    }
-    scenario = kw.load_scenario(data | {"tolerances": {"joint_position": 1e-100}})
-    c = np.zeros((4, 1, 2))
-    still = kw.JointTrajectory(("turn", "other"), kw.PiecewisePolynomial(c, [0.0, 2.0]))
-    assert not kw.check(still, scenario).ok
 
 
 def test_self_motion_at_stop_of_tool_fails() -> None:

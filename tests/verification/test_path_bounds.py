@@ -140,23 +140,6 @@ def test_speed_jump_is_seen_on_both_sides_of_break(line: kw.Plan) -> None:
     assert one.value > 0.4 * 0.06
 
 
-def test_late_motion_fails_path_speed(line: kw.Plan) -> None:
-    stretch = line.scenario.paths[0].stretches[0]
-
-    def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        slower = x.copy()
-        inside = x > stretch.start
-        slower[inside] = stretch.start + 1.05 * (x[inside] - stretch.start)
-        scale = (np.diff(x) / np.diff(slower))[None, :, None] ** np.arange(3, -1, -1)[:, None, None]
-        return c * scale, slower
-
-    report = kw.check(disturbed(line, change), line.scenario)
-    found = findings(report)
-    assert found["path_deviation"].ok
-    assert not found["path_speed"].ok
-    assert not report.ok
-
-
 def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     """No division settles it: rounding is left when all rounds are over."""
     path = line.scenario.paths[0]

@@ -23,7 +23,6 @@ from knotwork.verification import (
 from knotwork.verification.bounds import adaptive
 from plans import planned
 
-SHIPPED = ("ur5_deburring", "panda_pick_place", "kinova_dispense", "planar2_closed_form")
 Function = Callable[[np.ndarray, np.ndarray, np.ndarray], float]
 
 
@@ -120,12 +119,6 @@ def examine(robot: kw.Robot, trajectory: kw.JointTrajectory, samples: int) -> No
     nearest = singular_value_bound(robot, trajectory)
     assert nearest.bound <= -peak(curve, nearness_of(robot), samples) + 1e-9
     assert nearest.bound <= nearest.value + 1e-12
-
-
-@pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_motions_peak_below_bounds(name: str) -> None:
-    plan = kw.plan(name)
-    examine(plan.space.robot, plan.trajectory, 3_000)
 
 
 def robots() -> Iterator[kw.Robot]:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
-from sweeps import examples, mostly_exhaustive
+from sweeps import examples
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +43,6 @@ def circle(folder: Path, radius: float, turns: int = 0, **more: Any) -> kw.Scena
     )
 
 
-def length_of(task: kw.Scenario) -> float:
-    return 1e3 * float(task.paths[0].motion.path.length)
-
-
 def ends(task: kw.Scenario) -> tuple[float, float]:
     motion = task.paths[0].motion
     return motion.start_time, motion.end_time
@@ -66,29 +62,6 @@ def eight(folder: Path) -> kw.Scenario:
     return gantry.scenario(
         folder, {"points": str(path)}, [0, 0, 0], 50, acceleration=200, tolerances={"path": 0.5}
     )
-
-
-def as_timed(task: kw.Scenario, t: np.ndarray) -> np.ndarray:
-    return 1e3 * task.paths[0].motion.arc_length(np.clip(t, *ends(task)))
-
-
-WRONG_LAPS = {
-    "the second lap first": lambda s, L: (s + 0.5 * L) % L,
-    "the first lap twice": lambda s, L: s % (0.5 * L),
-    "the second lap backwards": lambda s, L: np.where(s < 0.5 * L, s, 1.5 * L - s),
-    "all backwards": lambda s, L: L - s,
-    "the first lap and back": lambda s, L: np.minimum(s, L - s),
-}
-
-
-@pytest.mark.parametrize(
-    "name", mostly_exhaustive(WRONG_LAPS, "the first lap twice", "all backwards")
-)
-def test_laps_of_eight_in_wrong_order_fail(folder: Path, name: str) -> None:
-    task = eight(folder)
-    L = length_of(task)
-    wrong = gantry.motion(task, lambda t: WRONG_LAPS[name](as_timed(task, t), L))
-    assert set(failures(wrong, task)) & {"path_deviation", "path_progress", "path_speed"}
 
 
 def ramped(task: kw.Scenario, width: float) -> Any:

@@ -9,7 +9,6 @@ import pytest
 from figures import QUANTITIES, legend_words, lines, outside, overlaps, waypoint_names
 
 import knotwork as kw
-from knotwork import Plan
 from knotwork.view import plot_joints, plot_tool
 from shipped import SCENARIO_FILES
 from sweeps import first_of, mostly_exhaustive
@@ -46,11 +45,6 @@ def task(points: int, *, limit: float = 0.75, uneven: bool = True) -> dict[str, 
     }
 
 
-@pytest.fixture(scope="module")
-def hard() -> Plan:
-    return kw.plan(task(50))
-
-
 def clean(figure: Any) -> None:
     assert overlaps(figure) == []
     assert outside(figure) == []
@@ -73,23 +67,6 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     joints = [word for word in legend_words(figure) if word.startswith("left")]
     assert len(set(joints)) == 7
     assert all(len(word) <= 26 for word in joints)
-
-
-def test_one_joint_or_planners_in_columns(hard: Plan) -> None:
-    clean(plot_joints(hard, joints=JOINTS[5:6], degrees=True))
-    other = kw.plan(task(50), planner="cubic")
-    kinds = ["velocity", "acceleration"]
-    clean(plot_joints([hard, other], quantities=kinds))
-    clean(plot_joints([hard, other], joints=JOINTS[:3], quantities=kinds))
-
-
-def test_waypoints_crowded_at_one_time() -> None:
-    given = task(30)
-    for i, waypoint in enumerate(given["waypoints"][5:], start=5):
-        waypoint["time"] = 40.0 + 0.01 * i
-    figure = plot_joints(kw.plan(given))
-    clean(figure)
-    assert len(waypoint_names(figure.axes[0])) < 10
 
 
 @pytest.mark.parametrize(

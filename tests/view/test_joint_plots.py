@@ -25,7 +25,7 @@ from figures import (
 
 import knotwork as kw
 from knotwork import Plan
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import InputError
 from knotwork.view import plot_joints
 from plans import planned
 from sweeps import mostly_exhaustive
@@ -75,26 +75,6 @@ def test_curves_are_the_trajectory(deburring: Plan, degrees: bool) -> None:
             assert time[0] == deburring.trajectory.start_time
             assert time[-1] == deburring.trajectory.end_time
     assert ("[deg/s]" if degrees else "[rad/s]") in label(figure.axes[1])
-
-
-def test_joints_that_share_a_panel_show_the_limits_of_the_nearest() -> None:
-    ends: list[dict[str, Any]] = [
-        {"joints": {"a": 0.0, "b": 0.0, "c": 0.0}},
-        {"joints": {"a": 1.0, "b": 0.5, "c": 0.3}, "after": 1},
-    ]
-    plan = kw.plan({"waypoints": ends, "limits": {"velocity": {"a": 2.0, "b": 0.8, "c": 3.0}}})
-    figure = plot_joints(plan, quantities=["velocity", "acceleration"])
-    velocity, acceleration = figure.axes
-    peaks = [data(line)[1].max() for line in lines(velocity, "curve")]
-    assert peaks == pytest.approx([1.5, 0.75, 0.45])
-    (limit,) = lines(velocity, "limit")  # the other is far from the curves
-    assert set(data(limit)[1]) == {0.8}
-    assert notes(figure)[0] == "b: 94 % of limit ±0.8 rad/s"
-    assert label(velocity) == "velocity [rad/s]"
-    assert label(acceleration) == "acceleration [rad/s²]"
-    assert not lines(acceleration, "limit")
-    with pytest.raises(UnknownNameError, match="a4, slide"):
-        plot_joints(plan, size="a3")
 
 
 def test_jumps_of_acceleration_are_drawn_at_both_values(cubic: Plan) -> None:
@@ -182,16 +162,6 @@ def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
     assert peak * part in shown or -peak * part in shown
 
 
-def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) -> None:
-    figure = plot_joints(broken, joints=["shoulder_pan_joint"], degrees=True)
-    position, velocity = figure.axes[:2]
-    assert not lines(position, "limit")  # ±360 degrees, the curve reaches 180
-    assert position.get_ylim()[1] < 300
-    assert notes(figure)[0] == "180 deg inside limit ±360 deg"
-    levels = [float(data(line)[1][0]) for line in lines(velocity, "limit")]
-    assert levels == pytest.approx([math.degrees(3.15)])
-
-
 def test_one_joint_overlays_planners_told_apart_without_colour(
     paper_case: Plan, cubic: Plan
 ) -> None:
@@ -214,15 +184,6 @@ def test_one_joint_overlays_planners_told_apart_without_colour(
     assert "check of cubic FAILED" in heading(figure)
 
 
-def test_several_motions_have_a_column_for_each_joint(deburring: Plan) -> None:
-    motions = [deburring, deburring.trajectory]
-    figure = plot_joints(motions, quantities=["velocity"], labels=["plan", "motion"])
-    assert len(figure.axes) == 6
-    assert all(len(lines(axis, "curve")) == 2 for axis in figure.axes)
-    headings = [axis.get_title() or axis.texts[-1].get_text() for axis in figure.axes]
-    assert "elbow_joint" in headings
-
-
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
     figure = plot_joints(deburring.trajectory, scenario=deburring.scenario)
     assert "edge start" in [text.get_text() for text in waypoint_names(figure.axes[0])]
@@ -237,24 +198,6 @@ def test_a_joint_that_stands_still_shows_no_noise(deburring: Plan) -> None:
         low, high = axis.get_ylim()
         assert low < level < high
         assert high - low > 0.1
-
-
-def test_rounding_is_no_motion_beside_the_limits() -> None:
-    """The jerk of a move by rounding is 5e-6 deg/s³, which is nothing beside 1e5."""
-    plan = kw.plan(
-        {
-            "limits": {"jerk": {"a": 1e4}},
-            "waypoints": [
-                {"joints": {"a": 1.2}},
-                {"joints": {"a": 1.2 + 1e-11}, "after": 0.1, "stop": True},
-                {"joints": {"a": 1.2}, "after": 0.1},
-            ],
-        }
-    )
-    jerk = plot_joints(plan, quantities=["jerk"]).axes[0]
-    assert np.ptp(data(lines(jerk, "curve")[0])[1]) > 1e-9
-    low, high = jerk.get_ylim()
-    assert high - low > 0.1
 
 
 def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
@@ -279,10 +222,3 @@ def test_motions_that_do_not_belong_together_are_an_error(
     ):
         with pytest.raises(InputError, match=says):
             plot_joints(motions, **options)  # type: ignore[arg-type]
-
-
-def test_the_same_planner_twice_is_numbered(paper_case: Plan) -> None:
-    figure = plot_joints([paper_case, kw.plan("paper_case", knots="balanced")])
-    assert {"modified-hermite (1)", "modified-hermite (2)"} <= set(legend_words(figure))
-    figure = plot_joints([paper_case, paper_case], labels=["paper", "balanced"])
-    assert {"paper", "balanced"} <= set(legend_words(figure))

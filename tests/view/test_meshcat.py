@@ -77,43 +77,6 @@ def test_the_board_has_the_verdict_and_the_camera_looks_at_the_scene() -> None:
     assert turned[:, 2] @ seen_from > 0.3 * np.linalg.norm(seen_from)  # it faces the camera
 
 
-@pytest.mark.parametrize(
-    ("name", "wide", "high"),
-    [
-        ("ur5_deburring", 1280, 960),
-        ("planar2_closed_form", 1920, 900),
-        pytest.param("planar2_closed_form", 1440, 900, marks=pytest.mark.exhaustive),
-    ],
-)
-def test_board_and_arm_are_whole_in_the_picture(name: str, wide: int, high: int) -> None:
-    """Projected as Meshcat does: its camera looks at the origin, wherever it is."""
-    window, plan = Window(), kw.plan(name)
-    plan.play(meshcat.Visualizer(window=window))
-    (board,) = (one for one in window.kinds("set_object") if one["path"].endswith("/board"))
-    (box,) = board["object"]["geometries"]
-    (place,) = (one for one in window.kinds("set_transform") if one["path"].endswith("/board"))
-    pose = np.array(place["matrix"]).reshape(4, 4).T
-    sides = 0.5 * np.array([box["width"], box["height"], 0.0])
-    signs = np.array([(i, j, 0) for i in (-1, 1) for j in (-1, 1)])
-    corners = (signs * sides) @ pose[:3, :3].T + pose[:3, 3]
-    robot, arm = plan.space.robot, []
-    assert robot is not None
-    for q in plan.trajectory.position(np.linspace(0.0, plan.trajectory.duration, 20)):
-        pin.framesForwardKinematics(robot.model, robot.data, q)
-        arm += [robot.base_placement.act(one.translation) for one in robot.data.oMf]
-    camera = {one["property"]: one["value"] for one in window.kinds("set_property")}
-    x, z, y = camera["position"] * np.array([1, 1, -1])
-    back = np.array([x, y, z]) / np.linalg.norm([x, y, z])
-    right = np.cross([0, 0, 1], back) / np.linalg.norm(np.cross([0, 0, 1], back))
-    eye = pin.SE3(np.column_stack([right, np.cross(back, right), back]), np.array([x, y, z]))
-    seen = np.array([eye.actInv(point) for point in (*corners, *arm)])
-    assert (seen[:, 2] < 0).all()
-    tangent = np.tan(np.radians(camera["fov"]) / 2)
-    at = seen[:, :2] / -seen[:, 2:] / [tangent * wide / high, tangent] / 2
-    assert np.abs(at).max() < 0.5, at
-    assert at[: len(corners), 0].max() < at[len(corners) :, 0].min()  # the board hides nothing
-
-
 def test_pinocchios_visualizer_is_taken_and_its_own_robot_hidden(plan: kw.Plan) -> None:
     from pinocchio.visualize import MeshcatVisualizer
 

@@ -11,7 +11,6 @@ from figures import collections, data, label, lines, notes, outside, overlaps, w
 import knotwork as kw
 from knotwork import Plan
 from knotwork.view import plot_joints, plot_tool
-from plans import arm
 from seams import ON, task
 
 DOWN = {"rpy": [180, 0, 0]}
@@ -74,18 +73,6 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
         assert np.nanmin(level[0]) == pytest.approx(seam.scenario.waypoints[1].time)
         assert np.nanmax(level[0]) == pytest.approx(seam.scenario.waypoints[4].time)
         assert not lines(axis, "beyond")
-
-
-def test_deviation_of_an_arc_is_its_distance_from_the_circle(seam: Plan) -> None:
-    axis = panel(plot_tool(seam), "off tool path")
-    time, off = data(lines(axis, "curve")[0])
-    robot = arm(seam)
-    start, end = (seam.scenario.waypoints[i].time for i in (3, 4))
-    inside = np.flatnonzero((time > start + 0.05) & (time < end - 0.05))[::7]
-    for i in inside:
-        x, y, z = 1e3 * robot.forward(seam.trajectory(time[i])).translation
-        away = np.hypot(np.hypot(x - 530, y - 80) - 30, z - 60)
-        assert off[i] == pytest.approx(away, abs=1e-6)
 
 
 def test_what_is_beyond_a_tolerance_stands_out_and_is_said(seam: Plan, loose: Plan) -> None:

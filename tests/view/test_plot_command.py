@@ -81,14 +81,3 @@ def test_a_stored_trajectory_is_drawn(
     assert ran.code == 2
     assert "joint" in ran.err
     assert not (tmp_path / "c.png").exists()
-
-
-def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
-    knotwork: Command, tmp_path: Path, paper_case: Plan, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    paper_case.save(tmp_path / "paper_case")
-    monkeypatch.chdir(tmp_path)
-    assert knotwork("plot", "paper_case", "--compare", "cubic").code == 0  # the scenario
-    ran = knotwork("plot", "./paper_case", "--compare", "cubic")
-    assert ran.code == 2
-    assert "leave out --compare" in ran.err

@@ -12,7 +12,7 @@ import knotwork as kw
 from drawn import scene
 from knotwork.view import plot_joints, plot_tool
 from plans import planned
-from walls import into
+from walls import through_wall
 
 
 def strip(plan: kw.Plan) -> Any:
@@ -69,7 +69,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
 
 
 def test_collisions_are_marked_over_all_panels_as_long_as_they_last() -> None:
-    plan = kw.plan(into())
+    plan = through_wall()
     spans = [span for one in plan.report.failures for span in one.spans]
     first, last = min(start for start, _ in spans), max(end for _, end in spans)
     (drawn, *others) = strip(plan)["broken"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -51,25 +50,6 @@ def test_a_velocity_that_planning_chose_is_not_marked_as_given() -> None:
         np.testing.assert_array_equal(data(line)[0], [0, 2, 4])
     for line in lines(velocity, "asked"):
         np.testing.assert_array_equal(data(line)[0], [0, 4])
-
-
-def test_a_long_piece_among_many_short_ones_is_drawn_as_finely(
-    deburring_by_waypoints: Plan,
-) -> None:
-    plan = deburring_by_waypoints
-    curve, robot = plan.trajectory.polynomial, plan.space.robot
-    assert robot is not None
-    end = float(curve.x[-1])
-    breaks = np.unique([*curve.x, *np.linspace(end - 0.5, end, 802)[1:-1]])
-    states = curve(breaks), curve(breaks, 1)
-    units = plan.trajectory.joint_units
-    same = kw.JointTrajectory.from_knots(robot.joint_names, breaks, *states, joint_units=units)
-    finer = replace(plan, trajectory=same)
-    (line,) = lines(plot_tool(finer).axes[0], "curve")
-    times = np.linspace(float(curve.x[0]), end - 0.5, 400)
-    states = zip(curve(times), curve(times, 1), strict=True)
-    speed = np.array([1e3 * np.linalg.norm(robot.twist(q, v).linear) for q, v in states])
-    np.testing.assert_allclose(np.interp(times, *data(line)), speed, atol=0.01 * speed.max())
 
 
 def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:

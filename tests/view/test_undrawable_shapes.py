@@ -120,23 +120,6 @@ def test_places_and_colours_that_are_none_are_warnings(
         assert warning.endswith(drawn)
 
 
-def test_the_commands_show_what_is_left_of_the_arm(
-    arm, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    arm(urdf("<box/>"))
-    (tmp_path / "task.yaml").write_text(
-        "robot: {urdf: arm.urdf, tool_frame: c}\nwaypoints:\n"
-        "  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
-        encoding="utf-8",
-    )
-    monkeypatch.chdir(tmp_path)
-    for command in ("view", "report"):
-        ran = knotwork(command, "task.yaml", "--html", f"{command}.html")
-        assert ran.code == 0, ran.err
-        assert "warning: link 'a': box has size ''" in ran.err
-        assert (tmp_path / f"{command}.html").stat().st_size > 10_000
-
-
 def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("knotwork.view.links.MAX_DRAWN_TRIANGLES", 20)
     (warning,) = shape_warnings(arm(urdf()))

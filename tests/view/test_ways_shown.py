@@ -16,7 +16,7 @@ from knotwork.planning.timing import Progress
 from knotwork.verification import Finding
 from knotwork.view import plot_tool
 from plans import planned
-from walls import DOWN, past
+from walls import past
 
 
 def once(*others: Any, tries: int = 1) -> dict[str, Any]:
@@ -47,13 +47,6 @@ def test_the_report_says_of_a_way_how_near_it_leads_past_what() -> None:
     assert "here to there: minimum clearance" in " ".join(str(made().report).split())
 
 
-def test_only_ways_are_told_as_ways() -> None:
-    last = {"name": "on", "pose": {"position": [450, 250, 150], "rpy": DOWN}, "stop": True}
-    plan = kw.plan(once({**last, "after": "fastest"}))
-    (found,) = plan.report.select(quantity="way")
-    assert found.interval == pytest.approx(plan.scenario.times[:2])
-
-
 def test_the_strip_shows_the_clearance_that_the_check_finds() -> None:
     shown = scene(made().view())["strip"]["clearance"]
     assert len(shown["time"]) <= 200
@@ -62,14 +55,6 @@ def test_the_strip_shows_the_clearance_that_the_check_finds() -> None:
     assert shown["distance"][least] == pytest.approx(nearest(made()).value, abs=1e-3)
     assert shown["distance"][least] <= (nearest(made()).value or 0.0) + 1e-6
     assert shown["names"][shown["pair"][least]] == nearest(made()).name
-
-
-def test_without_objects_no_clearance_is_shown() -> None:
-    given = once()
-    del given["scene"]["objects"]
-    plan = kw.plan(given)
-    assert scene(plan.view())["strip"]["clearance"] is None
-    assert label(plot_tool(plan).axes[-1]) != "clearance [mm]"
 
 
 def test_the_plot_of_the_tool_has_a_row_of_clearance_with_the_margin_as_limit() -> None:

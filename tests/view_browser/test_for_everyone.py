@@ -57,7 +57,7 @@ def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options:
 @pytest.mark.parametrize(
     ("name", "size", "scheme"),
     [
-        ("scene", DESK, "dark"),
+        pytest.param("scene", DESK, "dark", marks=pytest.mark.exhaustive),
         ("scene", UPRIGHT, "light"),
         pytest.param("scene", ACROSS, "light", marks=pytest.mark.exhaustive),
         pytest.param("report", UPRIGHT, "dark", marks=pytest.mark.exhaustive),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from http.client import HTTPConnection
@@ -36,6 +37,9 @@ def test_a_connection_that_breaks_off_is_passed_over(port: int) -> None:
         client.close()
     with urllib.request.urlopen(f"http://{HOST}:{port}/") as answer:  # and it still answers
         assert b"</html>" in answer.read()[-20:]
+    with pytest.raises(urllib.error.HTTPError, match="404") as refused:
+        urllib.request.urlopen(f"http://{HOST}:{port}/etc/passwd")
+    refused.value.close()
 
 
 OWN_NAMES = ("127.0.0.1:{}", "localhost:{}", "LOCALHOST:8000", "[::1]:{}", "localhost")

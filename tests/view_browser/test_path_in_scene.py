@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from functools import cache
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 
 import knotwork as kw
 from drawn import scene, thing, vertices
-from knotwork.view import plot_tool, report_page
 from seams import ON, task
 
 SEAM = task(
@@ -84,27 +82,3 @@ def test_only_waypoints_of_the_scenario_have_labels() -> None:
     names = [one["text"] for one in data["labels"] if one["kind"] == "waypoint"]
     assert names == ["start", "on", "turn", "off"]
     assert len(plan.joint_waypoints.time) > 4
-
-
-def test_a_scenario_without_paths_has_none_in_its_scene() -> None:
-    data = scene(kw.plan("planar2_closed_form").view())
-    names = {one["name"] for one in data["things"]}
-    assert "path asked for" not in names
-    assert not data["legend"]["path"]
-
-
-def test_the_report_lists_paths_and_draws_their_deviation() -> None:
-    page = report_page(planned(None))
-    titles = [" ".join(axis.get_ylabel().split()) for axis in plot_tool(planned(None)).axes]
-    assert "off tool path [mm]" in titles
-    assert "speed error [%]" in titles
-    text = re.sub(r"<[^>]+>", " ", page.html)
-    assert "Tool paths" in text
-    assert re.search(r"on to turn\s", text)
-    joints, tool = re.findall(
-        r"<svg .*?</svg>", re.sub(r"<iframe.*?</iframe>", "", page.html, flags=re.DOTALL), re.DOTALL
-    )
-    for drawing in (joints, tool):
-        assert "var(--plot-0072b2, #0072b2)" in drawing
-        assert "#15181c" not in drawing  # it is dark by the page's colours alone
-    assert "--plot-0072b2: #4aa3e8;" in page.html

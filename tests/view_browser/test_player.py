@@ -90,19 +90,6 @@ def test_arrow_keys_move_by_one_frame_and_with_another_key_are_the_browsers(scen
     assert press(scene, "Shift") == before
 
 
-def test_space_on_a_button_or_list_is_its_own(scene: Any) -> None:
-    scene.evaluate("document.getElementById('shown').open = true")
-    for kept in ("#loop", "#switches input >> nth=0"):  # other keys stay the player's after a click
-        scene.focus(kept)
-        scene.evaluate("knotwork.seek(1)")
-        assert press(scene, "Home") == 0.0
-    scene.focus("#shown summary")
-    opened = scene.locator("#shown").get_attribute("open") is not None
-    before = press(scene, " ")
-    assert (scene.locator("#shown").get_attribute("open") is not None) != opened
-    assert press(scene, "Shift") == before
-
-
 def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
     """One page shows them all: each key and click does what its words say."""
     times = [waypoint.time for waypoint in plan.scenario.waypoints]
@@ -143,25 +130,6 @@ def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
     scene.keyboard.press(" ")
     scene.wait_for_function("knotwork.time() < 1")  # it has begun again
     scene.keyboard.press(" ")
-
-
-def test_the_strip_says_of_limits_what_the_verdict_says(tabs: Any, tmp_path: Path) -> None:
-    """Of the tool's speed, too, at its peak."""
-    ends = [{"joints": {"shoulder": 0, "elbow": 0.5}}, {"joints": {"shoulder": 1, "elbow": 0.5}}]
-    task = {"robot": "planar2", "limits": {"tool_speed": 0.4}}
-    plan = kw.plan({**task, "waypoints": [ends[0], {**ends[1], "after": 2}]})
-    (failed,) = plan.report.failures
-    assert failed.quantity == "tool_speed"
-    assert failed.time is not None
-    assert failed.use is not None
-    tab = tabs.scene("too fast", plan.view, tmp_path)
-    tab.set_viewport_size({"width": 1200, "height": 700})
-    tab.evaluate(NEXT_FRAME)
-    box = tab.locator("#strip").bounding_box()
-    knob = 8
-    share = failed.time / plan.trajectory.duration
-    tab.mouse.move(box["x"] + knob + share * (box["width"] - 2 * knob), box["y"] + 20)
-    assert f"{100 * failed.use:.0f} % of a limit" in tab.inner_text("#tip")
 
 
 @pytest.mark.exhaustive

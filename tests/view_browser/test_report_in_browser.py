@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import knotwork as kw
 from knotwork.view import report_page
 from plans import planned
-from walls import into
+from walls import through_wall
 
 
 @pytest.mark.exhaustive
@@ -58,23 +57,10 @@ def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> Non
     assert all(picture.is_visible() for picture in tab.locator("#plots svg").all())
 
 
-def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
-    page = report_page(planned("paper_case"))
-    tab = tabs.new()
-    tab.goto(page.save(tmp_path / "report.html").as_uri())
-    said = tab.inner_text("#view")
-    assert "names no robot" in said
-    assert "only joint plots" in said
-    assert "names no robot" in page.warnings[0]
-    assert tab.locator("iframe").count() == 0
-    assert tab.locator("#still").count() == 0
-    assert tab.locator("#plots svg").count() == 1
-
-
 def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time(
     tabs: Any, tmp_path: Path
 ) -> None:
-    plan = kw.plan(into())
+    plan = through_wall()
     tab = tabs.new()
     tab.set_viewport_size({"width": 1440, "height": 900})
     tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())
@@ -130,44 +116,3 @@ def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time
     tab.mouse.move(*inside)
     tab.mouse.move(inside[0] + 0.1 * box["width"], inside[1])
     assert shown() - time == pytest.approx(2 * near, abs=0.02)
-
-
-# Labels of failures that are seen, and panels over the scene: each pair that overlaps
-OVERLAPS = """() => {
-  const boxes = (selector) => [...document.querySelectorAll(selector)]
-    .filter((one) => getComputedStyle(one).visibility !== "hidden" && one.offsetHeight)
-    .map((one) => [one.id || one.textContent, one.getBoundingClientRect()]);
-  const misses = boxes(".label.miss");
-  const all = [...misses, ...boxes(".keep-clear"), ...boxes(".label:not(.miss)")];
-  const apart = (a, b) => a.right < b.left + 1 || a.bottom < b.top + 1;
-  const over = (a, b) => !apart(a, b) && !apart(b, a);
-  return { count: misses.length, found: misses.flatMap(([name, a], i) =>
-    all.slice(i + 1).filter(([, b]) => over(a, b)).map(([other]) => [name, other])) };
-}"""
-
-
-@pytest.mark.exhaustive
-def test_labels_of_failures_are_beside_panels_and_each_other(tabs: Any, tmp_path: Path) -> None:
-    post = {"box": [0.12, 0.12, 0.5], "position": [0.4, 0.05, 0.25]}
-    pose = {"position": [0.4, 0.03, 0.25], "rpy": [180, 0, 0]}
-    task = {"robot": "ur10", "units": {"angle": "deg"}, "scene": {"objects": {"post": post}}}
-    stops = [{"time": 2, "pose": pose, "stop": True}, {"joints": "home", "after": 2, "stop": True}]
-    plan = kw.plan({**task, "start": "home", "waypoints": stops})
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1440, "height": 900})
-    tab.goto(report_page(plan).save(tmp_path / "post.html").as_uri())
-    tab.wait_for_selector("html.has-still", state="attached")
-    view = tab.frames[1]
-    buttons = tab.locator(".failures button[data-at]")
-    assert buttons.count() >= 3
-    for button in buttons.all():
-        at = float(button.get_attribute("data-at"))
-        button.click()
-        view.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.02", arg=at)
-        view.evaluate("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 50))")
-        drawn = view.evaluate(OVERLAPS)
-        assert drawn["count"] >= 2
-        assert not drawn["found"], at
-    view.click("#legend summary")  # a panel that grows is kept clear of, too
-    view.evaluate("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 50))")
-    assert not view.evaluate(OVERLAPS)["found"]

@@ -115,30 +115,6 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(
 
 
 @pytest.mark.exhaustive
-def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
-    scene = Scene(tabs, address)
-    scene.tab.evaluate("knotwork.loop(false)")
-    scene.tab.evaluate(WITHOUT_LABELS)
-    for time in (0.5, 1.2):
-        scene.tab.evaluate("knotwork.play()")
-        scene.tab.wait_for_function(f"knotwork.time() > {time}")
-        scene.tab.evaluate("knotwork.pause()")
-        shown = scene.pixels()
-        fresh = Scene(tabs, address, f"t={scene.time:.6f}")
-        fresh.tab.evaluate("knotwork.loop(false)")
-        fresh.tab.evaluate(WITHOUT_LABELS)
-        assert differ(shown, fresh.pixels()) == 0, time
-        fresh.tab.close()
-    scene.tab.evaluate("knotwork.play()")
-    scene.tab.wait_for_function("knotwork.time() >= 3 - 1e-6")
-    played = scene.pixels()  # it has come to its end by itself
-    scene.key("Home")
-    scene.pixels()
-    scene.key("End")
-    assert differ(played, scene.pixels()) == 0
-
-
-@pytest.mark.exhaustive
 def test_a_paused_scene_follows_the_night_the_window_and_its_switches(
     tabs: Any, address: str
 ) -> None:

@@ -13,13 +13,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import knotwork as kw
-from drawn import beside_an_arm
 from plans import planned
 from sweeps import mostly_exhaustive
-from walls import into
+from walls import through_wall
 
-FAILING = Path(__file__).parents[1] / "failing"
-SCENARIOS = ("ur5_deburring", "panda_pick_place", "kinova_dispense", "planar2_closed_form")
 HIDE = "(path) => viewer.set_property(['Knotwork', ...path], 'visible', false)"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 Picture = NDArray[np.int64]
@@ -105,7 +102,7 @@ def shown_labels(tab: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "name", mostly_exhaustive(SCENARIOS, "ur5_deburring", "planar2_closed_form")
+    "name", mostly_exhaustive(("ur5_deburring", "panda_pick_place"), "ur5_deburring")
 )
 def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     tab, plan = show(name), planned(name)
@@ -136,32 +133,13 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     assert np.ptp(rows) > 60
 
 
-def test_lines_lead_to_labels_in_windows_of_all_sizes(show: Any) -> None:
-    """On a phone words are smaller: the sizes measured there are not those on a desktop."""
-    tab = show("planar2_closed_form")
-    for size in ((390, 700), (900, 600)):
-        resize(tab, *size)
-        shown = shown_labels(tab)
-        assert len(shown) >= 4
-        ends = tab.evaluate(
-            """() => [...document.querySelectorAll("#leaders line")]
-              .filter((line) => line.style.visibility === "visible")
-              .map((line) => [Number(line.getAttribute("x2")), Number(line.getAttribute("y2"))])"""
-        )
-        for (_, box), (x, y) in zip(shown, ends, strict=True):
-            assert min(abs(x - box["left"]), abs(x - box["right"])) < 0.6
-            assert y == pytest.approx((box["top"] + box["bottom"]) / 2, abs=0.6)
-
-
 @pytest.mark.parametrize(
     ("scenario", "planner", "size"),
     [
         ("ur5_deburring", None, (900, 560)),
-        pytest.param("panda_pick_place", None, (390, 700), marks=pytest.mark.exhaustive),
         pytest.param(
-            "panda_pick_place", "parabolic-blend", (800, 600), marks=pytest.mark.exhaustive
+            "panda_pick_place", "parabolic-blend", (390, 700), marks=pytest.mark.exhaustive
         ),
-        ("panda_pick_place", "parabolic-blend", (390, 700)),
     ],
 )
 def test_no_panel_lies_over_the_arm_at_first(
@@ -184,64 +162,6 @@ def test_no_panel_lies_over_the_arm_at_first(
             assert not part.any()
 
 
-def test_a_long_list_of_failures_scrolls_and_is_counted(show: Any) -> None:
-    tab = show("panda_pick_place", "parabolic-blend")
-    resize(tab, 900, 450)
-    failures = planned("panda_pick_place", "parabolic-blend").report.failures
-    assert tab.locator("#head .failures li:not(.more)").count() == len(failures)
-    assert tab.inner_text("#head .count") == f"{len(failures)} failures:"
-    last = tab.locator("#head .failures > li").last
-    panel = tab.locator("#head .told").bounding_box()
-    assert last.bounding_box()["y"] > panel["y"] + panel["height"]
-    tab.locator("#head .told").hover()
-    tab.mouse.wheel(0, 5000)
-    tab.wait_for_function(
-        "(() => { const l = document.querySelector('#head .told');"
-        " return l.scrollTop + l.clientHeight >= l.scrollHeight - 1; })()"
-    )
-    assert last.bounding_box()["y"] < panel["y"] + panel["height"]
-    resize(tab, 390, 844)  # on a phone the list is cut within a line, so that there is more to see
-    shown, line = tab.evaluate("""() => {
-      const told = document.querySelector("#head .told");
-      return [told.clientHeight, parseFloat(getComputedStyle(told.querySelector("li")).lineHeight)];
-    }""")
-    assert 6.0 < shown / line < 7.0
-    assert 0.3 < shown / line % 1.0 < 0.8
-    miss = next(one for one in failures if one.quantity == "position")
-    assert miss.value is not None
-    tab.evaluate("(time) => knotwork.seek(time)", miss.at)
-    tab.evaluate(NEXT_FRAME)
-    labels = tab.locator(".label.miss").all_inner_texts()
-    said = f"waypoint {miss.name!r}: position off by {miss.value:.3g} m"  # the scenario's unit
-    assert any(text.startswith(said) for text in labels)
-
-
-@pytest.mark.parametrize(
-    "shape",
-    [
-        {"half_space": {"normal": [0, 0, 1]}},
-        pytest.param({"box": [2, 2, 0.1]}, marks=pytest.mark.exhaustive),
-    ],
-)
-def test_what_stands_around_is_dark_by_night(tabs: Any, tmp_path: Path, shape: Any) -> None:
-    kind = next(iter(shape))
-    floor = {**shape, "position": [0, 0, -0.5]}
-    tab = tabs.scene(f"night {kind}", lambda: beside_an_arm(floor), tmp_path)
-    whole = picture(tab)
-    tab.evaluate(HIDE, ["objects"])
-    ground = changed(whole, picture(tab))
-    assert ground.mean() > 0.1
-    tab.evaluate("viewer.set_property(['Knotwork', 'objects'], 'visible', true)")
-    shown = []
-    for scheme in ("dark", "light"):
-        tab.emulate_media(color_scheme=scheme)
-        tab.evaluate(NEXT_FRAME)
-        shown.append(picture(tab))
-    by_night, by_day = shown
-    assert np.median(by_night[ground]) < 0.5 * np.median(whole[ground])
-    assert not changed(whole, by_day).any()
-
-
 def test_the_motion_is_the_trajectory(show: Any) -> None:
     tab, plan = show("ur5_deburring"), planned("ur5_deburring")
     for time in (0.0, 2.5, 7.975, plan.trajectory.end_time):
@@ -250,19 +170,6 @@ def test_the_motion_is_the_trajectory(show: Any) -> None:
     # Between two frames, 120 a second, the one before is shown and none is made up.
     tab.evaluate("knotwork.seek(2.5 + 0.7 / 120)")
     assert tool_position(tab, plan) == pytest.approx(true_position(plan, 2.5), abs=2e-6)
-
-
-def test_what_fails_stands_out(show: Any) -> None:
-    scenario = str(FAILING / "velocity_limit_broken.yaml")
-    tab = show(scenario)
-    assert not planned(scenario).report.ok
-    assert tab.inner_text(".verdict") == "FAILED"
-    (failed,) = planned(scenario).report.failures
-    resize(tab, 900, 600)
-    tab.evaluate("(time) => knotwork.seek(time)", failed.at)
-    tab.evaluate(NEXT_FRAME)
-    assert "velocity" in tab.inner_text(".label.miss")
-    assert is_red(picture(tab)).sum() > 200
 
 
 # Whether a point is seen beside the panels
@@ -297,24 +204,10 @@ LABELS_OVER_THE_ARM = """(() => {
 })()"""
 
 
-# Width of a failure's label that its words don't take [pixels], and its lines
-FIT_OF_A_LABEL = """(() => {
-  const label = [...document.querySelectorAll(".label.miss")]
-    .find((one) => one.style.visibility === "visible");
-  const words = document.createRange();
-  words.selectNodeContents(label);
-  const { paddingLeft, borderLeftWidth } = getComputedStyle(label);
-  const edges = 2 * (parseFloat(paddingLeft) + parseFloat(borderLeftWidth));
-  const wide = label.getBoundingClientRect().width - words.getBoundingClientRect().width;
-  const tops = [...words.getClientRects()].map((one) => Math.round(one.top));
-  return [wide - edges, new Set(tops).size];
-})()"""
-
-
 def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     tabs: Any, tmp_path: Path
 ) -> None:
-    plan = kw.plan(into())
+    plan = through_wall()
     tab = tabs.scene("touching", plan.view, tmp_path)
     tab.evaluate("knotwork.pause()")
     tab.evaluate("knotwork.seek(0)")
@@ -343,12 +236,8 @@ def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     assert 1 <= tab.locator(".label.miss:visible").count() <= 3
     assert is_red(picture(tab)).sum() > 3 * is_red(clean).sum()
     tab.evaluate("knotwork.look('whole arm')")
-    for size in ((1280, 800), (250, 600)):
-        resize(tab, *size)
-        assert not tab.evaluate(LABELS_OVER_THE_ARM), size
-        spare, lines = tab.evaluate(FIT_OF_A_LABEL)
-        assert 0 <= spare <= 2, size
-    assert lines > 1  # at last
+    resize(tab, 1280, 800)
+    assert not tab.evaluate(LABELS_OVER_THE_ARM)
     wall_drawn = """(() => {
       let found = null;
       const { object } = viewer.scene_tree.find(["Knotwork", "objects"]);

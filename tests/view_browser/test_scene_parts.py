@@ -164,22 +164,6 @@ def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
     assert not view_trajectory(robot.with_tool(robot.tool_frame, offset), trajectory).warnings
 
 
-def test_the_scale_of_speeds_has_those_given_along_paths() -> None:
-    plan = kw.plan("ur5_deburring")
-    assert 0.05 in scene(plan.view())["legend"]["marks"]
-
-
-def test_a_velocity_that_was_chosen_is_not_called_given() -> None:
-    pose = {"position": [0.4, 0.2, 0.4], "rpy": [0, 3.0, 0]}
-    through = {"pose": pose, "velocity": "free", "after": 2}
-    end = {"pose": pose | {"position": [0.3, -0.3, 0.5]}, "stop": True, "after": 2}
-    plan = kw.plan({"robot": "ur5", "waypoints": [{"joints": "home"}, through, end]})
-    assert np.abs(plan.joint_waypoints.velocity[1]).max() > 0.1
-    legend = scene(plan.view())["legend"]
-    assert "arrow_seconds" not in legend
-    assert legend["marks"] == []
-
-
 def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = planned("kinova_dispense")
     robot = plan.space.robot
@@ -223,50 +207,7 @@ def test_colours_are_those_of_the_meshes_materials(name: str) -> None:
     assert len(drawn) > 2
 
 
-def test_a_wait_has_one_label_where_it_begins() -> None:
-    plan = planned("xarm7_bead")
-    assert len(plan.space.waits) == 2
-    names = [one["text"] for one in scene(plan.view())["labels"] if one["kind"] == "waypoint"]
-    assert "bead end" in names
-    assert not [name for name in names if "wait" in name]
-
-
-def test_an_arm_is_seen_from_beside_its_task_and_a_flat_one_from_above() -> None:
-    plan = planned("ur5_deburring")
-    towards = np.array(scene(plan.view())["view"]["from"])
-    assert np.linalg.norm(towards) == pytest.approx(1.0)
-    assert 0.3 < towards[2] < 0.7
-    poses = [one.pose.translation for one in plan.scenario.waypoints if hasattr(one, "pose")]
-    x, y, _ = plan.space.robot.base_placement.act(np.mean(poses, axis=0))
-    aside = np.arctan2(towards[1], towards[0]) - np.arctan2(y, x)
-    assert np.degrees(aside) % 360 == pytest.approx(10, abs=10)
-    flat = scene(at_rest(kw.load_robot("planar2")))
-    assert flat["view"]["from"][2] > 0.7
-
-
 def test_a_frame_and_an_object_of_one_name_have_one_label() -> None:
     labels = scene(planned("ur3_lid").view())["labels"]
     (jar,) = (one for one in labels if one["text"] == "jar")
     assert jar["detail"] == "frame and object 'jar'"
-
-
-def test_a_time_that_is_too_short_has_joint_place_and_remedy() -> None:
-    stop = {"stop": True}
-    near, far = ({"position": [0.45, y, 0.4], "rpy": [180, 0, 0]} for y in (0.2, -0.2))
-    stops = [
-        {"name": "a b", "time": 2, "pose": near, **stop},
-        {"name": "c", "after": 0.05, "pose": far, **stop},
-    ]
-    task = {"robot": "panda", "start": "home", "units": {"length": "m", "angle": "deg"}}
-    plan = kw.plan({**task, "waypoints": stops})
-    first, data = plan.report.failures[0], scene(plan.view())
-    told = data["failures"][0]
-    assert re.fullmatch(
-        r"panda_joint\d needs [\d.]+ of [\d.]+ deg/s on average from 2.000 to 2.050 s, "
-        "between 'a b' and 'c'",
-        told["line"],
-    )
-    assert told["remedy"] in first.message
-    assert re.match(r"[\d.]+ s or more is sufficient", told["remedy"])
-    labels = [one["text"] for one in data["labels"] if one["kind"] == "miss"]
-    assert any(told["line"].startswith(text.partition(", and")[0]) for text in labels)

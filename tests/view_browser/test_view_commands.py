@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import socket
-import urllib.error
-import urllib.request
 from pathlib import Path
 from typing import Any
 
 import pytest
-from serving import needs_signals, serve
-
-from patience import PATIENCE
-
-ENVIRONMENT = {
-    name: value
-    for name, value in os.environ.items()
-    if name not in ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY")
-}
 
 
 @pytest.fixture
@@ -80,15 +68,3 @@ def test_a_port_in_use_is_said(run: Any) -> None:
         ran = run("view", "planar2_closed_form", "--no-open", "--port", port)
     assert ran.code == 2
     assert f"port {port} is in use" in ran.err
-
-
-@needs_signals
-def test_it_serves_until_interrupted() -> None:
-    with serve("view", "planar2_closed_form", environment=ENVIRONMENT) as serving:
-        with urllib.request.urlopen(serving.address, timeout=PATIENCE) as answer:
-            assert b"planar2_closed_form" in answer.read()
-        with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-            urllib.request.urlopen(f"{serving.address}etc/passwd", timeout=PATIENCE)
-        refused.value.close()
-    assert serving.out.strip() == "stopped"
-    assert serving.err.strip() == "no browser could be opened here; open the address in one"

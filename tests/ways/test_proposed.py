@@ -50,31 +50,9 @@ def test_takes_clear_motion_if_fastest_collides(
     assert plan.report.ok
     (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")
     assert "the fastest motion collides, so way: clear was taken at 'there' and 'back'" in line
-    asked = fastest(at("back", -250, way="clear"))
-    asked["waypoints"][1]["way"] = "clear"
-    assert plan.trajectory.duration == kw.plan(asked).trajectory.duration
     frozen = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert frozen.report.ok
     assert frozen.trajectory.duration == plan.trajectory.duration
-
-
-@pytest.mark.exhaustive
-def test_takes_clear_motion_through_passed_poses() -> None:
-    over = [
-        {"name": name, "pose": {"position": [450, y, 460], "rpy": DOWN}, "velocity": "free"}
-        for name, y in (("over", -60), ("beyond", 60))
-    ]
-    given = fastest(duration=3)
-    given["waypoints"][1:1] = over
-    given["scene"]["margin"] = 5
-    given["scene"]["objects"] = {
-        "wall": {"box": [500, 30, 360], "position": [450, 0, 170]},
-        "beam": {"box": [500, 200, 100], "position": [450, 0, 780]},
-    }
-    plan = kw.plan(given)
-    plan.report.raise_if_failed()
-    (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")
-    assert "way: clear was taken at 'over' and 'beyond' and 'there'" in line
 
 
 @pytest.mark.exhaustive
@@ -131,10 +109,6 @@ def test_proposes_nothing_before_colliding_waypoint() -> None:
     assert not any("way: clear" in line for line in told(given))
 
 
-def test_proposes_nothing_to_other_planner() -> None:
-    assert not any("way: clear" in line for line in told(across(), planner="quintic"))
-
-
 def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
     """A motion from elsewhere does not come from the scenario that would have the way."""
     file = tmp_path / "across.yaml"
@@ -145,16 +119,6 @@ def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
     checked = knotwork("check", tmp_path / "out", "--scenario", file)
     assert checked.code == 1
     assert "way: clear" not in checked.out
-
-
-@pytest.mark.exhaustive
-def test_does_not_repeat_proposal() -> None:
-    """The way is clear, the motion that follows is not."""
-    back = at("back", -250, after=3)
-    given = across(back, branch="fixed")
-    given["waypoints"][1]["way"] = "clear"
-    (line,) = told(given)
-    assert "way: clear at 'back' may avoid the collision (not attempted)" in line
 
 
 def test_page_lists_failures_then_advice() -> None:

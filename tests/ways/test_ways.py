@@ -18,8 +18,6 @@ from knotwork.planning.ways.configurations import Configurations
 from knotwork.scene.building import robot_collision_model
 from walls import DOWN, box, past
 
-FRONT = [0, 90, 0]
-
 
 def planned(given: dict[str, Any]) -> kw.Plan:
     """A plan that passes its check and the judge."""
@@ -52,11 +50,6 @@ def test_finds_motion_past_wall() -> None:
     assert [one.kind for one in direct.segments] == ["free motion"]
 
 
-def test_the_same_task_gives_the_same_motion() -> None:
-    again = kw.plan(past()).trajectory
-    assert again.polynomial.c.tobytes() == led().trajectory.polynomial.c.tobytes()
-
-
 def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
     made = led()
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
@@ -83,12 +76,6 @@ def test_rest_between_clear_motions_is_given() -> None:
         given["waypoints"][2]["pose"] = given["waypoints"][1]["pose"]
         made = planned(given)
         assert [one.kind for one in made.trajectory.segments] == ["way", "free motion"]
-
-
-def test_ways_key_applies_to_every_waypoint() -> None:
-    given = past(ways="clear")
-    del given["waypoints"][1]["way"]
-    assert planned(given).trajectory.duration == led().trajectory.duration
 
 
 def test_consecutive_clear_motions_meet() -> None:
@@ -152,29 +139,19 @@ def test_refuses_passed_pose_where_bodies_change() -> None:
         kw.plan(given)
 
 
-def test_clear_motion_takes_given_time() -> None:
-    given = past()
-    given["waypoints"][1]["after"] = 2
-    assert planned(given).trajectory.duration == pytest.approx(2, abs=1e-12)
-
-
-def test_clear_motion_keeps_minimum_time() -> None:
-    given = past()
-    given["waypoints"][1]["after"] = {"fastest": True, "at_least": 1.5}
-    assert planned(given).trajectory.duration == pytest.approx(1.5, abs=1e-12)
-
-
 @pytest.mark.parametrize(
-    ("seconds", "said"),
-    [
-        (0.72, "shorter than the fastest motion found"),  # enough without a wall
-        (0.5, "without a time, the motion takes its minimum time"),
-    ],
+    ("after", "duration"), [(2, 2.0), ({"fastest": True, "at_least": 1.5}, 1.5)]
 )
-def test_refuses_short_time(seconds: float, said: str) -> None:
+def test_clear_motion_takes_given_time(after: Any, duration: float) -> None:
     given = past()
-    given["waypoints"][1]["after"] = seconds
-    with pytest.raises(InputError, match=said) as caught:
+    given["waypoints"][1]["after"] = after
+    assert planned(given).trajectory.duration == pytest.approx(duration, abs=1e-12)
+
+
+def test_refuses_short_time() -> None:
+    given = past()
+    given["waypoints"][1]["after"] = 0.72  # enough without a wall
+    with pytest.raises(InputError, match="shorter than the fastest motion found") as caught:
         kw.plan(given)
     assert "there is a motion that rests" not in str(caught.value)
 
@@ -182,21 +159,18 @@ def test_refuses_short_time(seconds: float, said: str) -> None:
 MOVING = {"linear": [0, 0, 100]}
 
 
-@pytest.mark.parametrize("after", ["fastest", 4])
-def test_keeps_velocities_at_both_ends(after: Any) -> None:
+def test_keeps_velocities_at_both_ends() -> None:
     given = past()
     given["waypoints"][0] |= {"velocity": MOVING}
     given["waypoints"][1] |= {"velocity": {"linear": [0, 0, -100]}}
     del given["waypoints"][0]["stop"], given["waypoints"][1]["stop"]
-    given["waypoints"][1]["after"] = after
+    given["waypoints"][1]["after"] = "fastest"
     made = planned(given)
     for time, z in ((0.0, 0.1), (made.trajectory.end_time, -0.1)):
         q, v = made.trajectory.position(time), made.trajectory.velocity(time)
         twist = made.space.robot.twist(q, v)
         assert np.abs(twist.linear - [0, 0, z]).max() < 1e-9
         assert np.abs(twist.angular).max() < 1e-9
-    if after != "fastest":
-        assert made.trajectory.duration == pytest.approx(after, abs=1e-12)
 
 
 @pytest.mark.parametrize("end", [0, 1])
@@ -266,6 +240,7 @@ def test_tool_speed_limit_costs_time() -> None:
     assert led().trajectory.duration < planned(given).trajectory.duration < 2.5
 
 
+@pytest.mark.exhaustive
 def test_tool_speed_limit_costs_no_more_in_free_space() -> None:
     """The exchange method once ended at a motion that was slower all along, 40 % too slow."""
     free = past({}, limits={"tool_speed": 600})
@@ -308,6 +283,7 @@ def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
         assert other.trajectory.duration <= made.trajectory.duration - at + 1e-3
 
 
+@pytest.mark.exhaustive
 def test_keeps_torque_limits() -> None:
     given = past()
     given["limits"] = {**given["limits"], "effort": {"shoulder_lift_joint": 60}}
@@ -341,29 +317,22 @@ def test_released_object_blocks_next_motion() -> None:
 
 
 @pytest.mark.parametrize(
-    ("room", "kept", "said"),
-    [
-        (None, 0, ""),
-        (15, 15, "15 mm"),
-        pytest.param(120, 60, "60 mm", marks=pytest.mark.exhaustive),
-    ],
+    ("room", "kept"), [(15, 15), pytest.param(120, 60, marks=pytest.mark.exhaustive)]
 )
-def test_keeps_requested_clearance_or_a_part(room: float | None, kept: float, said: str) -> None:
+def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
     """Rows of the program alone once kept 2 mm where 10 mm were asked for."""
     given = past()
-    given["waypoints"][1]["way"] = {"clear": True, "room": room} if room else "clear"
+    given["waypoints"][1]["way"] = {"clear": True, "room": room}
     made = planned(given)
     (left,) = (one.margin for one in made.report.findings if one.name == "tool, wall")
     assert left is not None
     assert 1000 * left >= kept - 0.1
-    assert room or 1000 * left < 5
-    again = kw.plan(made.scenario.task)
-    for one in (made, again):
-        (way,) = one.report.select(quantity="way")
-        for text in (way.message, way.brief):
-            assert (f"with {said} of extra clearance, minimum clearance" in text) == bool(said)
+    (way,) = made.report.select(quantity="way")
+    for text in (way.message, way.brief):
+        assert f"with {kept} mm of extra clearance, minimum clearance" in text
 
 
+@pytest.mark.exhaustive
 def test_uses_resolution_of_check() -> None:
     given = past()
     given["collisions"] = {"resolution": 8}

@@ -11,9 +11,10 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.units import SI, Units
 
 POINT_SHARE = 1e-5
-"""A point is reached if the closest pose is off by less than this distance an angle [m/rad]."""
+"""The position counts as reached if its error is below this times the angular error [m/rad]."""
+
 SMALL_EXCESS = 1e-4
-"""An excess of a joint below this is printed by itself [rad or m]."""
+"""An excess of a joint below this is printed, because the printed position hides it [rad or m]."""
 
 
 class TaskError(InputError):
@@ -74,8 +75,8 @@ class UnreachablePoseError(OutOfReachError):
             message = f"the pose is out of reach: the nearest point found is {distance} away"
         else:
             message = (
-                "the point is reachable, but not in this orientation: on the point the nearest "
-                f"found is off by {angle}"
+                "the point is reachable, but not in this orientation: the nearest orientation "
+                f"found there is off by {angle}"
             )
         super().__init__(
             waypoint,
@@ -110,12 +111,11 @@ class OutsideLimitsError(OutOfReachError):
             unit = joint_units[name]
             bounds = ", ".join(f"{units.shown(limit, unit)[0]:.6g}" for limit in (lower, upper))
             excess = max(lower - value, value - upper)
-            # too small to appear in the printed digits
             by = f" by {units.text(excess, unit, '.3g')}" if excess < SMALL_EXCESS else ""
             parts.append(f"{name} at {units.text(value, unit)}, outside [{bounds}]{by}")
         message = (
-            "the pose is reachable only outside the joint limits: the solution found that is least "
-            f"outside has {'; '.join(parts)}"
+            "the pose is reachable only outside the joint limits: the solution with the smallest "
+            f"excess has {'; '.join(parts)}"
         )
         super().__init__(waypoint, message, where=where, joints=joints)
 
@@ -152,7 +152,7 @@ class FollowingError(TaskError):
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
         joint: Name of the joint that would be beyond its limit; empty without one.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
-        bound: Limit that it exceeds, likewise.
+        bound: Limit that it exceeds [rad or m, or per second], or `None`.
         part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
     """
 

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
@@ -155,7 +155,7 @@ class _Builder:
         self.geometry = robot_geometry(robot)
         self.joints, self.links = self.geometry.joints, self.geometry.links
         self.holds, self.since = holds, since
-        self.known: list[EndlessCurve] = []
+        self.known: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
         self.notes: list[tuple[NoteKind, str]] = []
@@ -222,7 +222,7 @@ class _Builder:
         inverse, columns = inverse_chain(motion.model.joints, base_joint, base_placement)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
-        still = EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
+        still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
         turned = [replace(known[0], curve=turned_curve)] if columns else []
         root = self._add_joints(inverse, placement, [*turned, still], standing)
@@ -277,7 +277,7 @@ class _Builder:
         self.carriers[key] = joint, placement
 
     def _add_joints(
-        self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
+        self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int = 0
     ) -> int:
         """Add joints with known positions, and give the index of the last."""
         self.joints = join_trees(self.joints, tree, placement, carrier)

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.endless import EndlessCurve, stack_curves
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve, stack_curves
 from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
@@ -101,7 +101,7 @@ class CollisionModel:
     missing: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
     notes: tuple[tuple[NoteKind, str], ...] = ()
-    known: tuple[EndlessCurve, ...] = ()
+    known: tuple[ExtendedCurve, ...] = ()
     carriers: Carriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 

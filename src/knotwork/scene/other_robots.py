@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.task.scenario import PlacedRobot, load_scenario
@@ -41,7 +41,7 @@ class OtherMotion:
 
     robot: Robot
     model: CollisionModel
-    known: tuple[EndlessCurve, ...]
+    known: tuple[ExtendedCurve, ...]
     held: frozenset[str]
 
 
@@ -86,7 +86,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
     moved = _load_callable("verification.checked_motion", "Motion")(trajectory, space)
     model = _load_callable("verification.collisions", "motion_model")(moved, scenario, space.robot)
     held = frozenset(held.name for held in scenario.scene.held)
-    known = (EndlessCurve(moved.curve), *model.known)
+    known = (ExtendedCurve(moved.curve), *model.known)
     return OtherMotion(space.robot, model, known, held)
 
 

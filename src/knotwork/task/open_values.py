@@ -116,8 +116,8 @@ class ClearWay(DefaultsInSI):
         "Number of motions to search for; the fastest is taken", 2
     )
     room: Positive = optional(
-        "Extra clearance beyond the margins where possible, or a half or a quarter "
-        "of it; left out: none",
+        "Clearance to keep beyond the margins; if no such motion is found, a half and then a "
+        "quarter of it. Left out: none",
         unit="length",
         si_default=0.0,
     )

@@ -101,33 +101,33 @@ class Task(TaskPart):
         unit="angle or length",
     )
     near: JointsOrName | None = optional(
-        "Reference of the solutions at every waypoint, the nearest are taken; whole turns follow "
-        "the motion. Left out: minimum travel from the start, else from home"
+        "Reference configuration: at every waypoint the IK solution nearest to it is taken, with "
+        "the whole turns that are nearest to the motion before. Left out: minimum travel from the "
+        "start, else from home"
     )
     branch: Annotated[
         Literal["free", "keep", "fixed"] | Branch,
         Forms("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
     ] = optional(
-        "Branch of the solutions: keep that of the first waypoint unless speeds forbid "
-        "it, hold it fixed, or the named one; for arms of six joints, others have near",
+        "IK branch. keep: that of the first waypoint, unless a velocity limit needs another one; "
+        "fixed: that of the first waypoint in any case; a mapping names it. For arms of six "
+        "joints; others have near",
         "free",
     )
     prefer: Annotated[
         Literal["travel", "clearance"] | dict[Text, Positive],
         Forms("travel, clearance or a mapping of joints to weights"),
     ] = optional(
-        "Criterion among the remaining solutions: minimum travel, or "
-        "maximum clearance: at the waypoints, up to 0.1 m, and then of a few sequences over "
-        "the whole motion; near has priority. A mapping gives weights of joints, 1 for joints left "
-        "out, to travel and to the joint speeds of a redundant arm: {rail: 0.2} lets the rail "
-        "follow and the arm keep its posture",
+        "Criterion among the remaining solutions. travel: minimum joint travel; clearance: "
+        "maximum clearance at the waypoints, up to 0.1 m; near takes precedence. A mapping gives "
+        "weights of joints, 1 for joints left out, in the travel and in the joint speeds of a "
+        "redundant arm: {rail: 0.2} lets the rail follow and the arm keep its posture",
         "travel",
     )
     pull_to_middle: Positive = optional(
-        "Posture gain of an arm of more than six joints: where it passes a pose at "
-        "speed, its joints also move at this rate to the middle of their ranges, as "
-        "far as tool and velocity limits allow; left out: minimum joint speeds for "
-        "the given tool velocity",
+        "Posture gain of an arm of more than six joints. Where it passes a pose at speed, "
+        "self-motion pulls each joint towards the middle of its range at this rate, as far as the "
+        "tool's velocity and the limits allow. Left out: minimum joint speeds",
         0.0,
         unit="1/s",
     )

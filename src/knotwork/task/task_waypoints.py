@@ -70,7 +70,7 @@ class _Posed(_Waypoint):
         "Frame the orientation alone is in; left out: that of the pose"
     )
     free: Free | None = optional(
-        "Freedom of the pose, and with along of the path to it; none: no freedom; left "
+        "Freedom of the pose, and with along also of the path to it; none: no freedom; left "
         "out: the freedom given for the tool"
     )
 
@@ -86,11 +86,10 @@ class PoseWaypoint(_Posed):
     )
 
     pose: Pose = required(
-        "Pose of the TCP; without orientation, that of the path that begins here at "
-        "angles to seam and surface"
+        "Pose of the TCP. Without an orientation it takes that of the torch path that begins here"
     )
     near: JointsOrName | None = optional(
-        "Reference of the solution; the nearest is taken", unit="angle or length"
+        "Reference configuration: the IK solution nearest to it is taken", unit="angle or length"
     )
     velocity: (
         Annotated[

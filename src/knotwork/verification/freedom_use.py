@@ -97,8 +97,8 @@ def _freedom_use(
     tilt = np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2])
     values = {"turn": turn, "tilt": tilt, "x": x, "y": y, "z": z}
     if freedom.torch is not None:
-        values["travel angle"] = travel + freedom.torch.own
-        values["work angle"] = work + freedom.torch.own_work
+        values["travel angle"] = travel + freedom.torch.pose_travel
+        values["work angle"] = work + freedom.torch.pose_work
     bounds = open_ranges(freedom)
     return FreedomUse(subject, name, times, {key: values[key[0]] for key in bounds}, bounds)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario

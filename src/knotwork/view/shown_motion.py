@@ -227,7 +227,7 @@ class ShownMotion:
         waypoints, scenario = self.joint_waypoints, self.scenario
         if waypoints is not None:
             order = [waypoints.joint_names.index(name) for name in self.trajectory.joint_names]
-            rows = list(waypoints.asked)
+            rows = list(waypoints.task_rows)
             names = [waypoints.names[i] for i in rows]
             chosen = np.isin(names, list(self.chosen_velocities))[:, np.newaxis]
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])

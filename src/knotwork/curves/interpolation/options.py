@@ -12,7 +12,7 @@ from knotwork.curves.interpolation.knots import BalancedKnots
 from knotwork.curves.interpolation.modified_hermite_spline import EndAcceleration
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import OptionError, did_you_mean
-from knotwork.waypoints import ChosenRun, JointWaypoints
+from knotwork.waypoints import ChosenSection, JointWaypoints
 
 ACCELERATION_RULES = ("zero", "estimated")
 """Names that `PlannerOptions.accelerations` accepts."""
@@ -47,7 +47,7 @@ class PlannerOptions:
     knots: str | BalancedKnots | ArrayLike = "paper"
     end_acceleration: EndAcceleration = None
     accelerations: str | ArrayLike | None = None
-    chosen: tuple[ChosenRun, ...] | None = None
+    chosen: tuple[ChosenSection, ...] | None = None
 
     def __post_init__(self) -> None:
         def put(field: str, value: Any) -> None:

@@ -51,7 +51,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at all waypoints; end accelerations if requested",
         cannot="choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration", "chosen"),
-        makes="chosen_runs:plan_modified_hermite",
+        makes="chosen_sections:plan_modified_hermite",
     ),
     PlannerSpec(
         "cubic",

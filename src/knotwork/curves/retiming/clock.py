@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 

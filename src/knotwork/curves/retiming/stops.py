@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import distinct
-from knotwork.curves.polynomial.refined import cut_curve, split_at
+from knotwork.curves.polynomial.splitting import cut_curve, split_at
 from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.retiming.clock import inverse_time
 from knotwork.curves.retiming.shortest import shortest_stop

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.rotations import multiply
 from knotwork.waypoints import FloatArray
 
@@ -28,7 +28,7 @@ class KnownJoints:
     placement: pin.SE3
     axis: FloatArray
     turns: tuple[bool, ...]
-    curve: EndlessCurve
+    curve: ExtendedCurve
 
 
 class ToolMotion(NamedTuple):
@@ -136,7 +136,7 @@ class MovingFrame:
         return replace(self, placement=self.placement * placement)
 
     def with_joints(
-        self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve
+        self, axis: FloatArray, turns: tuple[bool, ...], curve: ExtendedCurve
     ) -> MovingFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
         added = KnownJoints(self.placement, axis, turns, curve)
@@ -183,7 +183,7 @@ class MovingFrame:
         return self.motion(t, self.placement * self.rest_placement.inverse())
 
 
-def add_weave(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
+def add_weave(frame: MovingFrame | None, weave: ExtendedCurve) -> MovingFrame:
     """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
     return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)

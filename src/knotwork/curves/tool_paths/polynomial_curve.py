@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner, to_bernstein
-from knotwork.curves.polynomial.refined import split_at
+from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.tool_paths.curve import Curve, checked_order, sorted_ends
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray

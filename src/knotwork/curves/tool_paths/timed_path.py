@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import MovingFrame, ToolMotion, add_weave
 from knotwork.curves.tool_paths.timing_profile import Timing
 from knotwork.curves.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
@@ -37,7 +37,7 @@ class TimedPath:
         end_time: End time [s].
         breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
         full_speed: Maximum speed along the path [m/s].
-        stands: Whether the tool stays at the start of the path.
+        is_dwell: Whether the tool stays at the start of the path.
 
     Raises:
         PathError: Path and timing have different lengths, or the tool does not stop where the path
@@ -57,7 +57,7 @@ class TimedPath:
         timing: Timing,
         start_time: float = 0.0,
         carrier: MovingFrame | None = None,
-        weave: EndlessCurve | None = None,
+        weave: ExtendedCurve | None = None,
         breaks: ArrayLike = (),
     ) -> None:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
@@ -66,8 +66,8 @@ class TimedPath:
             self.carrier = add_weave(carrier, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]), side="left")[0])
-        self.stands = not timing.arc_length.c.any()
-        if not self.stands and abs(length - path.length) > LENGTH_MISMATCH * path.length:
+        self.is_dwell = not timing.arc_length.c.any()
+        if not self.is_dwell and abs(length - path.length) > LENGTH_MISMATCH * path.length:
             raise PathError(
                 f"the timing is for {length:.12g} m and the path is {path.length:.12g} m long; "
                 "both must be the same"
@@ -83,7 +83,7 @@ class TimedPath:
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
         ends = np.concatenate((timing(local, 1), timing(local, 1, side="left")))
-        self.full_speed = float(timing.speeds[0] if self.stands else ends.max())
+        self.full_speed = float(timing.speeds[0] if self.is_dwell else ends.max())
         self.breaks: FloatArray = self.start_time + local
         self.breaks[-1] = self.end_time
 

@@ -14,7 +14,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate
 from knotwork.curves.polynomial.extrema import candidates
-from knotwork.curves.polynomial.refined import split_at
+from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.polynomial.two_point import raise_degree, two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
-from knotwork.files.foreign.header import (
-    LABELS,
-    Column,
-    HeadingError,
-    UnknownHeadingError,
-    column,
-    own_column,
-    own_joint,
-)
+from knotwork.files.foreign.header import Column, HeadingError, UnknownHeadingError, column
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
 from knotwork.waypoints import FloatArray
 
@@ -44,43 +36,40 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
     count = len(rows.lines)
     time = np.empty(count)
     values = {quantity: np.full((count, len(joints.names)), np.nan) for quantity in QUANTITIES}
-    where: dict[tuple[str, int | None], int] = {}
+    first_column: dict[str, int] = {}
     for i, content in enumerate(columns):
-        if rows.headings[i] in LABELS and not content.quantity:
+        if not content.quantity:
             continue
-        numbers = rows.numbers(i) * content.factor
-        where[content.quantity, content.joint] = i
+        numbers = rows.numbers(i, finite=True) * content.factor
+        first_column.setdefault(content.quantity, i)
         if content.quantity == "time":
             time = _absolute(numbers, content.clock, start_time)
-        elif content.quantity:
+        else:
             values[content.quantity][:, content.joint] = numbers
-    has = {quantity: np.full(count, (quantity, 0) in where) for quantity in QUANTITIES}
+    has = {quantity: np.full(count, quantity in first_column) for quantity in QUANTITIES}
 
-    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
+    def error(row: int, quantity: str, message: str, accepted: str) -> DocumentError:
         line = rows.lines[row] if row < count else None
-        index = where.get((quantity, joint)) if quantity else None
-        return lambda message, accepted: rows.error(line, index, message, accepted)
+        return rows.error(line, first_column.get(quantity), message, accepted)
 
-    return PointTable(joints, time, values, has, place)
+    return PointTable(joints, time, values, has, error)
 
 
 def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
     """Times of the scenario, from those of a column."""
     if clock == "absolute":
         return time
-    with np.errstate(all="ignore"):  # values that are not finite are refused with their place
-        return start_time + (np.cumsum(time) if clock == "step" else time)
+    return start_time + (np.cumsum(time) if clock == "step" else time)
 
 
 def _columns(rows: Rows, joints: Joints) -> list[Column]:
     # line breaks of every kind are read as \n
     names = [re.sub("\r\n?", "\n", name) for name in joints.names]
-    read = own_column if any(own_joint(cell) in names for cell in rows.headings) else column
     unknown, problems, columns = 0, list[Problem](), list[Column]()
     contents: set[tuple[str, int | None]] = set()
     for i, cell in enumerate(rows.headings):
         try:
-            content = read(cell, names, joints.units)
+            content = column(cell, names, joints.units)
         except HeadingError as error:
             of = ""
             if isinstance(error, UnknownHeadingError):

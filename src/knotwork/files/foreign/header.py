@@ -1,14 +1,14 @@
-"""The meaning of the columns of a CSV file, from their headings."""
+"""The meaning of the columns of a CSV file, from their headings, and the units named by tools."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from knotwork.errors import did_you_mean
 from knotwork.files.foreign.point_table import QUANTITIES
-from knotwork.files.foreign.unit_words import BASES, LOADS, PER_TIME, SECONDS, time_order, words
 from knotwork.joint_quantities import DERIVATIVES
 
 _QUANTITY_WORDS = {
@@ -23,20 +23,33 @@ LABELS = ("segment", "event")
 """Columns of text, which are skipped."""
 
 _CLOCKS = {
-    "absolute": (
-        ("time", "times", "t", "timestamp", "stamp"),
-        ("seconds", "secs", "sec", "s"),
-    ),
-    "start": (("time_from_start",), ()),
-    "step": (("time_step",), ()),
+    "absolute": ("time", "times", "t", "timestamp", "stamp", "seconds", "secs", "sec", "s"),
+    "start": ("time_from_start",),
+    "step": ("time_step",),
 }
-_TIMES = {name: clock for clock, (names, seconds) in _CLOCKS.items() for name in names + seconds}
-_OWN_TIMES = {"time_s": "absolute", "time_from_start_s": "start", "time_step_s": "step"}
+_TIMES = {name: clock for clock, names in _CLOCKS.items() for name in names}
+_SECONDS = ("s", "sec", "second", "seconds")
+_TIME_UNITS = {**dict.fromkeys(_SECONDS, 1.0), "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _OWN_JOINT = re.compile(rf"(.+)\.((?:{'|'.join(DERIVATIVES)})_\w+)", re.DOTALL)
 _OWN_TOOL = re.compile(
     r"tool\.(position|quaternion|linear_velocity|angular_velocity)_[xyzw](_\w+)?"
 )
-_TIME_UNITS = {**dict.fromkeys(SECONDS, 1.0), "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_OWN_TIME = re.compile(r"time(_from_start|_step)?_s")
+
+_POSITION_UNITS = (
+    ("rad", 1.0, ("rad", "radian", "radians")),
+    ("rad", math.pi / 180.0, ("deg", "degree", "degrees", "°")),
+    ("m", 1.0, ("m", "meter", "meters", "metre", "metres")),
+    ("m", 1e-3, ("mm",)),
+)
+_BASES = {word: (unit, size) for unit, size, names in _POSITION_UNITS for word in names}
+"""Unit of a joint, and the size in it, by the word for a unit of position."""
+_PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}
+"""Power of seconds in the denominator of a quantity."""
+_LOADS = ("nm", "n", "a", "ma")
+"""Units of efforts and currents; such columns are skipped."""
+_SEPARATORS = re.compile(r"[._/\s\[\](){}:|-]+")
+_NEWTON_METRE = re.compile(r"(?<![^\W_])n[\s·⋅*.]?m(?![^\W_])")
 
 
 @dataclass(frozen=True)
@@ -75,52 +88,37 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
     Time is `time`, `t`, `timestamp` and the like, `time_from_start` or `time_step`, optionally with
     a unit s, ms, us or ns. A joint's position is its name, or the name with a word for the quantity
     before or after it, and its unit: `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`,
-    `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like and columns of `tool` are
-    skipped.
+    `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like, labels, and columns of `tool`
+    are skipped. Headings of our export are matched whole, so that a joint may have any name.
 
     Raises:
         HeadingError: The heading is unknown, has a unit that the joint does not have, or
             contradicts itself.
     """
-    text = heading.strip()
-    joint_match = _joint(heading, joint_names)
-    if joint_match is not None:
-        joint, beside = joint_match
-        return _joint_column(heading, joint, beside, joint_names[joint], joint_units[joint])
+    own = _OWN_JOINT.fullmatch(heading)
+    named = _longest_named(heading, joint_names)
+    if own is not None and own[1] in joint_names:
+        named = joint_names.index(own[1]), own[2]
+    elif _OWN_TOOL.fullmatch(heading) or heading in LABELS:
+        return Column("")
+    elif _OWN_TIME.fullmatch(heading):
+        named = None
+    if named is not None:
+        joint, description = named
+        name, unit = joint_names[joint], joint_units[joint]
+        quantity, factor = _content(heading, words(description), name, unit)
+        return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
     time = _time(heading)
     if time is not None:
         return time
-    if text.lower().startswith("tool."):
+    if heading.strip().lower().startswith("tool."):
         return Column("")
-    known = ["time", *joint_names]
-    first = re.split(r"[.\s\[(]", text)[0]
+    first = re.split(r"[.\s\[(]", heading.strip())[0]
     raise UnknownHeadingError(
         f"the column {heading!r} is neither time nor a joint",
-        did_you_mean(first, known) + ", and with .position, .velocity or .acceleration",
+        did_you_mean(first, ["time", *joint_names])
+        + ", and with .position, .velocity or .acceleration",
     )
-
-
-def own_joint(heading: str) -> str | None:
-    """The joint of a heading in our export's form, `elbow.velocity_rad_per_s`, or `None`."""
-    match = _OWN_JOINT.fullmatch(heading)
-    return match[1] if match else None
-
-
-def own_column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
-    """Parse one heading of a file with headings in our export's form.
-
-    They are matched whole, so a joint may have any name, for example `time_s` or `position`. Other
-    headings are parsed by `column`, which raises its errors.
-    """
-    if heading in _OWN_TIMES:
-        return Column("time", clock=_OWN_TIMES[heading])
-    if _OWN_TOOL.fullmatch(heading) or heading in LABELS:
-        return Column("")
-    match = _OWN_JOINT.fullmatch(heading)
-    if match is None or match[1] not in joint_names:
-        return column(heading, joint_names, joint_units)
-    joint = joint_names.index(match[1])
-    return _joint_column(heading, joint, match[2], match[1], joint_units[joint])
 
 
 def quantity_named(word: str) -> str | None:
@@ -128,67 +126,33 @@ def quantity_named(word: str) -> str | None:
     return _QUANTITY.get(word.lower())
 
 
-def _joint_column(heading: str, joint: int, beside: str, name: str, unit: str) -> Column:
-    """The column of a joint, from the words next to the joint's name."""
-    quantity, factor = _content(heading, words(beside), name, unit)
-    return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
-
-
 def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str, float]:
     """Quantity and factor of a joint's column, from the words next to the joint's name."""
     accepted = "rad, rad/s and rad/s2 (or deg)" if unit == "rad" else "m, m/s and m/s2 (or mm)"
-    named = list(dict.fromkeys(_QUANTITY[word] for word in parts if word in _QUANTITY))
-    if len(named) > 1:
-        message = f"the column {heading!r} is named {named[0]} and {named[1]}"
+    quantities = list(dict.fromkeys(_QUANTITY[word] for word in parts if word in _QUANTITY))
+    stated = [word for word in parts if word not in _QUANTITY and word != "per"]
+    if len(quantities) > 1:
+        message = f"the column {heading!r} is named {quantities[0]} and {quantities[1]}"
         raise HeadingError(message, "one of them")
-    if named == ["effort"]:
+    quantity = quantities[0] if quantities else ""
+    if quantity == "effort" or (not quantity and len(stated) == 1 and stated[0] in _LOADS):
         return "effort", 1.0
-    loads = [word for word in parts if word in LOADS]
-    bases = [word for word in parts if word in BASES]
-    per = [word for word in parts if word in PER_TIME]
-    for word in parts:
-        if word == "drive":
-            raise HeadingError(
-                f"the column {heading!r} is in drive units, and the file does not define them",
-                f"{accepted}; export without --scale and --offset to check a table",
-            )
-        if word != "per" and word not in (*_QUANTITY, *loads, *bases, *per):
-            raise HeadingError(
-                f"the column {heading!r} has {word!r}, which is unknown",
-                f"position, velocity or acceleration, and {accepted}",
-            )
-    if len(loads) + len(bases) > 1:
-        units = " and ".join(map(repr, (*bases, *loads)))
-        raise HeadingError(f"the column {heading!r} has the units {units}", "one unit")
-    if loads and not named:
-        return "effort", 1.0
-    if loads:
-        raise HeadingError(
-            f"the column {heading!r} is a {named[0]} with the unit of an effort or current",
-            accepted,
-        )
-    if not bases:
-        if per:
-            raise HeadingError(f"the column {heading!r} is per {per[0]} of no unit", accepted)
-        return (named or ["position"])[0], 1.0
-    kind, factor = BASES[bases[0]]
-    if kind != unit:
-        raise HeadingError(
-            f"the column {heading!r} is in {bases[0]}, but joint {name!r} is in {unit}", accepted
-        )
-    order = time_order(per)
-    quantity = DERIVATIVES[order] if order < len(DERIVATIVES) else ""
-    if not quantity or (named and named != [quantity]):
-        fault = f"a {named[0]} with the unit of another quantity" if named else "of no known unit"
-        raise HeadingError(f"the column {heading!r} is {fault}", accepted)
-    return quantity, factor
+    if not stated:
+        return quantity or "position", 1.0
+    base, *per = stated
+    kind, factor = _BASES.get(base, ("", 1.0))
+    order = sum(_PER_TIME.get(word, len(DERIVATIVES)) for word in per)
+    if kind == unit and order < len(DERIVATIVES) and quantity in ("", DERIVATIVES[order]):
+        return DERIVATIVES[order], factor
+    raise HeadingError(
+        f"the column {heading!r} has {' '.join(stated)!r}, which is no unit of "
+        f"{f'a {quantity} of ' if quantity else ''}joint {name!r}, in {unit}",
+        f"position, velocity or acceleration, and {accepted}",
+    )
 
 
-def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
-    """The joint named in a heading (the longest match).
-
-    Returns its index and the remaining text.
-    """
+def _longest_named(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
+    """The joint with the longest name in a heading: its index, and the text around the name."""
     matches = [
         (len(name), i, f"{text[: match.start()]} {text[match.end() :]}")
         for i, name in enumerate(joint_names)
@@ -200,11 +164,25 @@ def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
 def _time(heading: str) -> Column | None:
     """Parse the heading of a column of times; `None` for another heading."""
     parts = words(heading)
-    joined_words, named = "_".join(parts), "_".join(parts[:-1])
-    if joined_words in _TIMES:
-        return Column("time", None, 1.0, _TIMES[joined_words])
-    if named not in _TIMES or named in SECONDS:
+    whole, name = "_".join(parts), "_".join(parts[:-1])
+    if whole in _TIMES:
+        return Column("time", clock=_TIMES[whole])
+    if name not in _TIMES:
         return None
     if parts[-1] not in _TIME_UNITS:
         raise HeadingError(f"the column {heading!r} is a time in {parts[-1]!r}", "s, ms, us or ns")
-    return Column("time", None, _TIME_UNITS[parts[-1]], _TIMES[named])
+    return Column("time", None, _TIME_UNITS[parts[-1]], _TIMES[name])
+
+
+def words(text: str) -> list[str]:
+    """Words of a heading or unit in lower case, powers as digits: `rad/s²` is rad, s2."""
+    text = text.lower().replace("²", "2").replace("³", "3").replace("^", "").replace("**", "")
+    text = _NEWTON_METRE.sub("nm", text)
+    return [word for word in _SEPARATORS.split(text) if word]
+
+
+def in_si(text: str) -> bool:
+    """Whether a text names s, rad, m, a rate of these, or a unit of efforts or currents."""
+    base, *per = [word for word in words(text) if word != "per"] or [""]
+    own = base in (*_SECONDS, *_LOADS) or (base in _BASES and _BASES[base][1] == 1.0)
+    return own and all(word in _PER_TIME for word in per)

@@ -16,10 +16,8 @@ from knotwork.errors import DocumentError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.waypoints import FloatArray
 
-Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]
-"""Function of row, quantity and joint (or `None`) that gives a maker of errors for that location,
-from a message and the accepted input.
-"""
+ErrorAt = Callable[[int, str, str, str], DocumentError]
+"""Makes the error for a row and quantity of a file, from a message and the accepted input."""
 
 QUANTITIES = DERIVATIVES[:3]
 """Quantities by which a controller interpolates points."""
@@ -51,59 +49,35 @@ class PointTable:
         values: By the name of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in the
             rows without it.
         has: Rows that have each of them, shape (n,).
-        place: Maker of errors with the location of a value in the file.
+        error: Maker of errors with the location of a value in the file.
     """
 
     joints: Joints
     time: FloatArray
     values: Mapping[str, FloatArray]
     has: Mapping[str, NDArray[np.bool_]]
-    place: Place
+    error: ErrorAt
 
 
 def check_points(table: PointTable) -> None:
     """Refuse points that a controller can't interpolate.
 
     Raises:
-        DocumentError: There are fewer than two points, a value is not finite, times do not
-            increase, or a point has accelerations but no velocities.
+        DocumentError: There are fewer than two points, times do not increase, or a point has
+            accelerations but no velocities.
     """
     if table.time.size < 2:
-        raise table.place(0, "", None)(f"has {table.time.size} points", "at least two points")
-    _refuse_not_finite(table)
+        raise table.error(0, "", f"has {table.time.size} points", "at least two points")
     late = np.flatnonzero(np.diff(table.time) <= 0.0)
     if late.size:
         row = int(late[0]) + 1
-        raise table.place(row, "time", None)(
-            f"the time {_digits(table.time[row])} s is not after {_digits(table.time[row - 1])} s, "
-            "the previous one",
-            "increasing times",
-        )
+        before, after = (repr(float(table.time[i])).removesuffix(".0") for i in (row - 1, row))
+        message = f"the time {after} s is not after {before} s, the previous one"
+        raise table.error(row, "time", message, "increasing times")
     alone = np.flatnonzero(table.has["acceleration"] & ~table.has["velocity"])
     if alone.size:
-        raise table.place(int(alone[0]), "acceleration", None)(
-            "is given without a velocity", "both, or velocities alone"
-        )
-
-
-def _digits(value: float) -> str:
-    """All digits of a number, without trailing ones."""
-    return repr(float(value)).removesuffix(".0")
-
-
-def _refuse_not_finite(table: PointTable) -> None:
-    bad = np.flatnonzero(~np.isfinite(table.time))
-    if bad.size:
-        row = int(bad[0])
-        message = f"the time is {table.time[row]}"
-        raise table.place(row, "time", None)(message, "a finite number of seconds")
-    for quantity, values in table.values.items():
-        wrong = np.argwhere(~np.isfinite(values) & table.has[quantity][:, None])
-        if wrong.size:
-            row, joint = (int(i) for i in wrong[0])
-            name = table.joints.names[joint]
-            message = f"the {quantity} of joint {name!r} is {values[row, joint]}"
-            raise table.place(row, quantity, joint)(message, "a finite number")
+        fault = "is given without a velocity"
+        raise table.error(int(alone[0]), "acceleration", fault, "both, or velocities alone")
 
 
 def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
@@ -134,7 +108,9 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
         c[size - len(pieces) :, of_kind] = pieces[:, of_kind]
     if not np.isfinite(c).all():
         row = int(np.argwhere(~np.isfinite(c))[0][1]) + 1
-        raise table.place(row, "time", None)(
+        raise table.error(
+            row,
+            "time",
             "the motion from the previous point exceeds the range of floating-point numbers",
             "points farther apart in time",
         )

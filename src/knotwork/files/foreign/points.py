@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,8 +20,8 @@ from knotwork.files.documents import (
     validate,
 )
 from knotwork.files.documents.values import Forms
+from knotwork.files.foreign.header import in_si
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
-from knotwork.files.foreign.unit_words import in_si
 
 QUANTITY_KEYS: dict[str, tuple[str, ...]] = {
     "time": ("time_from_start", "time", "times", "t"),
@@ -137,74 +137,53 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
             missing or given twice.
     """
     motion = _unwrap(document)
-    has_points, columns = "points" in motion.data, dict[str, Any]()
-    if has_points:
+    if "points" in motion.data:
         message = validate(_PointColumns, motion)
-        names, points = message.names, message.points
-        columns = {key: [getattr(point, key) for point in points] for key in QUANTITY_KEYS}
+        names = message.names
+        columns = {key: [getattr(row, key) for row in message.points] for key in QUANTITY_KEYS}
     else:
         arrays = validate(_Arrays, motion)
         names = arrays.names
         columns = {key: getattr(arrays, key) for key in QUANTITY_KEYS}
         if not columns["time"] and arrays.step is not None:
             columns["time"] = [start_time + i * arrays.step for i in range(len(arrays.position))]
+        if not columns["time"]:
+            raise motion.error(("time",), "is missing", "time and positions, or points")
     _check_names(motion, names, joints)
-    places = _PointPlaces(motion, has_points, [names.index(name) for name in joints.names])
-    if not columns["time"] and not has_points:
-        raise motion.error(places.of("time", None), "is missing", "time and positions, or points")
-    count = len(columns["time"])
+
+    def error(row: int | None, quantity: str, message: str, accepted: str) -> DocumentError:
+        return motion.error(_location(motion.data, quantity, row), message, accepted)
+
+    count, order = len(columns["time"]), [names.index(name) for name in joints.names]
     has, values = dict[str, Any](), dict[str, Any]()
     for quantity in QUANTITIES:
         rows = columns[quantity] or [()] * count
         if len(rows) != count:
-            fault = f"has {len(rows)} rows"
-            raise motion.error(places.of(quantity, None), fault, f"{count}, as times")
+            raise error(None, quantity, f"has {len(rows)} rows", f"{count}, as times")
         has[quantity] = np.array([len(row) > 0 for row in rows], bool)
-        table = np.full((count, len(names)), np.nan)
+        values[quantity] = np.full((count, len(names)), np.nan)
         for i, row in enumerate(rows):
-            if len(row) not in (len(names), 0 if quantity != "position" else -1):
-                fault = f"has {len(row)} values"
-                raise motion.error(places.of(quantity, i), fault, f"{len(names)}, as joint names")
-            table[i] = row if len(row) else np.nan
-        values[quantity] = table[:, places.order]
+            if len(row) == len(names):
+                values[quantity][i] = [row[joint] for joint in order]
+            elif len(row) or quantity == "position":
+                raise error(i, quantity, f"has {len(row)} values", f"{len(names)}, as joint names")
     time = np.array([_seconds(value) for value in columns["time"]], float)
-    relative = [places.of("time", i)[-1 if has_points else 0] for i in range(count)]
-    time[[key == "time_from_start" for key in relative]] += start_time
-    return PointTable(joints, time, values, has, places.error_at)
+    relative = ["time_from_start" in _location(motion.data, "time", i) for i in range(count)]
+    time[relative] += start_time
+    return PointTable(joints, time, values, has, error)
 
 
-@dataclass(frozen=True)
-class _PointPlaces:
-    """Locations of the values in a file, for errors.
-
-    Attributes:
-        motion: The mapping.
-        has_points: Whether it has a list of points, not arrays.
-        order: Index in the file of each known joint.
-    """
-
-    motion: Document
-    has_points: bool
-    order: Sequence[int]
-
-    def of(self, quantity: str, row: int | None) -> Location:
-        """Location of the values of a row, or of all rows."""
-        if self.has_points and (row is None or not quantity):
-            return ("points",)
-        part = self.motion.data["points"][row] if self.has_points else self.motion.data
-        keys = QUANTITY_KEYS[quantity or "time"]
-        key = next((key for key in keys if key in part), keys[0])
-        if self.has_points:
-            return ("points", row or 0, key)
-        return (key,) if row is None else (key, row)
-
-    def error_at(
-        self, row: int, quantity: str, joint: int | None
-    ) -> Callable[[str, str], DocumentError]:
-        """Maker of errors at a value: takes the fault and the accepted values."""
-        where = self.of(quantity, row if quantity else None)
-        where = where if joint is None else (*where, self.order[joint])
-        return lambda message, accepted: self.motion.error(where, message, accepted)
+def _location(data: Any, quantity: str, row: int | None) -> Location:
+    """Location of a quantity in a row, or in all rows; an empty one is that of all points."""
+    points = data.get("points")
+    if points is not None and (row is None or not quantity):
+        return ("points",)
+    part = data if points is None else points[row]
+    keys = QUANTITY_KEYS[quantity or "time"]
+    key = next((key for key in keys if key in part), keys[0])
+    if points is not None:
+        return ("points", row or 0, key)
+    return (key,) if row is None or not quantity else (key, row)
 
 
 def _seconds(value: float | _Duration) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import Scenario

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segments import FreeSegment
 from knotwork.planning.timing import TimedMotion, TimingProblem
+from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.solving import timed_motion
-from knotwork.planning.timing.timed_motion import Status
 from knotwork.planning.ways.clear_motion import ClearMotion, ClearMotionProblem, NoClearMotionError
 from knotwork.planning.ways.clear_search import find_clear_motion, stretch
 from knotwork.planning.ways.configurations import bodies_at
@@ -103,10 +103,8 @@ def _timed_motion(
         for last in ends.goals
     )
     time = way.time * (float(curve.x[-1]) / way.duration)
-    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
-    velocity[1:-1], acceleration[1:-1] = curve(time[1:-1], 1), curve(time[1:-1], 2)
-    status: Status = "resting" if way.rests else "optimal"
-    return timed_motion(problem, curve, time, velocity, acceleration, status, least, "way")
+    attempt = Attempt(time, curve, "resting" if way.rests else "optimal")
+    return timed_motion(problem, attempt, least, "way")
 
 
 def _stop(

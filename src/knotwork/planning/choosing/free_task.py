@@ -72,7 +72,7 @@ class FreeTask:
     @property
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
-        return np.array(self.waypoints.asked)
+        return np.array(self.waypoints.task_rows)
 
     def start(self, path: ScenarioPath) -> PathStart:
         """State of the arm at the start of a path, with virtual joints for the poses' freedom."""

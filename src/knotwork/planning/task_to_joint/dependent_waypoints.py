@@ -184,7 +184,7 @@ class GroupSolver:
         """Solutions with planned self-motion, from the cheapest feasible start."""
         from knotwork.robot.kinematics.following.ladder import Ladder
 
-        moving = [track for track in tracks if not track.path.motion.stands]
+        moving = [track for track in tracks if not track.path.motion.is_dwell]
         if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return None
         chain = moving[0].chain
@@ -197,7 +197,7 @@ class GroupSolver:
         for start, curves in ladder.guided_starts(MAX_GUIDED):
             guides = iter(curves)
             guided = [
-                track if track.path.motion.stands else track._replace(guide=next(guides))
+                track if track.path.motion.is_dwell else track._replace(guide=next(guides))
                 for track in tracks
             ]
             branch = first.select(first.branch == first.branch[rows[start]])

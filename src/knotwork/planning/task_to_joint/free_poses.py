@@ -214,7 +214,8 @@ def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], Vi
 
 def _torch_axes(torch: TorchRanges) -> FloatArray:
     """Rotation of the axes of a torch's angles relative to the TCP: see `TorchRanges`."""
-    turned, leant = exponentials(np.array([[0.0, 0.0, torch.about], [0.0, torch.own, 0.0]]))
+    turns = np.array([[0.0, 0.0, torch.axis_angle], [0.0, torch.pose_travel, 0.0]])
+    turned, leant = exponentials(turns)
     return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
 
 
@@ -252,8 +253,8 @@ def _pose_error(
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
     turns = x, y, np.arctan2(-R[0, 1], R[0, 0])
     if torch is not None:
-        M = _torch_axes(torch._replace(own=0.0)).T @ R @ _torch_axes(torch)
-        y = np.arctan2(-M[2, 0], np.hypot(M[0, 0], M[1, 0])) - torch.own
+        M = _torch_axes(torch._replace(pose_travel=0.0)).T @ R @ _torch_axes(torch)
+        y = np.arctan2(-M[2, 0], np.hypot(M[0, 0], M[1, 0])) - torch.pose_travel
         turns = np.arctan2(M[2, 1], M[2, 2]), y, np.arctan2(-M[1, 0], M[0, 0])
     slides = pose.rotation.T @ (pose.translation - tool.translation)
     return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {

@@ -100,7 +100,7 @@ def complete_waypoints(
         names=tuple(map(str, rows.name)),
         joint_units=space.joint_units,
         acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
-        asked=tuple(np.flatnonzero(rows.asked).tolist()),
+        task_rows=tuple(np.flatnonzero(rows.asked).tolist()),
     )
 
 

@@ -119,7 +119,7 @@ def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSo
     velocity = solution.waypoints.velocity.copy()
     for run in space.chosen or ():
         for i, values in run.velocity.items():
-            velocity[solution.waypoints.asked[i]] = values
+            velocity[solution.waypoints.task_rows[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 

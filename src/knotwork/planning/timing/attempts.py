@@ -6,15 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.exact_curve import MotionKnots
 from knotwork.planning.timing.initial_guess import plain_guess
+from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section import Section
-from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_knots
+from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Status
 from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.waypoints import FloatArray
 
 MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
@@ -28,11 +30,13 @@ class Attempt:
     """A motion that keeps every limit.
 
     Attributes:
-        knots: The motion.
+        time: Times of the waypoints from 0 on [s], shape (n,).
+        curve: Joint positions over time.
         status: Status, see `TimedMotion`.
     """
 
-    knots: MotionKnots
+    time: FloatArray
+    curve: PiecewisePolynomial
     status: Status
 
 
@@ -50,7 +54,7 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
     given_time = float(np.nansum(problem.duration))
     if problem.objective.only_time and problem.free.any() and given_time:
         rests = resting_motion(problem, "resting")
-        if rests is not None and rests.knots.time[-1] <= MAX_RESTING_RATIO * given_time:
+        if rests is not None and rests.time[-1] <= MAX_RESTING_RATIO * given_time:
             return rests  # the free time is negligible against the given one
     attempt = _optimised_motion(problem, budget)
     if attempt is not None:
@@ -64,11 +68,13 @@ def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
     for slower in SLOWDOWN_FACTORS:
         # a moving arm may have to brake at once, and can move slowly after that
         for braking in sorted({1.0, slower} if moving else {slower}):
-            knots = resting_knots(problem, slower, braking)
-            if knots is None:
+            intervals = resting_intervals(problem, slower, braking)
+            if intervals is None:
                 return None
-            if keeps_limits(problem, knots.curve):
-                return Attempt(knots, status)
+            curve = concatenate(*intervals)
+            if keeps_limits(problem, curve):
+                time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
+                return Attempt(time, curve, status)
     return None
 
 
@@ -88,10 +94,10 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> Attempt | None:
                 return None
             last = None  # the previous solution is too far away
             continue
-        knots = section.rebuild(solution.x)
-        more = tighten(problem, tightening, knots.curve)
+        time, curve = section.rebuild(solution.x)
+        more = tighten(problem, tightening, curve)
         if more is None:
-            return Attempt(knots, "optimal")
+            return Attempt(time, curve, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start

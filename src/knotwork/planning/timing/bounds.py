@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.curves.polynomial.least_durations import feasible_durations
+from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray

@@ -165,7 +165,7 @@ def _given_durations(
         if not direct:
             reason += "; without a time, the motion takes its minimum time"
         elif rests is not None:
-            bound = sufficient_duration(float(rests.knots.time[i + 1] - rests.knots.time[i]))
+            bound = sufficient_duration(float(rests.time[i + 1] - rests.time[i]))
             reason += f"; with {bound:.6g} s{together} there is a motion that rests"
         errors.append(
             TimingError(
@@ -186,7 +186,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     rests = resting_motion(with_longer(problem), "resting")
     if rests is None:
         return []
-    takes = np.diff(rests.knots.time)
+    takes = np.diff(rests.time)
     if problem.total is None:
         wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
         return _given_durations(problem, wrong, f"{NO_MOTION}; ")

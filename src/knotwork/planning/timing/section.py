@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.planning.timing.exact_curve import MotionKnots
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.initial_guess import Guess
+from knotwork.planning.timing.motion_curves import exact_curve
 from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
 from knotwork.planning.timing.robot_limits import held_blocks, work_kernel
 from knotwork.planning.timing.spline import (
@@ -274,8 +275,8 @@ class Section:
         steady[1:] |= idle
         return steady & ~problem.acceleration_known[:, None]
 
-    def rebuild(self, x: FloatArray) -> MotionKnots:
-        """Make the knots of the variables, from time 0 on."""
+    def rebuild(self, x: FloatArray) -> tuple[FloatArray, PiecewisePolynomial]:
+        """Times of the waypoints from 0 on [s], and the curve of the variables."""
         problem, at, scale = self.problem, self.layout, self.scale
         v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
         parts = (x[at.tau] * scale.time).reshape(at.intervals, at.each)
@@ -292,13 +293,9 @@ class Section:
         a[:: at.each][known] = problem.acceleration[known]
         a[:: at.each][self._steady()] = 0.0
         ends = np.arange(at.intervals)[:, None] * at.each + np.arange(at.each + 1)
-        return MotionKnots(
-            np.concatenate(([0.0], np.cumsum(duration))),
-            parts / parts.sum(axis=1)[:, None],
-            problem.position,
-            velocity,
-            a[ends],
-        )
+        time = np.concatenate(([0.0], np.cumsum(duration)))
+        share = parts / parts.sum(axis=1)[:, None]
+        return time, exact_curve(time, share, problem.position, velocity, a[ends])
 
 
 def _scale(problem: TimingProblem, guess: Guess) -> Scale:

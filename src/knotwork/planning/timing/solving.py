@@ -14,10 +14,10 @@ from knotwork.errors import TimingError, together
 from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
-from knotwork.planning.timing.exact_curve import concatenate_curves, concatenate_knots
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
+from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.robot_limits import effort_integral
-from knotwork.planning.timing.timed_motion import Binding, Progress, Status, TimedMotion, status_of
+from knotwork.planning.timing.timed_motion import Binding, Progress, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
 from knotwork.waypoints import FloatArray
 
@@ -127,37 +127,32 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
                 causes.append(error)
     if causes:
         raise NoMotionError(causes)
-    parts = [attempt.knots for attempt in attempts]
-    time, curve = concatenate_curves(parts)
-    velocity = np.concatenate((parts[0].velocity[:1], *(part.velocity[1:] for part in parts)))
-    first = parts[0].acceleration[:1, 0]
-    acceleration = np.concatenate((first, *(part.acceleration[:, -1] for part in parts)))
-    status, least = status_of(attempt.status for attempt in attempts), lower_bound(problem)
-    return timed_motion(problem, curve, time, velocity, acceleration, status, least, "fastest")
+    return timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
+
+
+def _consecutive(attempts: Sequence[Attempt]) -> Attempt:
+    """Consecutive motions, each from time 0 on, as one."""
+    starts = np.cumsum([0.0, *(attempt.time[-1] for attempt in attempts)])
+    times = [start + part.time[:-1] for start, part in zip(starts, attempts, strict=False)]
+    return Attempt(
+        np.append(np.concatenate(times), starts[-1]),
+        concatenate(*(attempt.curve for attempt in attempts)),
+        status_of(attempt.status for attempt in attempts),
+    )
 
 
 def timed_motion(
-    problem: TimingProblem,
-    curve: PiecewisePolynomial,
-    time: FloatArray,
-    velocity: FloatArray,
-    acceleration: FloatArray,
-    status: Status,
-    least: float,
-    planner: str,
+    problem: TimingProblem, attempt: Attempt, least: float, planner: str
 ) -> TimedMotion:
-    """The motion of a curve that keeps the limits of a problem; see `TimedMotion`.
+    """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
     Args:
         problem: The waypoints and the limits.
-        curve: Joint positions from time 0 on.
-        time: Times of the waypoints [s], shape (n,).
-        velocity: Velocities there, shape (n, d).
-        acceleration: Accelerations there, shape (n, d).
-        status: Status.
+        attempt: The motion.
         least: Lower bound on the duration [s].
         planner: Name of the planner.
     """
+    time, curve = attempt.time, attempt.curve
     trajectory = JointTrajectory(
         problem.joint_names,
         curve,
@@ -165,8 +160,15 @@ def timed_motion(
         planner=planner,
         waypoint_times=time,
     )
-    binding, objective = binding_limits(problem, time, curve), _terms(problem, curve)
-    return TimedMotion(trajectory, time, velocity, acceleration, least, status, binding, objective)
+    return TimedMotion(
+        trajectory,
+        time,
+        np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
+        least,
+        attempt.status,
+        binding_limits(problem, time, curve),
+        _terms(problem, curve),
+    )
 
 
 def sections(problem: TimingProblem) -> list[tuple[int, int]]:
@@ -212,13 +214,20 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
             budget.solved += last - first
             return solve_section(problem, budget)
         budget.solved += count
-        windows.append(replace(attempt, knots=attempt.knots.first_intervals(count)))
-        knots = windows[-1].knots
         first += count
-        velocity[first], along[first] = knots.velocity[-1], False
-        acceleration[first] = knots.acceleration[-1, -1]
-    knots = concatenate_knots([attempt.knots for attempt in windows])
-    return Attempt(knots, status_of(attempt.status for attempt in windows))
+        seam = attempt.time[count]
+        velocity[first], acceleration[first] = attempt.curve(seam, 1), attempt.curve(seam, 2)
+        along[first] = False
+        windows.append(_first_intervals(attempt, count))
+    return _consecutive(windows)
+
+
+def _first_intervals(attempt: Attempt, count: int) -> Attempt:
+    """The first intervals of a motion."""
+    time, curve = attempt.time[: count + 1], attempt.curve
+    pieces = int(np.searchsorted(curve.x, time[-1]))
+    part = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
+    return Attempt(time, part, attempt.status)
 
 
 def _terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:

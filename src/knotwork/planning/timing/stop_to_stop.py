@@ -2,83 +2,82 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from knotwork.planning.timing.exact_curve import (
-    MotionKnots,
-    concatenate_knots,
-    correct_accelerations,
-    divide_pieces,
-)
-from knotwork.planning.timing.spline import pieces_each
-from knotwork.planning.timing.timing_problem import Objective, TimingLimits, TimingProblem, part_of
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.from_accelerations import cubics_from_accelerations
+from knotwork.curves.retiming.stops import joint_stop
+from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
+from knotwork.planning.timing.timing_problem import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray
 
+MIN_RAMP_SHARE = 1e-3
+"""Minimum duration of a change of the acceleration between rests, relative to a lower bound on the
+whole duration.
+"""
 
-@dataclass(frozen=True, eq=False)
-class _Phases:
-    """Part of a motion.
+MIN_PHASE_SHARE = 1e-12
+"""Duration relative to the whole below which phases are left out."""
 
-    Attributes:
-        span: Durations of its phases [s], shape (k,).
-        acceleration: Accelerations at their ends, shape (k + 1, d).
-        move: Displacement of the joints, shape (d,).
-    """
+STOP_MARGIN = 1e-5
+"""Relative margin of jerk in stops, for the rounding of their times: phases may be very short."""
 
-    span: FloatArray
-    acceleration: FloatArray
-    move: FloatArray
-
-
-MIN_PHASE_SHARE = 1e-3
-"""Minimum duration of a phase of a first motion, relative to the whole."""
-
+STILL_PIECES = 3
+"""Number of pieces of an interval in which no joint moves."""
 
 SLOWDOWN_FACTORS = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 """Candidate factors by which a motion is slowed down for efforts and tool speed, in order."""
 
 
-def resting_knots(
+def resting_intervals(
     problem: TimingProblem, slower: float, braking: float = 1.0
-) -> MotionKnots | None:
+) -> list[PiecewisePolynomial] | None:
     """A motion with a stop at every waypoint, or if it moves there, after it and before the next.
 
-    Between rests all joints move proportionally.
+    Between rests all joints move proportionally. Stops are those of independent joints.
 
     Args:
         problem: The problem; the caller checks the limits.
         slower: Factor on the minimum durations between rests, if they are unknown.
-        braking: Factor on the durations to rest and from rest.
+        braking: Divisor of the limits of acceleration and jerk in stops from given velocities.
 
     Returns:
-        The motion, or `None` if a given duration is too short, jerk is not limited, or nothing
-        moves.
+        The motions of the intervals, each from time 0 on. `None` if a given duration is too short,
+        jerk is not limited, or nothing moves.
     """
     if np.isinf(problem.limits.jerk).any():
         return None
-    v = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
-    a = np.where(problem.acceleration_known[:, None], problem.acceleration, 0.0)
-    parts = []
-    for i in range(len(problem.position) - 1):
-        ends = slice(i, i + 2)
-        alone = replace(
-            part_of(problem, i, i + 1), velocity=v[ends], acceleration=a[ends], total=None
-        )
-        part = _with_rest(alone, slower, braking)
-        if part is None:
+    rests = [_next_to(problem, i, braking) for i in range(len(problem.position))]
+    intervals = []
+    for i, ((_, before), (after, _)) in enumerate(pairwise(rests)):
+        start = problem.position[i] if before is None else before(before.x[-1])
+        goal = problem.position[i + 1] if after is None else after(0.0)
+        used = sum(float(part.x[-1]) for part in (before, after) if part is not None)
+        moves = bool((start != goal).any())
+        straight = _straight_motion(start, goal, problem.limits) if moves else _still(start)
+        shortest = float(straight.x[-1]) if moves else 0.0
+        span = float(problem.duration[i]) - used
+        if np.isnan(span):
+            span = max(slower * shortest, float(problem.at_least[i]) - used)
+        if span < shortest:
             return None
-        parts.append(part)
-    knots = concatenate_knots(parts)
-    excess = 0.0 if problem.total is None else problem.total - float(knots.time[-1])
-    if problem.total is None or abs(excess) <= 1e-12 * problem.total:
-        return knots
-    free, durations = problem.free, np.diff(knots.time)
+        between = slow_down(straight, span / float(straight.x[-1])) if span > 0.0 else None
+        if before is between is after:
+            return None
+        intervals.append(concatenate(before, between, after))
+    if problem.total is None:
+        return intervals
+    durations, free = np.array([interval.x[-1] for interval in intervals]), problem.free
+    excess = problem.total - durations.sum()
+    if abs(excess) <= 1e-12 * problem.total:
+        return intervals
     if excess < 0.0 or not free.any():
         return None
     durations[free] *= 1.0 + excess / durations[free].sum()
-    return resting_knots(replace(problem, duration=durations, total=None), slower, braking)
+    return resting_intervals(replace(problem, duration=durations, total=None), slower, braking)
 
 
 def with_longer(problem: TimingProblem) -> TimingProblem:
@@ -92,55 +91,42 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
     )
 
 
-def _with_rest(problem: TimingProblem, slower: float, braking: float) -> MotionKnots | None:
-    """The motion over one interval with known ends."""
-    q, v, a = problem.position, problem.velocity, problem.acceleration
-    before = _to_rest(v[0], a[0], problem.limits, braking)
-    after = _to_rest(-v[1], a[1], problem.limits, braking)  # backwards in time
-    rests = replace(
-        problem,
-        position=np.stack((q[0] + before.move, q[1] + after.move)),
-        velocity=np.zeros_like(v),
-        acceleration=np.zeros_like(a),
-    )
-    ends = float(before.span.sum() + after.span.sum())
-    middle = _between_rests(rests, ends, slower)
-    if middle is None:
-        return None
-    span = np.concatenate((before.span, middle.span, after.span[::-1]))
-    rows = (before.acceleration[:-1], middle.acceleration[:-1], after.acceleration[::-1])
-    total = float(span.sum())
-    return MotionKnots(np.array([0.0, total]), span[None] / total, q, v, np.concatenate(rows)[None])
+def _next_to(
+    problem: TimingProblem, i: int, braking: float
+) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | tuple[None, None]:
+    """Motions from rest to a waypoint and from there to rest, if the arm moves there."""
+    q, limits = problem.position[i], problem.limits
+    v = problem.velocity[i] if problem.velocity_known[i] else np.zeros_like(q)
+    a = problem.acceleration[i] if problem.acceleration_known[i] else np.zeros_like(q)
+    if not v.any() and not a.any():
+        return None, None
+    ramps = limits.acceleration / braking, (1.0 - STOP_MARGIN) * limits.jerk / braking
+    return reverse(joint_stop(q, -v, a, *ramps)), joint_stop(q, v, a, *ramps)
 
 
-def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phases | None:
-    """The motion from rest to rest, between phases whose total duration is `ends` [s]."""
-    asked, at_least = (float(h[0]) - ends for h in (problem.duration, problem.at_least))
-    move = np.diff(problem.position, axis=0)[0]
-    moving = _fastest_between_rests(problem, move) if move.any() else None
-    least = 0.0 if moving is None else float(moving.time[-1])
-    span = max(slower * least, at_least) if np.isnan(asked) else asked
-    if moving is not None and span > 0.0:
-        # the phases before and after must not change with the rounding of this one
-        slowed = correct_accelerations(moving).acceleration[0] * (least / span) ** 2
-        return _Phases(span * moving.share[0], slowed, move)
-    if moving is not None or span < 0.0 or not span + ends:
-        return None
-    stands = np.array([span] if span else [])
-    return _Phases(stands, np.zeros((len(stands) + 1, len(move))), move)
+def _still(q: FloatArray) -> PiecewisePolynomial:
+    """A motion of 1 s at rest."""
+    c = np.zeros((4, STILL_PIECES, len(q)))
+    c[-1] = q
+    return PiecewisePolynomial(c, np.linspace(0.0, 1.0, STILL_PIECES + 1))
 
 
-def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKnots:
+def _straight_motion(
+    start: FloatArray, goal: FloatArray, limits: TimingLimits
+) -> PiecewisePolynomial:
     """The minimum-time proportional motion, with a ramp up to a velocity and one down from it.
 
     In each ramp the acceleration increases, stays at its limit if it reaches it, and decreases.
     """
+    move = goal - start
     moves = move != 0.0
-    limits = problem.limits
     V, A, J = (
         float((limit[moves] / np.abs(move[moves])).min())
         for limit in (limits.velocity, limits.acceleration, limits.jerk)
     )
+    least_rise = MIN_RAMP_SHARE * max(1.0 / V, 2.0 / np.sqrt(A))
+    if least_rise:
+        J = min(J, A / least_rise, V / least_rise**2)
     # at this velocity the ramps alone cover the whole move
     peak = float(np.cbrt(0.25 * J))
     if peak > A * A / J:
@@ -150,49 +136,12 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKn
     hold = max(v / (J * rise) - rise, 0.0)
     cruise = max(1.0 / v - 2.0 * rise - hold, 0.0)
     span = np.array([rise, hold, rise, cruise, rise, hold, rise])
-    span = np.maximum(span, MIN_PHASE_SHARE * span.sum())
-    a = J * rise * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    knots = MotionKnots(
-        np.array([0.0, span.sum()]),
-        span[None] / span.sum(),
-        problem.position,
-        np.zeros_like(problem.velocity),
-        (a[:, None] * move)[None],
-    )
-    return divide_pieces(knots, pieces_each(1))  # corrections are smaller over more pieces
-
-
-def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
-    """Motion to zero acceleration, and then motion of all joints to rest in a common time.
-
-    Args:
-        v: Initial velocities, shape (d,).
-        a: Initial accelerations, shape (d,).
-        limits: Limits of the joints.
-        slower: Factor on the minimum time of the second phase.
-    """
-    still = np.zeros_like(v)
-    first = float(np.max(np.abs(a) / limits.jerk))
-    if first:
-        first = max(first, MIN_PHASE_SHARE * _braking_time(v, limits))
-    excess = v + 0.5 * first * a
-    second = slower * _braking_time(excess, limits)
-    if second:
-        second = max(second, MIN_PHASE_SHARE * first)
-        span = np.array([first, 0.5 * second, 0.5 * second])
-        rows = np.stack((a, still, -2.0 * excess / second, still))
-    else:
-        span, rows = np.array([first]), np.stack((a, still))
-    if not first:
-        span, rows = span[1:], rows[1:]
-    gain = 0.5 * span[:, None] * (rows[:-1] + rows[1:])
-    begun = v + np.cumsum(gain, axis=0) - gain
-    moved = span[:, None] * begun + span[:, None] ** 2 * (2.0 * rows[:-1] + rows[1:]) / 6.0
-    return _Phases(span, rows, moved.sum(axis=0))
-
-
-def _braking_time(v: FloatArray, limits: TimingLimits) -> float:
-    """Minimum time in which all joints come to rest, with a rise and a fall of the acceleration."""
-    speed = np.abs(v)
-    with_acceleration, with_jerk = speed / limits.acceleration, np.sqrt(speed / limits.jerk)
-    return 2.0 * float(np.maximum(with_acceleration, with_jerk).max())
+    present = span > MIN_PHASE_SHARE * span.sum()
+    span = span[present]
+    a = J * rise * np.append(0.0, np.array([1.0, 1, 0, 0, -1, -1, 0])[present])
+    rest = np.zeros((2, 1))
+    c = cubics_from_accelerations(span[None], a[None, :, None], rest, rest)
+    along = PiecewisePolynomial(c, np.append(0.0, np.cumsum(span)))
+    c = c * (move / along(along.x[-1]))
+    c[-1] += start
+    return PiecewisePolynomial(c, along.x)

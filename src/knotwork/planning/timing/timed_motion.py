@@ -67,7 +67,6 @@ class TimedMotion(ReadOnlyArrays):
         trajectory: Joint trajectory: cubic, C2, from time 0 on.
         time: Times of the waypoints [s], shape (n,).
         velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
-        acceleration: Joint accelerations at the waypoints, shape (n, d).
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
         status: `"optimal"`; `"stopped"` if the budget ended first, so that a better motion may
@@ -86,7 +85,6 @@ class TimedMotion(ReadOnlyArrays):
     trajectory: JointTrajectory
     time: FloatArray
     velocity: FloatArray
-    acceleration: FloatArray
     lower_bound: float
     status: Status = "optimal"
     binding: Sequence[Binding] = ()

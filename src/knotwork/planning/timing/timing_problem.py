@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.curves.polynomial.least_durations import feasible_durations
+from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import finite_number
 from knotwork.units import SI, Units

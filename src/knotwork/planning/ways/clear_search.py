@@ -12,6 +12,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import joint_stop
 from knotwork.planning.timing.attempts import resting_motion
+from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
 from knotwork.planning.timing.tightening import keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clear_motion import (
@@ -24,7 +25,6 @@ from knotwork.planning.ways.clearance_proof import contacts_along, contacts_of
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline
-from knotwork.planning.ways.states import concatenate, reverse, slow_down
 from knotwork.waypoints import FloatArray, IndexArray
 
 
@@ -307,7 +307,7 @@ class _ClearSearch:
             rests = resting_motion(self._timing_problem(line, moving=False), "resting")
             if rests is None:
                 return None
-            middle, times = rests.knots.curve, rests.knots.time[passed]
+            middle, times = rests.curve, rests.time[passed]
         parts = before, middle, after
         if parts == (None, None, None):
             return None

@@ -323,7 +323,7 @@ class MotionProgram:
             {"ipopt.constr_viol_tol": 1e-8} | START_OPTIONS[start],
             reusable=False,
         )
-        return states_of(section.rebuild(solution.x).curve) if solution.solved else None
+        return states_of(section.rebuild(solution.x)[1]) if solution.solved else None
 
     def _units(self, near: States) -> Guess:
         """The motion as a guess, which sets the scale of a section."""

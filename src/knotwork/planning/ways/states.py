@@ -64,29 +64,3 @@ def states_of(curve: PiecewisePolynomial) -> States:
     """The states at the breaks of a cubic motion that begins at time 0."""
     last = np.minimum(curve.x, curve.x[-1])
     return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)
-
-
-def slow_down(curve: PiecewisePolynomial, factor: float) -> PiecewisePolynomial:
-    """A cubic motion that begins at time 0, slowed down by a constant factor."""
-    scale = factor ** -np.arange(3.0, -1.0, -1.0)
-    return PiecewisePolynomial(curve.c * scale[:, None, None], factor * curve.x)
-
-
-def concatenate(*motions: PiecewisePolynomial | None) -> PiecewisePolynomial:
-    """Concatenate motions, each from time 0 on, without those that are `None`."""
-    present = [part for part in motions if part is not None]
-    starts = np.cumsum([0.0, *(part.x[-1] for part in present)])
-    x = [start + part.x[:-1] for start, part in zip(starts[:-1], present, strict=True)]
-    return PiecewisePolynomial(
-        np.concatenate([part.c for part in present], axis=1),
-        np.append(np.concatenate(x), starts[-1]),
-    )
-
-
-def reverse(curve: PiecewisePolynomial) -> PiecewisePolynomial:
-    """A cubic motion that begins at time 0, reversed."""
-    span = np.diff(curve.x)[:, None]
-    a, b, c, d = curve.c
-    turned = (-a, b + 3.0 * a * span, -c - (2.0 * b + 3.0 * a * span) * span)
-    at_end = d + (c + (b + a * span) * span) * span
-    return PiecewisePolynomial(np.stack((*turned, at_end))[:, ::-1], curve.x[-1] - curve.x[::-1])

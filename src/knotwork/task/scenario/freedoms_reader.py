@@ -108,8 +108,8 @@ def _torch_ranges(
                 f"a range with the pose's {angle / unit:g} in it, below a quarter of a turn",
             )
         ranges.append((low - angle, high - angle))
-    about = TOOL_AXES[torch.tangent]
-    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, about)
+    axis_angle = TOOL_AXES[torch.tangent]
+    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, axis_angle)
 
 
 def _read(

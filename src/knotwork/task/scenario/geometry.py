@@ -12,14 +12,14 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError, did_you_mean
 from knotwork.files.documents import Location, Places
 from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
-from knotwork.waypoints import FloatArray, rotation_fault
+from knotwork.waypoints import FloatArray, rotation_error
 
 # Tolerance for values in a file, which are often rounded to four digits. A larger deviation from a
 # rotation is a mistake.
@@ -94,7 +94,7 @@ def _torch_axes(torch: SeamTorch, places: Places, location: Location) -> FloatAr
 
 
 def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> FloatArray:
-    fault = rotation_fault(matrix, FILE_ROTATION_TOLERANCE)
+    fault = rotation_error(matrix, FILE_ROTATION_TOLERANCE)
     if fault:
         raise places.error(
             location,
@@ -210,7 +210,7 @@ def move_frame(
     if not rates:
         return frame
     c = np.array([[rates], [np.zeros(len(rates))]])
-    steady = EndlessCurve(PiecewisePolynomial(c, [0.0, 1.0]), stands=False, delay=motion.at)
+    steady = ExtendedCurve(PiecewisePolynomial(c, [0.0, 1.0]), holds_ends=False, delay=motion.at)
     return frame.with_joints(np.array(axes), tuple(turns), steady)
 
 
@@ -227,7 +227,7 @@ def _move_by_file(
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
     axes = np.eye(3)[["xyz".index(FRAME_JOINTS[name][1]) for name in names]]
     turns = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
-    return frame.with_joints(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
+    return frame.with_joints(axes, turns, ExtendedCurve(curve, delay=begin - float(curve.x[0])))
 
 
 def _read_motion(path: Path) -> JointTrajectory:

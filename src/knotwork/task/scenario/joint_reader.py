@@ -15,7 +15,7 @@ from knotwork.task import ChosenMotion, PoseWaypoint
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import si_factors
-from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
+from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
 SAME_PLACE_TOLERANCE = 1e-12
 """Distance within which poses and joint positions are equal [m, rad]."""
@@ -120,7 +120,7 @@ class JointReader:
             "shown_in": self.scenario.units,
         }
 
-    def _chosen_run(self, motion: ChosenMotion, i: int) -> ChosenRun:
+    def _chosen_run(self, motion: ChosenMotion, i: int) -> ChosenSection:
         names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:
@@ -129,7 +129,7 @@ class JointReader:
                     f"unknown waypoint {name!r}",
                     did_you_mean(name, names),
                 )
-        return ChosenRun(
+        return ChosenSection(
             np.array(motion.times),
             self.array(motion.accelerations, *place, "accelerations").T,
             {

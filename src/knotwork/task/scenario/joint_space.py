@@ -20,7 +20,7 @@ from knotwork.task.scenario.joint_reader import JointReader, JointState
 from knotwork.task.scenario.payloads import Carrying, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.units import Units
-from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
+from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory
@@ -69,7 +69,7 @@ class JointSpace:
     accelerations: str | FloatArray | None = None
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
-    chosen: tuple[ChosenRun, ...] | None = None
+    chosen: tuple[ChosenSection, ...] | None = None
     solutions: Mapping[int, FloatArray] = field(default_factory=dict)
     shown_in: Units = field(default_factory=Units)
 

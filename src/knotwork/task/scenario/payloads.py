@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import Load
 from knotwork.files.documents import Location, Places
 from knotwork.robot.payload import Payload, payload_fault

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.endless import EndlessCurve
+from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.tool_paths import Timing, ToolPath
 from knotwork.curves.tool_paths.weave import (
@@ -45,7 +45,7 @@ class WeaveReader:
 
     def read(
         self, path: ToolPath, timing: Timing, start: float
-    ) -> tuple[list[WeavePattern | None], EndlessCurve, FloatArray]:
+    ) -> tuple[list[WeavePattern | None], ExtendedCurve, FloatArray]:
         """The weave of each stretch, their sum, and the times at which a new weave begins [s].
 
         Consecutive stretches with the same weave have one continuous weave.
@@ -74,7 +74,7 @@ class WeaveReader:
         curve = PiecewisePolynomial(
             two_point_coefficients(x, (states_at_x[0], states_at_x[1], states_at_x[2])), x
         )
-        return weaves, EndlessCurve(curve, delay=start), np.concatenate(breaks)
+        return weaves, ExtendedCurve(curve, delay=start), np.concatenate(breaks)
 
     def _runs(self) -> list[tuple[int, int, Weave]]:
         """Ranges of consecutive stretches with one weave."""

@@ -13,8 +13,8 @@ def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, floa
     if freedom.torch is not None:
         torch = freedom.torch
         for name, (low, high), angle in (
-            ("travel angle", torch.travel, torch.own),
-            ("work angle", torch.work, torch.own_work),
+            ("travel angle", torch.travel, torch.pose_travel),
+            ("work angle", torch.work, torch.pose_work),
         ):
             spans[name, "rad"] = (angle + low, angle + high)
     else:
@@ -90,10 +90,11 @@ def torch_angles(torch: TorchRanges, turned: FloatArray) -> FloatArray:
         torch: The torch, with the pose's angles.
         turned: Rotations of the torch in the axes of the pose, shape (k, 3, 3).
     """
-    c, s, cosine, sine = (f(a) for a in (torch.own, torch.about) for f in (np.cos, np.sin))
+    c, s = np.cos(torch.pose_travel), np.sin(torch.pose_travel)
+    cosine, sine = np.cos(torch.axis_angle), np.sin(torch.axis_angle)
     leant = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
     about = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     R = leant @ np.diag([1.0, -1.0, -1.0]) @ about @ turned @ about.T
     travel = np.arcsin(np.clip(R[:, 0, 2], -1.0, 1.0))
     work, turn = np.arctan2(-R[:, 1, 2], -R[:, 2, 2]), np.arctan2(-R[:, 0, 1], R[:, 0, 0])
-    return np.array([turn, travel - torch.own, work])
+    return np.array([turn, travel - torch.pose_travel, work])

@@ -235,7 +235,7 @@ def _follow_turn(
         apart = np.maximum(samples.gap[:-1], samples.gap[1:]) + turned * np.sqrt(2.0)
         slower = np.maximum(1.0 - apart**2 / 4.0, 1e-12)  # cos(φ), as apart is 2 √2 sin(φ/2)
     else:
-        travel = np.abs(samples.angles[:, 1] + freedom.torch.own)
+        travel = np.abs(samples.angles[:, 1] + freedom.torch.pose_travel)
         steep = np.minimum(np.maximum(travel[:-1], travel[1:]) + turned, 0.5 * np.pi)
         slower = np.maximum(np.cos(steep), 1e-12)
     change = turned / slower

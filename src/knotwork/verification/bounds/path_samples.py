@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.endless import stack_curves
+from knotwork.curves.polynomial.extended_curve import stack_curves
 from knotwork.curves.tool_paths.moving_frame import KnownJoints
 from knotwork.curves.tool_paths.path_progress import progress
 from knotwork.curves.tool_paths.rotations import angle_of

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.extrema import candidates
-from knotwork.curves.polynomial.refined import split_at
+from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 

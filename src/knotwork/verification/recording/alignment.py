@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.verification.recording.lateness import Delay, delays, fit_delay, plan_at

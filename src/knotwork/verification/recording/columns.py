@@ -10,8 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from knotwork.files.foreign.header import HeadingError, column, quantity_named
-from knotwork.files.foreign.unit_words import words
+from knotwork.files.foreign.header import HeadingError, column, quantity_named, words
 
 STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
 PREFERRED_TOPIC = "joint_states"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve, split_at
+from knotwork.curves.polynomial.splitting import cut_curve, split_at
 from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.units import SI, Units

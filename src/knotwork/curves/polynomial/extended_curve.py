@@ -1,4 +1,4 @@
-"""`EndlessCurve`: a curve extended before its start and after its end; stacking of curves."""
+"""`ExtendedCurve`: a curve extended before its start and after its end; stacking of curves."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial.distinct import distinct
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
-from knotwork.curves.polynomial.refined import cut_curve, split_at
+from knotwork.curves.polynomial.splitting import cut_curve, split_at
 from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class EndlessCurve:
+class ExtendedCurve:
     """A motion that is defined at all times.
 
     Attributes:
         curve: Positions, trailing shape (e,).
-        stands: Whether it rests at its ends outside its time; otherwise it keeps its velocity.
+        holds_ends: Whether it rests outside its time, at its end positions; otherwise it keeps the
+            velocity that it has at its ends.
         delay: Time of the curve's time 0 [s].
 
-    >>> rising = EndlessCurve(PiecewisePolynomial([[[2.0]], [[0.0]]], [0, 1]))
+    >>> rising = ExtendedCurve(PiecewisePolynomial([[[2.0]], [[0.0]]], [0, 1]))
     >>> rising([-1.0, 3.0]).T, rising.between(2, 3).c.T
     (array([[0., 2.]]), array([[[0., 2.]]]))
     """
 
     curve: PiecewisePolynomial
-    stands: bool = True
+    holds_ends: bool = True
     delay: float = 0.0
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> FloatArray:
@@ -36,9 +37,11 @@ class EndlessCurve:
         local = np.asarray(t, dtype=float) - self.delay
         inside = np.clip(local, *self.curve.x[[0, -1]])
         beyond, value = (local - inside)[:, None], self.curve(inside, nu)
-        if not self.stands:
-            return value if nu else value + beyond * self.curve(inside, 1)
-        return np.where(beyond != 0.0, 0.0, value) if nu else value
+        if self.holds_ends:
+            return np.where(beyond != 0.0, 0.0, value) if nu else value
+        if nu == 0:
+            return value + beyond * self.curve(inside, 1)
+        return value if nu == 1 else np.where(beyond != 0.0, 0.0, value)
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
         """The curve from one time to a later one [s]."""
@@ -49,7 +52,7 @@ class EndlessCurve:
             if not (outer < edge if before else outer > edge):
                 continue
             piece = np.zeros((len(c), 1, c.shape[2]))
-            rate = self([edge], 1)[0] if not self.stands else 0.0
+            rate = self([edge], 1)[0] if not self.holds_ends else 0.0
             piece[-2, 0] = rate
             piece[-1, 0] = self([outer if before else edge])[0]
             c = np.concatenate((piece, c) if before else (c, piece), axis=1)

@@ -1,8 +1,9 @@
-"""Planner `modified-hermite`: the paper's method, and segments with chosen knots.
+"""Planner `modified-hermite`: the paper's method, and sections with chosen knots.
 
 Between chosen knots the acceleration is linear, so position and velocity at the waypoints and the
-accelerations give the curve. Rounding is corrected by the minimum change of the accelerations at
-the knots between two waypoints that meets position and velocity at the end of the interval.
+accelerations give the curve. Stored accelerations are rounded, so the curve would slightly miss
+the next waypoint. The smallest change of the accelerations between two waypoints (least squares)
+removes this error.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from knotwork.curves.polynomial.from_accelerations import (
     cubics_from_accelerations,
 )
 from knotwork.errors import OptionError
-from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
+from knotwork.waypoints import ChosenSection, FloatArray, IndexArray, JointWaypoints
 
 SAME_KNOT_TIME = 1e-9
 """Difference relative to the largest time below which times are equal."""
@@ -39,36 +40,37 @@ def plan_modified_hermite(
 
     Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
     with a known acceleration divide the curve into sections that are independent of each other.
-    Chosen segments are sections as well.
 
     Args:
         waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
         options: Knot placement (`knots`), accelerations at both ends (`end_acceleration`), and
-            chosen segments (`chosen`).
+            chosen sections (`chosen`).
 
     Raises:
         KnotError: Given knots do not suit the waypoints.
-        OptionError: End accelerations are wrong. A chosen segment does not begin, end and pass at
+        OptionError: End accelerations are wrong. A chosen section does not begin, end and pass at
             waypoints, has fewer than two knots between two of them, overlaps another, or has
             accelerations for other waypoints.
     """
-    runs = options.chosen or ()
-    located = [_locate_run(waypoints, run, i) for i, run in enumerate(runs, 1)]
+    sections = options.chosen or ()
+    located = [_locate_section(waypoints, section, i) for i, section in enumerate(sections, 1)]
     known = np.full(waypoints.position.shape, np.nan)
     if waypoints.acceleration is not None:
         known[:] = waypoints.acceleration
-    for (rows, _), run in zip(located, runs, strict=True):
-        _fill(known, rows[[0, -1]], run.acceleration[[0, -1]])
+    for (rows, _), section in zip(located, sections, strict=True):
+        _fill(known, rows[[0, -1]], section.acceleration[[0, -1]])
     ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
     if ends is not None:
         _fill(known, [0, -1], np.array(ends))
     parts: list[tuple[FloatArray, FloatArray]] = []
     done = 0
-    for i, ((rows, knots), run) in enumerate(zip(located, runs, strict=True), 1):
+    for i, ((rows, knots), section) in enumerate(zip(located, sections, strict=True), 1):
         if rows[0] < done:
-            raise OptionError("chosen", f"run {i} begins before the end of the previous run")
+            raise OptionError(
+                "chosen", f"section {i} begins before the end of the previous section"
+            )
         parts += _gap_pieces(waypoints, known, done, rows[0], options)
-        parts.append(_run_pieces(waypoints, known, rows, knots, run, i))
+        parts.append(_section_pieces(waypoints, known, rows, knots, section, i))
         done = rows[-1]
     parts += _gap_pieces(waypoints, known, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
@@ -80,30 +82,31 @@ def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -
     known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
 
 
-def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
-    """The waypoints of a chosen segment, and the index of the knot at each."""
-    t, x = waypoints.time, run.times
-    if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
-        raise OptionError("chosen", f"run {i} has accelerations of other joints")
+def _locate_section(
+    waypoints: JointWaypoints, section: ChosenSection, i: int
+) -> tuple[IndexArray, IndexArray]:
+    """The waypoints of a chosen section, and the index of the knot at each."""
+    t, x = waypoints.time, section.times
+    if section.acceleration.shape[1:] != waypoints.position.shape[1:]:
+        raise OptionError("chosen", f"section {i} has accelerations of other joints")
     stale = "times that were chosen belong to its knots: change both, or choose them again"
     slack = SAME_KNOT_TIME * max(1.0, float(np.abs(t).max()))
     for end in (x[0], x[-1]):
         if np.abs(t - end).min() > slack:
-            where = f"run {i} begins or ends at {end:.9g} s, where no waypoint is"
+            where = f"section {i} begins or ends at {end:.9g} s, where no waypoint is"
             raise OptionError("chosen", f"{where}; {stale}")
     rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
     knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
     missing = np.abs(x[knots] - t[rows]) > slack
     if missing.any():
         row = rows[missing][0]
-        where = (
-            f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
-        )
+        at = f"{t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
+        where = f"section {i} has no knot at {at}"
         raise OptionError("chosen", f"{where}; {stale}")
     is_sparse = np.diff(knots) < 3
     if is_sparse.any():
         name = waypoints.names[rows[1:][is_sparse][0]]
-        message = f"run {i} has fewer than two knots between {name!r} and the one before"
+        message = f"section {i} has fewer than two knots between {name!r} and the one before"
         raise OptionError("chosen", message)
     return rows, knots
 
@@ -111,7 +114,7 @@ def _locate_run(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[Inde
 def _gap_pieces(
     waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Knots and coefficients of the curve between chosen segments, if there is a gap."""
+    """Knots and coefficients of the curve between chosen sections, if there is a gap."""
     if first == last:
         return []
     rows = slice(first, last + 1)
@@ -125,19 +128,19 @@ def _gap_pieces(
     return [(spline.x, spline.c)]
 
 
-def _run_pieces(
+def _section_pieces(
     waypoints: JointWaypoints,
     known: FloatArray,
     rows: IndexArray,
     knots: IndexArray,
-    run: ChosenRun,
+    section: ChosenSection,
     i: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Knots and coefficients of a chosen segment."""
-    x, a = run.times.copy(), run.acceleration.copy()
+    """Knots and coefficients of a chosen section."""
+    x, a = section.times.copy(), section.acceleration.copy()
     x[knots] = waypoints.time[rows]
     a[[0, -1]] = known[rows[[0, -1]]]
-    peak = np.abs(run.acceleration).max(axis=0)
+    peak = np.abs(section.acceleration).max(axis=0)
     pieces = []
     for k, (low, high) in zip(rows, pairwise(knots), strict=False):
         part = slice(low, high + 1)
@@ -149,7 +152,7 @@ def _run_pieces(
         if beyond.size:
             raise OptionError(
                 "chosen",
-                f"run {i} is for other waypoints than {waypoints.names[k]!r} and "
+                f"section {i} is for other waypoints than {waypoints.names[k]!r} and "
                 f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
                 f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
                 f"{change[beyond[0]]:.3g}; choose the times again",
