@@ -50,8 +50,7 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
             continue
         order = 2 if quantity == "tool_acceleration" else 1
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
-        most = float(add_slack(limit))
-        bound = compute_bound(robot, motion.trajectory, frame=frame, limit=most)
+        bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
         worst = bounded_value(bound)
         jumps = jumps_below(motion.curve, 2) if order == 2 else {}
         if jumps:
@@ -74,8 +73,8 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     from knotwork.verification.bounds import singular_value_bound
 
     limit = scenario.motion_limits.singular_value
-    least = None if limit is None else limit * (1.0 - LIMIT_SLACK)
-    bound = singular_value_bound(space.robot, motion.trajectory, limit=least)
+    allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
+    bound = singular_value_bound(space.robot, motion.trajectory, limit=allowed)
     worst, subject = bounded_value(bound), (SINGULARITY, "tool", "")
     quantity = "smallest_singular_value"
     label = "tool: the smallest singular value (metres and radians mixed)"

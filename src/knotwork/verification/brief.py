@@ -59,17 +59,17 @@ def group_lines(
     return lines
 
 
-def worst_lines(mark: str, findings: Sequence[Finding], most: int, width: int) -> list[str]:
+def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: int) -> list[str]:
     """The worst finding of each kind, and the number of others.
 
     Args:
         mark: Text before each finding.
         findings: The findings.
-        most: Maximum number of kinds.
+        max_kinds: Maximum number of kinds.
         width: Width of the lines in characters.
     """
     indent = " " * len(mark)
-    texts = failure_lines(findings, most)
+    texts = failure_lines(findings, max_kinds)
     return [line for text in texts for line in wrap(mark + text, width, indent)]
 
 
@@ -173,15 +173,15 @@ def wrap(text: str, width: int, indent: str, head: str = "") -> list[str]:
     return [line.replace(_NO_BREAK, " ") for line in lines or [head]]
 
 
-def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[str]:
+def failure_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> list[str]:
     """Messages of the worst finding of each kind, and the number of others.
 
     Args:
         findings: The findings.
-        most: Maximum number of kinds; another line has the number of remaining findings.
+        max_kinds: Maximum number of kinds; another line has the number of remaining findings.
     """
     kinds, lines = group_alike(findings), []
-    for worst, *similar in kinds[:most]:
+    for worst, *similar in kinds[:max_kinds]:
         lines.append(f"{worst} (and {len(similar)} more like it)" if similar else str(worst))
     remaining = sum(map(len, kinds[len(lines) :]))
     return [*lines, f"and {remaining} more"] if remaining else lines

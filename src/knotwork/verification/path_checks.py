@@ -207,8 +207,8 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
         fact, brief = f"from {begin!r} to {end!r} {_text(quantity, bound, followed, scenario)}", ""
         if not bound.proved:
             low, high = bound.where
-            most = scenario.units.text(bound.bound, unit, ".3g")
-            fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {most}"
+            upper = scenario.units.text(bound.bound, unit, ".3g")
+            fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {upper}"
         if quantity == "path_deviation":
             scale, length = scenario.shown_length
             off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"

@@ -32,8 +32,8 @@ from knotwork.verification.waypoint_checks import motion_finding
 REPORT_VERSION = 2
 """Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
 REPORT_WIDTH = 80
-MOST_FAILURE_KINDS = 5
-MOST_WARNING_KINDS = 3
+MAX_FAILURE_KINDS = 5
+MAX_WARNING_KINDS = 3
 
 
 def check(
@@ -214,13 +214,13 @@ class Report:
             f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
         )
         lines = wrap(verdict, width, BRIEF_INDENT)
-        for mark, findings, most in (
-            ("FAIL ", self.failures, MOST_FAILURE_KINDS),
-            ("", self.tried, MOST_FAILURE_KINDS),
-            ("not proved: ", self.sampled, MOST_WARNING_KINDS),
-            ("warning: ", self.warnings, MOST_WARNING_KINDS),
+        for mark, findings, max_kinds in (
+            ("FAIL ", self.failures, MAX_FAILURE_KINDS),
+            ("", self.tried, MAX_FAILURE_KINDS),
+            ("not proved: ", self.sampled, MAX_WARNING_KINDS),
+            ("warning: ", self.warnings, MAX_WARNING_KINDS),
         ):
-            lines += worst_lines(mark, findings, most, width)
+            lines += worst_lines(mark, findings, max_kinds, width)
         return [*lines, *group_lines(self.groups, self.units, width, ok=self.ok)]
 
     def select(self, **wanted: object) -> tuple[Finding, ...]:

@@ -24,12 +24,12 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint
 
-SMALLEST_TOLERANCE = np.finfo(float).tiny
+MIN_TOLERANCE = np.finfo(float).tiny
 SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
-MOST_TIME_SLACK = 1e-6
+MAX_TIME_SLACK = 1e-6
 """Maximum of that tolerance [s]. The tolerance is at least the floating-point resolution."""
 
 
@@ -121,7 +121,7 @@ def _joint_requirements(
 
 def _time_slack(motion: Motion) -> float:
     largest = max(1.0, abs(motion.start_time), abs(motion.end_time))
-    return float(max(min(TIME_ROUNDING * largest, MOST_TIME_SLACK), 8.0 * np.spacing(largest)))
+    return float(max(min(TIME_ROUNDING * largest, MAX_TIME_SLACK), 8.0 * np.spacing(largest)))
 
 
 def _timed_waypoints(
@@ -162,11 +162,11 @@ def _tool_findings(
         float(np.linalg.norm(difference))
         for difference in (twist.linear - waypoint.linear, spin - waypoint.angular)
     )
-    asked, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
-    reached = reached if asked @ reached >= 0 else -reached
+    quaternion, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
+    reached = reached if quaternion @ reached >= 0 else -reached
     rows = (
         ("position", waypoint.position, pose.translation, offset, "m"),
-        ("orientation", asked, reached, turn, "rad"),
+        ("orientation", quaternion, reached, turn, "rad"),
         ("linear_velocity", waypoint.linear, twist.linear, speed, "m/s"),
         ("angular_velocity", waypoint.angular, spin, rate, "rad/s"),
     )
@@ -186,12 +186,12 @@ def _velocity_freedom(waypoint: CartesianWaypoint, scenario: Scenario) -> PoseFr
     return waypoint.freedom
 
 
-def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> float:
+def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
     """Minimum rotation [rad] into the free range, of the axis or of both."""
-    R = asked.T @ reached
+    R = requested.T @ reached
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
     tilt = max(tilt - freedom.tilt, 0.0)
-    excess = max(float(turned_beyond(freedom, asked[None], reached[None])[0]), 0.0)
+    excess = max(float(turned_beyond(freedom, requested[None], reached[None])[0]), 0.0)
     # for a tilt and a turn about the axis: cos(φ/2) = cos(tilt/2) cos(turn/2)
     half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
     return float(2.0 * np.arcsin(min(half, 1.0)))
@@ -222,7 +222,7 @@ def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     """Index of the joint with the largest error relative to its tolerance."""
     # A tolerance may underflow to zero in SI.
     with np.errstate(over="ignore"):
-        return int((errors / np.maximum(tolerances, SMALLEST_TOLERANCE)).argmax())
+        return int((errors / np.maximum(tolerances, MIN_TOLERANCE)).argmax())
 
 
 def _error_finding(

@@ -45,7 +45,7 @@ VALUE_FLOOR = 1e-6
 allow.
 """
 
-SMALLEST_EXCESS = np.finfo(float).tiny
+MIN_EXCESS = np.finfo(float).tiny
 
 BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""
@@ -141,8 +141,8 @@ def upper_bounds(
 
 
 def _relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
-    least = np.where(np.isfinite(limit), limit, VALUE_FLOOR / BOUND_PRECISION * scale)
-    reference = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
+    minimum = np.where(np.isfinite(limit), limit, VALUE_FLOOR / BOUND_PRECISION * scale)
+    reference = np.maximum(np.where(np.isfinite(value), value, 0.0), minimum)
     return np.asarray(BOUND_PRECISION * reference)
 
 
@@ -222,9 +222,9 @@ def _worst_intervals(
         is_open: Whether this leaves a verdict undecided, shape (n, c).
         count: Maximum number of intervals to divide.
     """
-    most = np.where(is_open, beyond, 0.0).max(axis=0)
+    largest = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
-        share = np.where(is_open, beyond / np.maximum(most, SMALLEST_EXCESS), -np.inf).max(axis=1)
+        share = np.where(is_open, beyond / np.maximum(largest, MIN_EXCESS), -np.inf).max(axis=1)
     divided = np.zeros(len(share), dtype=bool)
     divided[np.argsort(-share, kind="stable")[:count]] = True
     return divided & is_open.any(axis=1)

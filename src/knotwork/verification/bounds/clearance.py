@@ -130,8 +130,8 @@ def least_clearance(
     rough = clearances(model, curve, resolution)
     if not rough:
         return None
-    least = min(pair.distance - pair.margin for pair in rough)
-    near = {(pair.first, pair.second) for pair in rough if pair.bound - pair.margin < least}
+    minimum = min(pair.distance - pair.margin for pair in rough)
+    near = {(pair.first, pair.second) for pair in rough if pair.bound - pair.margin < minimum}
     pairs = [p for p in model.pairs if (model.bodies[p.first], model.bodies[p.second]) in near]
     exact = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision)
     return min(exact or rough, key=lambda pair: pair.distance - pair.margin)
@@ -188,7 +188,7 @@ class _ClearanceSearch:
         appears = [not released & {pair.first, pair.second} for pair in model.pairs]
         comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
         self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
-        self.least_part = CLEARANCE_PRECISION if precision is None else precision
+        self.min_part = CLEARANCE_PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
         part = np.where(around, OBJECT_SHARE, LINK_SHARE)
         self.precision = part if precision is None else np.zeros(len(part))
@@ -228,10 +228,10 @@ class _ClearanceSearch:
         )
         interval, combo, distance, normal = tests
         motion = motions.largest(interval, combo)
-        least = self.table.least(rotation, origin)[interval, combo]
+        of_spheres = self.table.least(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
-        self._measure(tests, time, placed, least - motion, motion)
-        lower = np.where(np.isnan(distance), least, distance - DISTANCE_ERROR) - motion
+        self._measure(tests, time, placed, of_spheres - motion, motion)
+        lower = np.where(np.isnan(distance), of_spheres, distance - DISTANCE_ERROR) - motion
         goal = self._goal()[combo]
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
         where = interval[apart], combo[apart], normal[apart]
@@ -251,7 +251,7 @@ class _ClearanceSearch:
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
         with np.errstate(invalid="ignore"):
-            part = np.maximum(self.least_part, self.precision * np.abs(self.distance))
+            part = np.maximum(self.min_part, self.precision * np.abs(self.distance))
             goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
         return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
 
@@ -293,7 +293,7 @@ class _ClearanceSearch:
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[k]
-                part = max(self.least_part, self.precision[c] * abs(d))
+                part = max(self.min_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _find_enclosed(self) -> None:

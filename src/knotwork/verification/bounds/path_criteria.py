@@ -175,9 +175,9 @@ def path_errors(
         everywhere,
     )
     if freedom is not None:
-        beyond, most_beyond, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
+        beyond, beyond_upper, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
         limited = np.isfinite(_worse_end(beyond))
-        judge("path_turn", limits.orientation, beyond, most_beyond, limited)
+        judge("path_turn", limits.orientation, beyond, beyond_upper, limited)
     if np.isfinite(limits.full_speed):
         for quantity, minimum, judged in (
             ("path_speed", limits.full_speed, in_full),
@@ -244,11 +244,11 @@ def _follow_turn(
     if not known.all():  # then a sample is outside only if it is outside at every whole turn
         angles = nearest_turns(freedom, samples.angles)
     beyond = excess_over_ranges(freedom, angles)
-    most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
+    upper = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
     furthest = excess_over_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
         furthest = np.inf  # each single turn would be within
-    return beyond, np.where(known, most, np.maximum(most, furthest)), ends
+    return beyond, np.where(known, upper, np.maximum(upper, furthest)), ends
 
 
 def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:

@@ -110,9 +110,9 @@ class PathStretch:
             self.joints = tree_from(motion.carrier.joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
             self.known = append_known(curve, motion.carrier.joints)
-        self.low, self.high = self.asked_at(np.array([start, end])).tolist()
+        self.low, self.high = self.requested_at(np.array([start, end])).tolist()
 
-    def asked_at(self, t: FloatArray) -> FloatArray:
+    def requested_at(self, t: FloatArray) -> FloatArray:
         """Arc lengths of the timing at times [m], shape (k,)."""
         times = t if self.clock is None else self.clock(t)
         return self.motion.arc_length(np.clip(times, self.motion.start_time, self.motion.end_time))
@@ -126,7 +126,7 @@ class PathStretch:
         position, rotation, velocity = self.motion.relative_motion(
             t, tip.T, columns.transpose(2, 1, 0), velocity
         )
-        s = progress(path, position, self.asked_at(t), (self.low, self.high))
+        s = progress(path, position, self.requested_at(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)

@@ -37,8 +37,8 @@ FIRST_PARTS = 64
 BOUND_SHARE = 0.05
 """Tightness of a bound, relative to the tolerance."""
 
-MOST_DIVISION = 16
-MOST_ROUNDS = 12
+MAX_DIVISION = 16
+MAX_ROUNDS = 12
 
 
 class PathProgress(NamedTuple):
@@ -117,17 +117,17 @@ def path_bounds(
         shares = np.maximum(sizes.acceleration / limits.position, sizes.turn / angle)
         shares = np.maximum(shares, sizes.jerk / limits.speed)
         needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
-        finer = _divide(t, np.clip(np.ceil(needed), 1, MOST_DIVISION), needed, budget // 4)
+        finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
         if len(finer) == len(t):
             break
         t, sizes = finer, stretch.sizes(finer)
     samples = stretch.sample(t)
-    for remaining in range(MOST_ROUNDS, -1, -1):
+    for remaining in range(MAX_ROUNDS, -1, -1):
         errors = path_errors(motion.path, samples, t, sizes, limits, freedom, turn)
         needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():
             break
-        parts = np.where(needed > 0.0, np.clip(np.ceil(needed), 2, MOST_DIVISION), 1)
+        parts = np.where(needed > 0.0, np.clip(np.ceil(needed), 2, MAX_DIVISION), 1)
         finer = _divide(t, parts, needed, budget)
         if len(finer) == len(t):
             break
@@ -174,7 +174,7 @@ def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathPr
     backward = np.maximum.accumulate(s) - s
     i = int(backward.argmax())
     back = float(backward[i])
-    start_off, end_off = np.abs(s[[0, -1]] - stretch.asked_at(t[[0, -1]])).tolist()
+    start_off, end_off = np.abs(s[[0, -1]] - stretch.requested_at(t[[0, -1]])).tolist()
     error, time = max((start_off, t[0]), (end_off, t[-1]), (back, t[i]))
     start, end = (s[[0, -1]] - stretch.low).tolist()
     return PathProgress(stretch.high - stretch.low, start, end, back, error, float(time))

@@ -145,8 +145,10 @@ def _tool_findings(
     times = alignment.curve.log.time - alignment.start
     times = times[(times >= motion.start_time) & (times <= motion.end_time)]
     errors = np.empty((2, times.size))
-    for i, (q, asked) in enumerate(zip(motion.position(times), plan.position(times), strict=True)):
-        pose, wanted = robot.forward(q), robot.forward(asked)
+    for i, (q, requested) in enumerate(
+        zip(motion.position(times), plan.position(times), strict=True)
+    ):
+        pose, wanted = robot.forward(q), robot.forward(requested)
         errors[0, i] = np.linalg.norm(pose.translation - wanted.translation)
         errors[1, i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
     rows = ("tool_deviation", "position", "m"), ("tool_orientation_deviation", "orientation", "rad")

@@ -18,13 +18,13 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.smoothing import Smoothed
 from knotwork.waypoints import FloatArray
 
-MOST_PLAN_STEPS = 1000
+MAX_PLAN_STEPS = 1000
 """Largest number of steps of the plan."""
 CHANGE_COST = 10.0
 """Cost of a change of the delay, in squares of the plan's motion per step."""
 EVIDENCE = 0.25
 """Fraction of the sum of squares of a constant delay below which delays count."""
-LEAST_DELAY_STEPS = 3.0
+MIN_DELAY_STEPS = 3.0
 """Number of steps below which delays are equal."""
 
 
@@ -66,7 +66,7 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
         Spans in order of time; a single span without evidence of several delays.
     """
     constant = Delay(plan.start_time, plan.end_time, shift)
-    step = max(curve.log.period, plan.duration / MOST_PLAN_STEPS)
+    step = max(curve.log.period, plan.duration / MAX_PLAN_STEPS)
     time = np.arange(plan.start_time, plan.end_time, step)
     reach = len(time)
     ahead = np.arange(-reach, len(time) + reach + 1) * step + plan.start_time + shift
@@ -123,20 +123,20 @@ def _residuals(curve: Smoothed, plan: JointTrajectory, span: Delay) -> FloatArra
     return curve.log.position[samples] - plan.position(at)
 
 
-def _cheapest_delays(asked: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:
+def _cheapest_delays(plan: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:
     """The delay at each of the plan's times, in steps, shape (m,)."""
     count = 2 * reach + 1
     total = np.zeros(count)
-    stays = np.empty((len(asked), count), dtype=bool)
-    best = np.empty(len(asked), dtype=np.intp)
-    for j, q in enumerate(asked):
+    stays = np.empty((len(plan), count), dtype=bool)
+    best = np.empty(len(plan), dtype=np.intp)
+    for j, q in enumerate(plan):
         best[j] = total.argmin()
         changed = total[best[j]] + cost
         stays[j] = total <= changed
         total = np.minimum(total, changed) + ((log[j : j + count] - q) ** 2).sum(axis=1)
-    delay = np.empty(len(asked))
+    delay = np.empty(len(plan))
     k = int(total.argmin())
-    for j in range(len(asked) - 1, -1, -1):
+    for j in range(len(plan) - 1, -1, -1):
         delay[j] = k - reach
         k = k if stays[j, k] else int(best[j])
     return delay
@@ -148,7 +148,7 @@ def _constant_spans(late: FloatArray, time: FloatArray, step: float) -> list[Del
     cuts = [0, *(np.flatnonzero(np.diff(late)) + 1).tolist(), len(late)]
     for i, k in pairwise(cuts):
         end = float(time[k])
-        if spans and abs(late[i] - spans[-1].late) < LEAST_DELAY_STEPS * step:
+        if spans and abs(late[i] - spans[-1].late) < MIN_DELAY_STEPS * step:
             spans[-1] = spans[-1]._replace(end=end)
         else:
             spans.append(Delay(float(time[i]), end, float(late[i])))
@@ -164,7 +164,7 @@ def delay_text(spans: tuple[Delay, ...]) -> str:
     middle = spans.index(worst)
     first = next((i + 1 for i in range(middle, -1, -1) if not similar[i]), 0)
     last = next((i - 1 for i in range(middle, len(spans)) if not similar[i]), len(spans) - 1)
-    most = "up to " if first < last or len(spans) > 3 else ""
+    up_to = "up to " if first < last or len(spans) > 3 else ""
     to = "on" if last + 1 == len(spans) else f"to {spans[last].end:.4g} s"
     word = "late" if worst.late > 0.0 else "early"
-    return f"{most}{abs(worst.late):.3g} s {word} from {spans[first].start:.4g} s {to}"
+    return f"{up_to}{abs(worst.late):.3g} s {word} from {spans[first].start:.4g} s {to}"

@@ -29,7 +29,7 @@ WEIGHT_ROUNDS = 10
 MEDIAN_RATIO = 1.4826
 """Ratio of standard deviation and median magnitude of normal numbers."""
 DIGIT_ERROR = 12.0**-0.5
-LEAST_NOISE = 1e-12
+MIN_NOISE = 1e-12
 """Lower bound of the noise [rad or m]."""
 
 
@@ -64,7 +64,7 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
     Raises:
         InputError: The given noise is not a positive number.
     """
-    floor = np.maximum(log.resolution * DIGIT_ERROR, LEAST_NOISE)
+    floor = np.maximum(log.resolution * DIGIT_ERROR, MIN_NOISE)
     sigma, jitter = _by_speed(*_residuals(log.time, log.position), floor)
     position = np.maximum(sigma, floor)
     if stated is not None:

@@ -26,7 +26,7 @@ NOISE_SLACK = 1.1
 """Tolerated ratio of true and estimated noise."""
 EXTENSION_PERIODS = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
-FEWEST_IN_INTERVAL = 4
+MIN_IN_INTERVAL = 4
 """Smallest number of samples in an interval."""
 MISS_DEVIATIONS = 3.0
 """Number of standard deviations of white noise beyond which the curve misses the samples."""
@@ -117,7 +117,7 @@ def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
 def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit]:
     """Fits on intervals that follow the samples within their noise, and on halves of these."""
     n = log.time.size
-    count = max(1, min(8, n // (2 * FEWEST_IN_INTERVAL)))
+    count = max(1, min(8, n // (2 * MIN_IN_INTERVAL)))
     cuts = np.unique(np.linspace(0, n, count + 1).astype(int))
     while True:
         fit = Fit(log.time, _times(log, cuts), log.position, sigma)
@@ -149,7 +149,7 @@ def _misses(shares: FloatArray, cuts: Any) -> Any:
 
 def _halve(cuts: Any, chosen: Any) -> Any:
     """Halve intervals with enough samples."""
-    chosen = chosen & (np.diff(cuts) >= 2 * FEWEST_IN_INTERVAL)
+    chosen = chosen & (np.diff(cuts) >= 2 * MIN_IN_INTERVAL)
     return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[chosen])))
 
 
