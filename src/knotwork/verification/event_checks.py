@@ -104,16 +104,16 @@ def _place_on_path(
         raise TypeError("an event has a place on a path, which needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
-    place, _, _ = path.motion.relative_motion(
+    reached, _, _ = path.motion.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     wanted = path.motion.path.position(np.array([request.arc_length]))
-    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.si.tolerances.path
+    miss, tolerance = float(np.linalg.norm(reached - wanted)), scenario.si.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
+    place = f"{event.text} at {event.time:.3f} s, {_place(request, scenario)}"
+    fact = f"{place}: the tool is {shown} from that position, tolerance {allowed}"
     return Finding.at_most(
-        EVENTS, "event", event.name, "place",
-        f"{event.text} at {event.time:.3f} s, {_place(request, scenario)}: the tool is {shown} from "
-        f"that position, tolerance {allowed}", miss, tolerance,
+        EVENTS, "event", event.name, "place", fact, miss, tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 
