@@ -11,9 +11,14 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.verification.bounds.adaptive import Quantity, upper_bounds
+from knotwork.verification.bounds.adaptive import (
+    Bound,
+    Quantity,
+    checked_limit,
+    curve_of,
+    upper_bounds,
+)
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
-from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
 
 

@@ -10,10 +10,14 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
-from knotwork.verification.bounds.adaptive import Quantity, upper_bounds
-from knotwork.verification.bounds.derivatives import product
-from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
-from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
+from knotwork.verification.bounds.adaptive import (
+    Bound,
+    Quantity,
+    checked_limit,
+    curve_of,
+    upper_bounds,
+)
+from knotwork.verification.bounds.link_motion import TreeMotion, product, tree_motion
 from knotwork.waypoints import FloatArray
 
 VALUE_PRECISION = 1e-2

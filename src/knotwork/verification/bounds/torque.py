@@ -12,10 +12,8 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.verification.bounds.adaptive import Quantity, upper_bounds
-from knotwork.verification.bounds.derivatives import product, unit_bounds
-from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
-from knotwork.verification.bounds.result import Bound, curve_of
+from knotwork.verification.bounds.adaptive import Bound, Quantity, curve_of, upper_bounds
+from knotwork.verification.bounds.link_motion import TreeMotion, product, tree_motion, unit_bounds
 from knotwork.waypoints import FloatArray
 
 
