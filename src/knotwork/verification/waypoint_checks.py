@@ -38,9 +38,9 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
     same = abs(motion.start_time - first) <= slack and abs(motion.end_time - last) <= slack
-    message = f"the trajectory lasts from {motion.start_time:.9g} s to {motion.end_time:.9g} s"
+    message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
     if not same:
-        message += f", but the waypoints of the scenario are from {first:.9g} s to {last:.9g} s"
+        message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
     yield motion_finding("time_span", message, ok=same)
 
 
