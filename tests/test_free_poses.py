@@ -15,7 +15,6 @@ import yaml
 
 import knotwork as kw
 import seams
-from command_line import Command
 from plain import tool_poses
 from plans import arm
 
@@ -135,17 +134,6 @@ def test_given_velocity_keeps_fixed_components() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
-def test_velocity_along_tool_axis() -> None:
-    task = passing(TURN)
-    task["waypoints"][0]["velocity"] = {"linear": [0, 0, 50], "in": "tool"}
-    plan = kw.plan(task)
-    assert plan.report.ok
-    assert plan.space.robot is not None
-    twist = plan.space.robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
-    axis = tool_poses(plan, [3.0])[0].rotation[:, 2]
-    np.testing.assert_allclose(twist.linear, 0.05 * axis, atol=1e-6)
-
-
 def test_bounded_turn_is_kept_and_checked() -> None:
     task = arch()
     del task["waypoints"][1]
@@ -189,10 +177,6 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     (row,) = (one for one in found.failures if one.quantity == "path_turn")
     assert f"3 deg beyond what is free, turn -179 to {most - 3:.4g} deg, tol" in row.message
     assert most > 3
-
-
-def test_range_narrower_than_turn_of_path() -> None:
-    assert kw.plan(with_stops(arch({"turn": [-20, 20]}))).report.ok
 
 
 CONE = {"turn": "z", "tilt": 10}
@@ -357,26 +341,6 @@ def fastest(free: Any) -> dict[str, Any]:
     return task | {"limits": {"acceleration": 300}}
 
 
-@pytest.mark.parametrize("free", [TURN, slow({"turn": [-30, 30]})])
-def test_free_times_frozen_swept_and_exported(free: Any, tmp_path: Path, knotwork: Command) -> None:
-    path = written(fastest(free), tmp_path)
-    folders = [str(tmp_path / name) for name in ("out", "again", "study")]
-    frozen = str(tmp_path / "frozen.yaml")
-    done = knotwork("plan", str(path), "--out", folders[0], "--freeze", frozen)
-    assert done.code == 0, done.out + done.err
-    assert knotwork("plan", frozen, "--out", folders[1]).code == 0
-    first, again = (Path(one, "samples.csv").read_bytes() for one in folders[:2])
-    assert first == again
-    script = tmp_path / "motion.script"
-    assert knotwork("export", folders[0], "-f", "urscript", "-o", str(script)).code == 0
-    assert script.read_text().count("[") > 10
-    if free != TURN:
-        return
-    vary = "waypoints[1].pose.position[2]=200,220"
-    done = knotwork("sweep", str(path), "--vary", vary, "--workers", "0", "--out", folders[2])
-    assert (done.code, "2 pass" in done.out) == (0, True), done.out + done.err
-
-
 def pick_then_seam(pick: Any, line: Any, robot: str = "ur5") -> dict[str, Any]:
     """A pose where the tool stops, and then a line, each with what it leaves open."""
 
@@ -528,29 +492,3 @@ def test_tilt_slows_down_before_its_limit() -> None:
     assert plan.report.ok, plan.report
     uses = [one.use for one in plan.report.select(subject="joint") if one.use is not None]
     assert max(uses) < 0.95
-
-
-@pytest.mark.parametrize("turn", [slow([-180, 180]), slow([-360, 20]), [-350, 350]])
-def test_wide_turn_range_where_fixed_turn_is_feasible(turn: Any) -> None:
-    """Self-motion of least norm goes straight into the bound on this circle."""
-    centre = {"centre": [400, 250, 300], "normal": [0, 0, 1]}
-    begin = {"position": [400, 200, 300], "rpy": [180, 0, 30]}
-    task = {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "xarm7",
-        "tool": {"offset": {"position": [0, 0, 80]}},
-        "start": "home",
-        "waypoints": [
-            {"name": "b", "after": 3, "free": "none", "pose": begin, "stop": True},
-            {
-                "name": "c",
-                "along": {"arc": centre},
-                "orientation": "tangent",
-                "speed": 60,
-                "free": {"turn": turn},
-                "pose": {"position": [400, 200, 300]},
-                "stop": True,
-            },
-        ],
-    }
-    kw.plan(task).report.raise_if_failed()

@@ -180,26 +180,6 @@ def test_other_robot_formats_are_named_with_what_to_do(
     assert "not valid YAML" not in ran.err
 
 
-def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
-    tmp_path, knotwork: Command
-) -> None:
-    urdf = ROBOT_FILES / "planar2.urdf"
-    task = tmp_path / "task.yaml"
-    task.write_text(
-        f"units: {{length: m}}\nrobot: {urdf}\nwaypoints:\n"
-        "- {joints: {shoulder: 0, elbow: 1}, time: 0}\n"
-        "- {pose: {position: [0.6, 0, 0], rpy: [0, 0, 0]}, time: 1}\n"
-    )
-    ran = knotwork("plan", task)
-    assert ran.code == 2
-    assert "task.yaml: line 2: robot" in ran.err
-    assert "tool: {frame: NAME}" in ran.err
-    assert "tool_frame: NAME" in ran.err
-    assert "tip" in ran.err
-    assert "forearm" in ran.err
-    assert "the Jacobian needs" not in ran.err
-
-
 @pytest.mark.parametrize(
     ("position", "angle", "says"),
     [

@@ -55,58 +55,6 @@ def weight(robot: kw.Robot, q: np.ndarray) -> float:
     return 1.0 + max(0.0, 1.0 - room / 0.2) ** 2 + max(0.0, 1.0 - smallest / 0.05) ** 2
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_equals_brute_force_over_turns_and_branches(seed: int) -> None:
-    """First within the limits, then halfway, then least travel, each before the next."""
-    generator = np.random.default_rng(seed)
-    durations = generator.uniform(0.4, 3.0, 2)
-    poses = [UR5.forward(generator.uniform(-3, 3, 6)) for _ in range(2)]
-    waypoints = [
-        {"pose": pose_of(UR5, q), "after": float(h), "stop": True}
-        for q, h in zip(
-            (kw.solve_pose_ik_all(UR5, pose)[0].q for pose in poses), durations, strict=True
-        )
-    ]
-    alone = {"collisions": {"self": False}}  # those that collide are not taken otherwise
-    chosen = solved({"robot": "ur5", "start": "home", "waypoints": waypoints, **alone})
-    layers = [
-        np.concatenate([branch.turns for branch in kw.solve_pose_ik_all(UR5, pose)])
-        for pose in poses
-    ]
-
-    def step(a: np.ndarray, b: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
-        """What counts first, second and third of the ways to each of some configurations."""
-        move = np.abs(b - a) / UR5.velocity_limit
-        use = move.max(axis=1) / h
-        halfway = 1.5 * use
-        return np.array(
-            [
-                np.where(use > 1, use, 0.0),
-                np.where(halfway > 1, 2 - 1 / halfway, 0.0),
-                np.linalg.norm(move, axis=1) * weights,
-            ]
-        )
-
-    weights = [np.array([weight(UR5, q) for q in layer]) for layer in layers]
-    first = step(HOME, layers[0], (weight(UR5, HOME) + weights[0]) / 2, durations[0])
-    totals = np.concatenate(
-        [
-            first[:, i, None] + step(q, layers[1], (weights[0][i] + weights[1]) / 2, durations[1])
-            for i, q in enumerate(layers[0])
-        ],
-        axis=1,
-    )
-    order = np.lexsort(np.round(totals[::-1], 7))
-    best = totals[:, order[0]]
-    path = chosen.waypoints.position
-    own = sum(
-        step(a, b[None], np.array([(weight(UR5, a) + weight(UR5, b)) / 2]), h)[:, 0]
-        for a, b, h in zip(path, path[1:], durations, strict=False)
-    )
-    np.testing.assert_allclose(own, best, rtol=1e-6, atol=1e-6)
-    assert bool(chosen.infeasibilities) == bool(best[0])
-
-
 @pytest.mark.parametrize("branch", ["keep", "free"])
 def test_keeps_branch_despite_longer_travel(branch: str) -> None:
     """At a hundredth of a joint speed, and with many waypoints, travel comes to many seconds."""

@@ -101,9 +101,6 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
     assert ran.returncode == 0
     assert len(list((tmp_path / "made").iterdir())) == 3
     assert shell("plan no_such_case 2>&-", tmp_path).returncode == 2
-    assert shell("plan paper_case >&- 2>&-", tmp_path).returncode == 2
-    assert shell("plan no_such_case 2>/dev/full", tmp_path).returncode == 2
-    assert shell("plan --no-such-option 2>/dev/full", tmp_path).returncode == 2
     assert shell("plan paper_case >/dev/full 2>/dev/full", tmp_path).returncode == 2
 
 

@@ -65,12 +65,3 @@ def test_a_time_is_read_with_its_unit(
     monkeypatch.setattr("knotwork.planning.plan", refused)
     ran = knotwork("plan", swing, "--budget", text)
     assert ran.err == f"error: {float(seconds)} s\n"
-
-
-def test_compare_says_that_times_were_chosen(swing: Path, knotwork: Command) -> None:
-    ran = knotwork("compare", swing, "--planners", "modified-hermite,quintic")
-    assert ran.code == 0
-    assert "chosen once, for all planners" in ran.out
-    data = json.loads(knotwork("compare", swing, "--planners", "quintic", "--json").out)
-    assert data["times_chosen"] is True
-    assert "chosen once" not in knotwork("compare", "paper_case", "--planners", "cubic").out

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,23 +13,8 @@ from reaching import reach
 import knotwork as kw
 from knotwork.errors import InputError
 from plans import planned
-from sweeps import mostly_exhaustive
 
 FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5_palletise"]
-
-
-@pytest.mark.parametrize("name", mostly_exhaustive(FREE, *FREE[:2]))
-def test_a_frozen_scenario_gives_the_same_motion(name: str, tmp_path: Path) -> None:
-    made = planned(name)
-    path = made.freeze(tmp_path / f"{name}.yaml")
-    original = (Path(__file__).parents[2] / "scenarios" / f"{name}.yaml").read_text()
-    comments = [line for line in original.splitlines() if line.startswith("#")]
-    assert all(line in path.read_text() for line in comments)
-    again = kw.plan(path)
-    assert again.chosen is None
-    assert np.array_equal(again.trajectory.polynomial.x, made.trajectory.polynomial.x)
-    assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
-    again.report.raise_if_failed()
 
 
 @pytest.mark.parametrize("name", FREE)
@@ -41,20 +24,6 @@ def test_no_motion_is_below_its_lower_bound(name: str) -> None:
     assert chosen.status == "optimal"
     assert chosen.lower_bound <= chosen.duration
     assert chosen.binding
-
-
-def test_strokes_keep_given_speed_and_turns_are_fast() -> None:
-    made = planned("ur10_spray_fast")
-    paths = made.scenario.paths
-    assert [path.stretches[0].speed for path in paths] == pytest.approx([0.3] * 3)
-    assert all(
-        path.stretches[0].end - path.stretches[0].start == pytest.approx(2.0) for path in paths
-    )
-    speeds = made.report.select(group="Tool paths", quantity="path_speed")
-    assert len(speeds) == 3
-    assert all(found.ok for found in speeds)
-    turns = [two.stretches[0].start - one.stretches[-1].end for one, two in pairwise(paths)]
-    assert max(turns) < 0.5  # the half circles of ur10_spray take 0.52 s
 
 
 def test_the_payload_bounds_the_times_by_torque() -> None:
@@ -105,20 +74,6 @@ def test_at_most_bounds_speed_along_path() -> None:
     made = kw.plan(reach(line({"at_most": 60})))
     assert said_to_bind(made) == ["in to out: at_most bounds the speed along the path"]
     assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
-
-
-@pytest.mark.exhaustive
-def test_tool_acceleration_bounds_speed_along_arc() -> None:
-    """The half circle has a radius of 200 mm, so that the bound is the root of 1200 times 200."""
-
-    def task(speed: Any) -> dict[str, Any]:
-        arc = {"along": {"arc": {"through": [600, 0, 300]}}}
-        return reach(line(speed) | arc, limits={"acceleration": 400, "tool_acceleration": 1200})
-
-    made = kw.plan(task("fastest"))
-    made.report.raise_if_failed()
-    assert 0.98 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
-    assert not passes(task(491))
 
 
 def test_chosen_speed_keeps_direction() -> None:

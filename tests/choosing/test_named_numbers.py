@@ -6,7 +6,6 @@ import re
 from typing import Any
 
 import pytest
-from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError
@@ -78,41 +77,6 @@ def test_names_braking_distance_at_position_limit() -> None:
     found = re.search(r"needs at least ([0-9.]+) rad", said)
     assert found, said
     kw.plan(at(1.0 - 1.05 * float(found[1]))).report.raise_if_failed()
-
-
-def limits(**rows: list[float]) -> dict[str, Any]:
-    return {name: dict(zip("abc", row, strict=False)) for name, row in rows.items()}
-
-
-def test_reports_speeds_beyond_tool_limit_then_short_times() -> None:
-    """Along a path and at a waypoint, each before a time that is too short."""
-
-    def asked(along: float, past: float, *times: float) -> dict[str, Any]:
-        def pose(name: str, y: float, z: float, **keys: Any) -> dict[str, Any]:
-            place = {"position": [400, y, z], "rpy": [180, 0, 0]}
-            return {"name": name, "pose": place, "after": "fastest", **keys}
-
-        end = {"name": "b", "along": "line", "pose": {"position": [400, 0, 300]}, "speed": along}
-        return reach(
-            end,
-            pose("c", 200, 300, after=times[0], stop=True),
-            pose("d", 250, 400, stop=True),
-            pose("e", 250, 500, speed=past),
-            pose("f", 250, 600, after=times[1], stop=True),
-            limits={"velocity": 90, "acceleration": 400, "tool_speed": 300},
-            branch={"shoulder": "left", "elbow": "up", "wrist": "flip"},
-        )
-
-    assert "along the path from 'in' to 'b'" in refusal(asked(500, 800, 0.2, 0.3))
-    said = refusal(asked(299, 800, 0.2, 0.3))
-    assert "waypoint 'e': the given speed of the tool is 800 mm/s" in said
-    part = re.search(r"tool_speed is 300 mm/s. At most ([0-9.]+) times", said)
-    assert part, said
-    speeds = 299.0, 800 * float(part[1])
-    times = refusal(asked(*speeds, 0.2, 0.3)).splitlines()
-    assert len(times) == 2, times
-    assert all(" takes more than" in line for line in times), times
-    assert kw.plan(asked(*speeds, 2.0, 2.0)).report.ok
 
 
 def through(**keys: Any) -> dict[str, Any]:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from itertools import count
-from pathlib import Path
 from typing import Any
 
 import pytest
 from reaching import reach
 
 import knotwork as kw
-from command_line import python
 from knotwork.errors import InputError, PathError
 from knotwork.planning.choosing import chosen_times, timed_paths
 from knotwork.planning.timing.budget import Budget
@@ -89,37 +86,17 @@ def test_short_given_stretch_between_chosen_ones() -> None:
     assert min(speeds(made)) == 300
 
 
-def test_path_acceleration_bounds_speed() -> None:
-    """From rest to rest along 400 mm: the root of 2/3 of 400 mm times the acceleration."""
-    task = reach(line("a", 200), limits={"acceleration": 400}, path={"acceleration": 0.1})
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    assert speeds(made) == [pytest.approx(5.164, rel=1e-3)]
-    (said,) = made.report.select(quantity="binding_limits")
-    assert "at path.acceleration, 0.1 mm/s², bounds the speed along the path" in str(said)
-
-
 @pytest.mark.parametrize(
     ("length", "acceleration"),
     mostly_exhaustive([(0.1, 10), (0.1, 1), (0.01, 10), (0.01, 100), (1, 1)], (0.1, 10)),
 )
-def test_plans_slow_speed_of_short_line(length: float, acceleration: float, tmp_path: Path) -> None:
-    """Less than 1 mm/s, from rest to rest; in another process, so that an endless search fails."""
+def test_plans_slow_speed_of_short_line(length: float, acceleration: float) -> None:
+    """Less than 1 mm/s, from rest to rest."""
     bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": acceleration}}
     task = reach(line("a", length - 200), **bounds)
-    file = tmp_path / "task.yaml"
-    file.write_text(json.dumps(task))
-    python("-m", "knotwork", "plan", file, timeout=60, check=True)
     (speed,) = speeds(kw.plan(task))
     assert speed == pytest.approx((2 / 3 * length * acceleration) ** 0.5, rel=1e-3)
     assert speed < 1.0
-
-
-def test_several_short_lines_between_stops() -> None:
-    ends = [line("a", -199.9, stop=True), line("b", -199.8, stop=True), line("c", -198.8)]
-    made = kw.plan(reach(*ends, limits={"acceleration": 800}, path={"acceleration": 10}))
-    made.report.raise_if_failed()
-    assert speeds(made) == pytest.approx([0.8165, 0.8165, 2.582], rel=1e-3)
 
 
 def test_bound_below_least_speed_holds() -> None:
@@ -186,12 +163,9 @@ def passed(*ends: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
     return task | {"start": "home", "times": "fastest"}
 
 
-@pytest.mark.parametrize("last", [20, {"at_most": 20}])
-def test_short_stretch_takes_neighbour_speed_under_jerk_limit(
-    last: Any,
-) -> None:
-    """The maximum speed that one cap allows, and no more than a number given in its place."""
-    ends = [line("a", -30), line("b", -28), line("c", 70, last)]
+def test_short_stretch_takes_neighbour_speed_under_jerk_limit() -> None:
+    """The maximum speed that one cap allows."""
+    ends = [line("a", -30), line("b", -28), line("c", 70, {"at_most": 20})]
     task = passed(*ends, limits=HURRIED)
     made = kw.plan(task)
     made.report.raise_if_failed()
@@ -209,22 +183,10 @@ def test_takes_speed_of_given_neighbours() -> None:
     assert min(speeds(made)) == 10
 
 
-@pytest.mark.parametrize(
-    ("ends", "limits"),
-    [
-        pytest.param(
-            [line("a", -103)],
-            {"acceleration": 1200, "jerk": 30000},
-            marks=pytest.mark.exhaustive,
-        ),
-        ([line("a", -117.9), line("b", -31.5)], {"acceleration": 600, "jerk": 4000}),
-    ],
-)
-def test_slows_path_that_cannot_be_left_at_maximum_speed(
-    ends: list[dict[str, Any]], limits: dict[str, Any]
-) -> None:
+def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     """A wrist joint is at its limit of velocity where the path ends, and has to turn back."""
-    task = passed(*ends, limits=limits)
+    ends = [line("a", -117.9), line("b", -31.5)]
+    task = passed(*ends, limits={"acceleration": 600, "jerk": 4000})
     task["waypoints"][0]["pose"]["position"][1] = -120
     made = kw.plan(task)
     made.report.raise_if_failed()

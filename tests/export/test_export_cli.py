@@ -13,7 +13,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork.files.export import FORMATS, save
+from knotwork.files.export import FORMATS
 from plans import planned
 from shipped import SCENARIO_FILES
 
@@ -216,14 +216,6 @@ def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
     assert knotwork(*line, "--allow-failed").code == 0
 
 
-def test_samples_say_how_many_they_are(knotwork: Command, tmp_path: Path) -> None:
-    file = tmp_path / "m.csv"
-    ran = knotwork("export", SCENARIO, "-f", "csv", "--rate", "20", "-o", file)
-    assert ran.out == f"wrote {file}; 501 samples at 20 Hz\n"
-    assert len(file.read_text().splitlines()) == 502
-    assert "501 samples at 20 Hz" in knotwork("export", SCENARIO, "-f", "json", "--rate", "20").err
-
-
 @pytest.mark.parametrize("name", ["csv", "json", "ros2", "pvt"])
 def test_files_that_can_only_be_checked_are_not_exported(
     knotwork: Command, tmp_path: Path, name: str
@@ -258,23 +250,3 @@ def test_pipes_are_no_files(knotwork: Command, tmp_path: Path, command: str, suf
         ran = knotwork("export", pipe, "-f", "ros2")
     assert ran.code == 2
     assert "is not a regular file" in ran.err or (command, suffix) == ("export", ".csv")
-
-
-def test_links_are_followed(tmp_path: Path) -> None:
-    target, link = tmp_path / "target.csv", tmp_path / "link.csv"
-    target.write_text("old")
-    link.symlink_to(target)
-    trajectory = kw.plan(SCENARIO).trajectory
-    save(trajectory, "csv", link, force=True, rate=5.0)
-    assert link.is_symlink()
-    assert target.read_text() == trajectory.to_csv(rate=5.0)
-
-
-def test_every_method_gives_what_its_function_gives(deburring: object) -> None:
-    trajectory = kw.plan(SCENARIO).trajectory
-    for name in ("ros2", "pvt", "csv", "json", "npz", "mat"):
-        made = getattr(trajectory, f"to_{name}")()
-        assert made == kw.export.export(trajectory, name) == kw.export.content(trajectory, name)
-    curve = kw.export.export(trajectory, "scipy")
-    at = np.linspace(trajectory.start_time, trajectory.end_time, 7)
-    assert (curve(at) == trajectory.to_scipy()(at)).all()

@@ -12,7 +12,7 @@ from knotwork.curves.interpolation import PLANNERS
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.files.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
+from knotwork.files.export import motion_points
 from sweeps import examples
 
 CUBIC = [
@@ -96,22 +96,6 @@ def test_a_fit_of_what_is_exact_inserts_nothing(
 def test_tolerances_that_can_not_be(fit: float) -> None:
     with pytest.raises(InputError):
         motion_points(motion("quintic"), fit=fit)
-
-
-def test_points_are_points_of_themselves() -> None:
-    points = motion_points(motion("quintic"), fit=1e-4)
-    assert motion_points(points) is points
-    assert to_pvt(points) == to_pvt(motion("quintic"), fit=1e-4)
-    assert to_ros2(points) == to_ros2(motion("quintic"), fit=1e-4)
-    table = motion_table(points, knots_only=True)
-    assert to_csv(table) == to_csv(motion("quintic"), knots_only=True, fit=1e-4)
-    for options in ({"fit": 1e-3}, {"accelerations": True}):
-        with pytest.raises(InputError, match="options already"):
-            motion_points(points, **options)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="options already"):
-        to_csv(table, rate=10.0)
-    with pytest.raises(InputError, match="points can't be sampled"):
-        to_csv(points)
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:

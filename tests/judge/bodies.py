@@ -46,7 +46,7 @@ class Surroundings:
         assert arm is not None
         self.task, self.arm = task, arm
         self.model = arm.model
-        self.geometry = _links(arm)
+        self.geometry = link_shapes(arm)
         self.bodies = self._bodies(motion)
         self.scene = task.data.get("scene") or {}
         self.rules = task.data.get("collisions") or {}
@@ -186,7 +186,7 @@ class Surroundings:
         return np.array([one.min_distance for one in self.found.distanceResults])
 
 
-def _links(arm: Arm) -> pin.GeometryModel:
+def link_shapes(arm: Arm) -> pin.GeometryModel:
     """Collision shapes of the links; meshes as their convex hulls."""
     folders = [str(p) for p in arm.urdf.parents if p.name in ("share", "robots")]
     folders += [str(arm.urdf.parent), str(arm.urdf.parent.parent.parent)]

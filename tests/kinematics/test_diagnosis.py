@@ -112,21 +112,6 @@ def test_reports_joints_outside_limits(name: str, count: int) -> None:
             assert f"{joint} at {Units().text(value, 'rad')}, outside [" in str(error)
 
 
-@pytest.mark.parametrize("name", ["ur5", "ur5 narrow", "z1", "talos_arm"])
-@pytest.mark.parametrize("nearest", [True, False])
-@pytest.mark.parametrize("count", first_of(3, 15))
-def test_solves_reachable_pose_without_restarts(name: str, nearest: bool, count: int) -> None:
-    robot, generator = ARMS[name], np.random.default_rng(6)
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    for _ in range(count):
-        q, start = generator.uniform(lower, upper, (2, robot.dof))
-        pose = robot.forward(q)
-        found = solve_pose_ik(robot, pose, start, max_restarts=0, nearest=nearest)
-        assert found.converged
-        assert np.linalg.norm(off(robot, found.q, pose)[:3]) <= 1e-8
-        assert ((found.q >= lower) & (found.q <= upper)).all()
-
-
 @pytest.mark.parametrize("option", ["position_tolerance", "orientation_tolerance"])
 def test_refuses_tolerance_finer_than_rounding(option: str) -> None:
     panda, start = load_robot("panda"), np.zeros(7)
@@ -182,16 +167,6 @@ def test_reports_micrometre_shortfall(place: str, size: float) -> None:
         else:
             assert error.closest_distance <= 1.1 * size
             assert f"{Units().text(error.closest_distance, 'm', '.4g')} away" in str(error)
-
-
-@pytest.mark.parametrize(
-    ("robot", "q"),
-    [(UR5, [0.3, -1.2, 1.4, -1.7, 0.0, 0.3]), (KINOVA, [0.3, 2.0, 2.0, 0.5, np.pi, 0.2])],
-    ids=["ur5", "kinova"],
-)
-def test_solves_pose_near_straight_wrist(robot: Robot, q: list[float]) -> None:
-    for distance in (1e-6, -1e-6):
-        assert refusal(robot, beside(robot, q, distance), np.add(q, 0.05)) is None
 
 
 def test_reports_small_excess_of_joint() -> None:

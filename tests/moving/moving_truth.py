@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import coal
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from verification.collision_truth import Truth
 
 import knotwork as kw
+from judge.arm import Arm
+from judge.bodies import link_shapes
 
 Array = NDArray[np.float64]
 Placed = list[tuple[Any, pin.SE3]]
@@ -26,16 +28,19 @@ def frame(position: Any, linear: Any, angular: Any, t: float) -> pin.SE3:
 
 def links(motion: Any, base: pin.SE3, name: str = "ur5") -> Bodies:
     """Links of an arm over time, by name."""
-    truth = Truth(name, {})
+    arm = Arm(name, Path(), {}, 1.0, 1.0, None)
+    shapes = link_shapes(arm)
+    found = pin.GeometryData(shapes)
 
     def at(t: float) -> dict[str, Placed]:
         inside = float(np.clip(t, motion.start_time, motion.end_time))
-        truth.place(motion.position(inside))
-        objects = truth.geometry.geometryObjects
-        return {
-            link: [(objects[i].geometry, base * truth.found.oMg[i]) for i in own]
-            for link, own in truth.owner.items()
-        }
+        q = arm.whole(motion.position(inside)[None])[0]
+        pin.updateGeometryPlacements(arm.model, arm.data, shapes, found, q)
+        placed: dict[str, Placed] = {}
+        for one, place in zip(shapes.geometryObjects, found.oMg, strict=True):
+            link = arm.model.frames[one.parentFrame].name
+            placed.setdefault(link, []).append((one.geometry, base * place))
+        return placed
 
     return at
 

@@ -8,7 +8,6 @@ from typing import Any
 import coal
 import numpy as np
 import pinocchio as pin
-import pytest
 
 import knotwork as kw
 from moving.moving_truth import frame, links, sampled
@@ -118,23 +117,3 @@ def test_clear_motion_avoids_fixed_objects_and_refuses_moving_ones(tmp_path: Pat
     task["limits"] = {"acceleration": 5}
     task["waypoints"] = [{**way, "pose": {"position": [0.4, 0.3, 0.3], **DOWN}}]
     assert "does not support moving obstacles (left); accepted" in refused(task)
-
-
-@pytest.mark.exhaustive
-def test_clear_motion_ignores_moving_frame_without_objects() -> None:
-    """Beside an empty belt a way is found; what rides on it is named, and no way proposed."""
-    wall = {"box": [0.4, 0.04, 0.5], "position": [0.5, 0.0, 0.1]}
-    here, there = ({"position": [0.5, y, 0.15], **DOWN} for y in (-0.3, 0.3))
-    task: dict[str, Any] = {
-        "robot": "ur5",
-        "frames": {"belt": {"position": [0, 2, 0], "moves": {"linear": [0, 0.01, 0]}}},
-        "scene": {"margin": 0.005, "objects": {"wall": wall}},
-        "waypoints": [{"pose": here}, {"pose": there, "way": "clear"}],
-    }
-    assert kw.plan(task).report.ok
-    task["scene"]["objects"]["wall"] = {**wall, "in": "belt", "position": [0.5, -2.0, 0.1]}
-    assert "does not support moving obstacles (wall); accepted: no way here" in refused(task)
-    task["waypoints"][1] = {"pose": there, "after": 3}
-    report = kw.plan(task).report
-    assert not report.ok
-    assert "way: clear" not in str(report)

@@ -227,7 +227,7 @@ def test_refuses_two_configurations_of_positioner_off_chain(folder: Path) -> Non
 
 def test_new_task_continues_motion_on_positioner(folder: Path) -> None:
     plan = kw.plan(task(folder))
-    again = plan.replace(at=2.5, scenario=kw.Task(**task(folder)))
+    again = plan.replan(at=2.5, scenario=kw.Task(**task(folder)))
     assert again.report.ok, again.report
     assert again.space.joint_names == plan.space.joint_names
     for order in (0, 1, 2):
@@ -235,7 +235,7 @@ def test_new_task_continues_motion_on_positioner(folder: Path) -> None:
         assert again.trajectory.polynomial(0.0, order) == pytest.approx(state, abs=1e-9)
     alone = {"robot": str(folder / "cell.yaml"), "waypoints": [{"joints": "home", "after": 2}]}
     with pytest.raises(kw.errors.InputError, match=r"has the joints|unknown joint"):
-        plan.replace(at=2.5, scenario=kw.Task(**alone))
+        plan.replan(at=2.5, scenario=kw.Task(**alone))
 
 
 def test_draws_links_of_positioner(folder: Path) -> None:

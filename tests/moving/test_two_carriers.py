@@ -17,7 +17,6 @@ from moving.test_held_on_belts import SIZE
 from moving.test_moving_things import refused
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, task
 from moving.test_shown import middle_of_held, scene_of, times
-from sweeps import mostly_exhaustive
 
 __all__ = ["folder"]
 PICK, PLACE = 4.5, 10.0
@@ -210,39 +209,3 @@ def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
     assert "is in frame 'cradle', on link 'cradle', and earlier poses are in frame 'part'" in (
         refused(given)
     )
-
-
-@pytest.mark.parametrize("variant", mostly_exhaustive(["wait", "free", "home"], "wait"))
-def test_path_begins_at_solution_nearest_to_near(folder: Path, variant: str) -> None:
-    """Whatever the plate's turn, no solution of the arm is nearer."""
-    line = {"along": "line", "speed": 0.06, "stop": True}
-    on = [
-        pose([-0.1, -0.08, 0.3], name="above", after=3),
-        pose([-0.1, -0.09, 0.22], name="begin", after=1),
-        {"name": "end", "pose": {"position": [0.1, -0.09, 0.22]}, **line},
-        pose([0.1, 0.08, 0.32], name="up", after=2),
-    ]
-    if variant == "wait":
-        on[1]["wait"] = 0.5
-    if variant == "free":
-        on[0]["free"] = {"turn": "z"}
-    if variant == "home":
-        on.append({"joints": "home", "after": 3})
-    prefer = {TILT: 0.1, "turn": 0.02}
-    plan = kw.plan(task(folder, waypoints=on, prefer=prefer, path={"acceleration": 0.3}))
-    assert plan.report.ok, plan.report
-    q, both = named(plan, 4.0), Composed(folder)
-    speed = dict(zip(plan.space.joint_names, plan.space.limits["velocity"], strict=True))
-
-    def far(values: dict[str, float]) -> float:
-        gaps = {name: values[name] - HOME[name] for name in values}
-        gaps["turn"] -= 2 * np.pi * np.rint(gaps["turn"] / (2 * np.pi))
-        return float(np.linalg.norm([prefer.get(n, 1.0) * g / speed[n] for n, g in gaps.items()]))
-
-    tilted, ur5 = part(both, q).actInv(tcp(both, q)), kw.load_robot("ur5")
-    for turn in np.linspace(-np.pi, np.pi, 37):
-        beside = {**q, "turn": float(turn)}
-        asked = part(both, beside) * tilted * pin.SE3(np.eye(3), np.array([0, 0, -0.1]))
-        for one in ur5.solve_pose_ik_all(asked):
-            arm = dict(zip(ur5.joint_names, one.q.tolist(), strict=True))
-            assert far({**beside, **arm}) > 0.9 * far(q)

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from robot_logs import record, write
 
-import knotwork as kw
 from command_line import Command
 from knotwork import Plan
 
@@ -71,24 +70,6 @@ def test_log_against_plan_needs_no_scenario(
     assert re.search(r"_joint up to \S+ rad off", " ".join(ran.out.split()))
     assert "tool up to" not in ran.out
     assert "PASSED log.csv" in ran.out
-
-
-def test_stored_plan_names_scenario_file(knotwork: Command, tmp_path: Path) -> None:
-    task = tmp_path / "tasks" / "swing.yaml"
-    task.parent.mkdir()
-    task.write_text(
-        "units: {angle: deg}\nwaypoints: [{joints: {turn: 0}}, {joints: {turn: 90}, after: 2}]\n"
-    )
-    made = kw.plan(task)
-    made.save(tmp_path / "made")
-    log = write(tmp_path / "log.csv", record(made.trajectory, rate=100.0, noise=1e-4))
-    ran = knotwork("check", log, "--against", tmp_path / "made" / "trajectory.json")
-    assert "PASSED swing" in ran.out
-    assert "deg off" in ran.out
-    task.unlink()
-    ran = knotwork("check", log, "--against", tmp_path / "made")
-    assert "PASSED log.csv" in ran.out
-    assert "swing.yaml, which does not exist" in ran.err
 
 
 def test_json_has_all_findings_of_log(knotwork: Command, log: Path, result: Path) -> None:

@@ -96,7 +96,7 @@ GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "af
 def test_replacing_task_keeps_signals_on(
     seam: kw.Plan, task: dict[str, Any], said: list[tuple[str, int | None]]
 ) -> None:
-    new = seam.replace(4.0, task)
+    new = seam.replan(4.0, task)
     found = [(one.text, one.output) for one in new.events if one.name != "feed"]
     if task is GOAL:
         said = [("output 8 on", 8), ("output 7 on", 7)]

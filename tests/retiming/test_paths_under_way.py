@@ -10,7 +10,7 @@ import pytest
 import knotwork as kw
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming import cubic_through
-from plans import arm
+from plans import arm, planned
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
 
@@ -90,7 +90,7 @@ def test_missed_path_fails(
 
 
 def test_paths_with_own_clock_are_reported_as_not_checked() -> None:
-    slow = kw.plan("ur10_weave").scaled({0: 0.5})
+    slow = planned("ur10_weave").scaled({0: 0.5})
     (note,) = slow.report.select(quantity="path")
     assert note.verdict == "warning"
     assert "not checked" in note.message

@@ -73,7 +73,7 @@ def test_stop_of_three_joints_is_shortest(seed: int) -> None:
         assert (motion.extrema(nu).peak <= limit).all()
 
 
-@pytest.mark.parametrize("at", [0.1, 0.3, 0.5, 0.8, 1.1, 1.25, 1.4])
+@pytest.mark.parametrize("at", [0.1, 0.5, 1.25])
 def test_stop_of_one_joint_is_shortest(at: float) -> None:
     """Its path leaves it free: the shortest stop is that of the joint by itself, in closed form."""
     task = {

@@ -33,26 +33,6 @@ def swing(speed: float = 1.0) -> kw.Plan:
     return kw.plan({"planner": "cubic", "limits": LIMITS, "continuity": 1, "waypoints": ends})
 
 
-def test_override_stays_on_path(deburring: kw.Plan) -> None:
-    slow = deburring.scaled({0: 1.0, 2: 0.3, 4: 1.0})
-    assert slow.report.ok
-    assert slow.trajectory.continuity.order >= 2
-    assert slow.trajectory.polynomial.degree == 3
-    time = np.linspace(0, slow.trajectory.end_time, 4001)
-    # the clock by quadrature of the override, whose shape is two parabolas a change
-    u = np.clip(time / 2, 0, 2)
-    part = np.where(u < 1, u, 2 - u)
-    level = np.where(part < 0.5, 2 * part**2, 1 - 2 * (1 - part) ** 2)
-    rate = np.where(time < 4, 1 - 0.7 * level, 1.0)
-    clock = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
-    clock = np.minimum(clock, deburring.trajectory.end_time)
-    gap = slow.trajectory.position(time) - deburring.trajectory.position(clock)
-    assert np.abs(gap).max() < 3e-6
-    assert slow.trajectory.duration == pytest.approx(13 + 1.4, abs=1e-9)
-    names = {one.name for one in deburring.scenario.waypoints}
-    assert {one.name for one in slow.scenario.waypoints} == names
-
-
 @settings(max_examples=12)
 @example(speed=1.21875, part=0.796875)
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.0))
@@ -113,7 +93,7 @@ GOAL = {**HOME, "waypoints": [{"joints": "home", "after": "fastest"}]}
     ],
 )
 def test_replacing_goal_has_no_jump(deburring: kw.Plan, task: Task) -> None:
-    after = deburring.replace(8.0, task)
+    after = deburring.replan(8.0, task)
     assert after.report.ok
     for nu in range(3):
         jump = after.trajectory(0.0, nu) - deburring.trajectory(8.0, nu)
@@ -131,7 +111,7 @@ def test_replacing_goal_has_no_jump(deburring: kw.Plan, task: Task) -> None:
 )
 def test_refuses_unreachable_new_goals(deburring: kw.Plan, task: str | Task, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        deburring.replace(1.0, task)
+        deburring.replan(1.0, task)
 
 
 BALL = {"sphere": 0.01}
@@ -187,10 +167,10 @@ def test_replaced_motion_keeps_held_object(
     stop.save(tmp_path)
     assert knotwork("check", tmp_path).code == 0
     with pytest.raises(InputError, match=r"holds 'part' at 5\.5 s"):
-        moving_part.replace(5.5, GOAL)
+        moving_part.replan(5.5, GOAL)
     tcp = {"part": {**PART, "from": "start", "to": "waypoint 1"}}
     goal = {**GOAL, "tool": {"shape": BALL, "holds": tcp}}
-    assert moving_part.replace(5.5, goal).report.ok
+    assert moving_part.replan(5.5, goal).report.ok
     with pytest.raises(InputError, match=r"waypoints\[0\]: is in a moving frame"):
         moving_part.scaled({0: 0.5})
 

@@ -88,8 +88,14 @@ def test_refuses_weights_of_locked_joints() -> None:
         kw.plan({**task, "waypoints": [{"pose": pose, "after": 2}]})
 
 
-@pytest.mark.parametrize("prefer", [None, {"rail": 0.02}, {"rail": 1e4}])
-@pytest.mark.parametrize("place", [[0.45, -0.1, 0.3], [0.3, -0.3, 0.5], [-0.4, 0.3, 0.4]])
+@pytest.mark.parametrize(
+    ("place", "prefer"),
+    [
+        ([0.45, -0.1, 0.3], None),
+        ([0.3, -0.3, 0.5], {"rail": 0.02}),
+        ([-0.4, 0.3, 0.4], {"rail": 1e4}),
+    ],
+)
 def test_fastest_motion_moves_slow_rail_little(place: list[float], prefer: Any) -> None:
     """No place of the rail, with any of the arm's solutions there, is reached a fifth sooner."""
     pose = {"position": place, "rpy": [np.pi, 0.0, -np.pi / 2]}

@@ -61,23 +61,6 @@ def test_agrees_with_full_model(name: str) -> None:
         np.testing.assert_allclose(robot.jacobian(q), J, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", robot_names())
-def test_jacobian_equals_differences(name: str) -> None:
-    offset = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.2, 0.5), np.array([0.02, -0.05, 0.11]))
-    robot = load_robot(name).with_tool(offset=offset)
-    step = 1e-6
-    for q in samples(robot, 3, seed=1):
-        J = robot.jacobian(q)
-        for j in range(robot.dof):
-            ahead, behind = q.copy(), q.copy()
-            ahead[j] += step
-            behind[j] -= step
-            after, before = robot.forward(ahead), robot.forward(behind)
-            linear = (after.translation - before.translation) / (2 * step)
-            angular = pin.log3(after.rotation @ before.rotation.T) / (2 * step)
-            np.testing.assert_allclose(J[:, j], [*linear, *angular], atol=1e-8)
-
-
 def test_turned_base_frame_turns_pose_and_twist() -> None:
     ur5 = load_robot("ur5")
     description = {
@@ -96,21 +79,6 @@ def test_turned_base_frame_turns_pose_and_twist() -> None:
     )
     np.testing.assert_allclose(robot.twist(q, v).linear, robot.jacobian(q)[:3] @ v)
     assert (robot.base_placement * robot.forward(q)).isApprox(ur5.forward(q), 1e-9)
-
-
-def test_torque_balances_gravity() -> None:
-    """At rest the joint torques are the gradient of the potential energy."""
-    robot = load_robot("ur5")
-    q, rest = samples(robot, 1)[0], np.zeros(6)
-    data = robot.model.createData()
-    expected = []
-    for j in range(6):
-        step = 1e-6 * np.eye(6)[j]
-        high, low = (
-            pin.computePotentialEnergy(robot.model, data, q + sign * step) for sign in (1, -1)
-        )
-        expected.append((high - low) / 2e-6)
-    np.testing.assert_allclose(robot.torque(q, rest, rest), expected, atol=1e-6)
 
 
 @pytest.mark.parametrize(

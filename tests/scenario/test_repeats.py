@@ -11,7 +11,6 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import DocumentError
-from knotwork.task import Frame, Grid, HeldObject, Placement, Pose, PoseWaypoint, Repeat, Tool
 
 DOWN = [np.pi, 0, 0]
 BOX = {"from": "pick", "to": "put", "appears": "pick", "box": [0.2, 0.1, 0.1], "mass": 2.0}
@@ -81,39 +80,6 @@ def written_out() -> dict[str, Any]:
     return task
 
 
-def in_python() -> kw.Task:
-    """The same, in Python."""
-    given = palletising()
-    frames = {
-        "belt": Frame(position=[0.6, -0.4, 0.1]),
-        "pallet": Frame(position=[0.3, 0.7, 0], grid=Grid(counts=[2, 1, 2], pitches=PITCHES)),
-    }
-
-    def pose(name: str, frame: str, z: float, **more: Any) -> PoseWaypoint:
-        return PoseWaypoint(name=name, frame=frame, pose=Pose(position=[0, 0, z], rpy=DOWN), **more)
-
-    box = HeldObject(
-        take="pick", leave="put", appears="pick", box=[0.2, 0.1, 0.1], mass=2.0, allow=["box"]
-    )
-    turns = [
-        pose("pick", "belt", 0.05, after=3, wait=0.2),
-        pose("over", "place", 0.2, after=3, stop=True),
-        pose("put", "place", 0.05, after=3, wait=0.2),
-    ]
-    return kw.Task(
-        robot="ur10",
-        tool=Tool(frame="tool0", offset=Placement(position=[0, 0, 0.1])),
-        frames=frames,
-        scene=given["scene"],
-        collisions=given["collisions"],
-        waypoints=[
-            pose("home", "belt", 0.3),
-            Repeat(over="pallet", holds={"box": box}, repeat=turns),
-            pose("end", "belt", 0.3, after=3),
-        ],
-    )
-
-
 def coefficients(plan: kw.Plan) -> np.ndarray[Any, Any]:
     return plan.trajectory.polynomial.c
 
@@ -124,7 +90,7 @@ def test_repeat_equals_written_out_turns(tmp_path: Path) -> None:
     names = [one.name for one in plan.scenario.waypoints]
     assert names[1:5] == ["pick 1", "pick 1, after the wait", "over 1", "put 1"]
     assert names[-2:] == ["put 4, after the wait", "end"]
-    task = in_python()
+    task = kw.Task(**palletising())
     saved = task.save(tmp_path / "task.yaml")
     for same in (written_out(), task, saved):
         assert np.array_equal(coefficients(kw.plan(same)), coefficients(plan)), same

@@ -93,38 +93,6 @@ def test_what_is_fixed_to_the_base_is_checked_against_the_first_moving_link(
     assert turn(arm, [0.8], [0.3]).ok
 
 
-def test_a_locked_second_arm_is_checked_against_the_first_moving_link(tmp_path: Path) -> None:
-    other = [
-        link("other_upper", (0.04, 0.04, 0.4)),
-        link("other_forearm", (0.04, 0.04, 0.4), (0, 0, 0.2)),
-        joint("other_shoulder", "base", "other_upper", (0, 0.3, 0)),
-        joint("other_elbow", "other_upper", "other_forearm"),
-    ]
-    parts = [PEDESTAL, UPPER, joint("shoulder", "base", "upper"), *other]
-    locked = {"other_shoulder": 0.0, "other_elbow": 0.5}
-    arm = robot(tmp_path, parts, tool_frame="upper", locked=locked)
-    report = turn(arm, [0.8], [2.4])
-    failed = {name for name, one in clearances(report).items() if not one.ok}
-    assert failed == {"upper, other_upper", "upper, other_forearm"}
-
-
-def test_links_that_touch_wherever_their_joints_stand_are_checked_and_named_with_their_depth(
-    tmp_path: Path,
-) -> None:
-    collar = [
-        link("collar", (0.06, 0.06, 0.06)),
-        joint("weld", "upper", "collar", (0, 0, -0.03), moves=False),
-    ]
-    parts = [PEDESTAL, UPPER, joint("shoulder", "base", "upper"), *collar]
-    report = turn(robot(tmp_path, parts, tool_frame="upper"), [0.8], [-0.8])
-    assert not report.ok
-    (named,) = report.select(quantity="collision_shapes")
-    assert "collar and base touch at home, 35 mm deep, and are checked" in named.message
-    assert named.verdict == "warning"
-    allowed = {"collisions": {"ignore": [["collar", "base"]]}}
-    assert turn(robot(tmp_path, parts, tool_frame="upper"), [0.8], [-0.8], **allowed).ok
-
-
 def test_links_that_always_touch_are_checked_where_one_moves_deeper_into_the_other(
     tmp_path: Path,
 ) -> None:

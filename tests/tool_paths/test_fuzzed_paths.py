@@ -1,8 +1,7 @@
 """Random lines and arcs on six arms: followed within tolerance, or refused with a true reason.
 
-Pinocchio alone says where the tool is, how it is turned and how fast it goes, and closed forms say
-where it should be. A reason is checked by integrating joint velocities along the path, step by
-step, without correction.
+Pinocchio alone says where the tool is, how it is turned and how fast it goes. A reason is checked
+by integrating joint velocities along the path, step by step, without correction.
 """
 
 from __future__ import annotations
@@ -27,70 +26,17 @@ CLOSE = 1e-4
 
 @dataclass
 class Task:
-    """A random path: an arc by its spoke from the centre, or a line."""
-
     arm: kw.Robot
     q: np.ndarray
-    spoke: np.ndarray
-    normal: np.ndarray
-    direction: np.ndarray
-    length: float
-    turn: np.ndarray
-    tangent: bool
+    path: tp.ToolPath
     speed: float
     acceleration: float | None
     tolerance: float
 
-    @property
-    def start(self):
-        return self.arm.forward(self.q)
-
-    @property
-    def is_arc(self):
-        return bool(self.spoke.any())
-
-    def place(self, s):
-        """Where the tool should be at an arc length, and how it should be turned."""
-        pose = self.start
-        turned = pin.exp3(self.turn * s / self.length)
-        if not self.is_arc:
-            return pose.translation + s * self.direction, turned @ pose.rotation
-        about = pin.exp3(self.normal * s / np.linalg.norm(self.spoke))
-        centre = pose.translation - self.spoke
-        return centre + about @ self.spoke, (about if self.tangent else turned) @ pose.rotation
-
-    def nearest(self, point, guess):
-        if not self.is_arc:
-            s = (point - self.start.translation) @ self.direction
-        else:
-            radius = np.linalg.norm(self.spoke)
-            out = point - self.start.translation + self.spoke
-            aside = np.cross(self.normal, self.spoke)
-            s = radius * np.arctan2(out @ aside, out @ self.spoke)
-            s += 2 * np.pi * radius * np.round((guess - s) / (2 * np.pi * radius))
-        return np.clip(s, 0, self.length)
-
-    def path(self):
-        pose = self.start
-        end, _ = self.place(self.length)
-        if self.is_arc:
-            centre = pose.translation - self.spoke
-            angle = self.length / np.linalg.norm(self.spoke)
-            turns = int(angle // (2 * np.pi))
-            curve = tp.Arc.about(pose.translation, centre, end, self.normal, turns)
-        else:
-            curve = tp.Line(pose.translation, end)
-        if self.tangent:
-            turning = tp.tangent_orientation(curve, pose.rotation)
-        else:
-            turned = pin.exp3(self.turn) @ pose.rotation
-            turning = tp.OrientationCurve.even_turning(pose.rotation, turned, curve.length)
-        return tp.ToolPath([curve], turning)
-
     def follow(self):
         return kw.follow_path(
             self.arm,
-            self.path(),
+            self.path,
             self.speed,
             self.tolerance,
             start=self.q,
@@ -107,24 +53,30 @@ def random_task(seed: int) -> Task:
     arm = kw.load_robot(ARMS[seed % len(ARMS)])
     lower, upper = (np.nan_to_num(a, posinf=np.pi, neginf=-np.pi) for a in limits(arm))
     q = lower + (upper - lower) * rng.uniform(0.2, 0.8, arm.dof)
+    pose = arm.forward(q)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    normal = axes[2] * np.sign(np.linalg.det(axes))
     arc, mode = rng.random() < 0.5, rng.integers(3)
     length = rng.uniform(0.02, 0.3)
-    spoke = np.zeros(3)
+    curve = tp.Line(pose.translation, pose.translation + length * axes[1])
     if arc:
         spoke = rng.uniform(0.02, 0.15) * axes[0]
-        length = np.linalg.norm(spoke) * rng.uniform(0.5, 3 * np.pi)
+        angle = rng.uniform(0.5, 3 * np.pi)
+        centre = pose.translation - spoke
+        end = centre + pin.exp3(normal * angle) @ spoke
+        turns = int(angle // (2 * np.pi))
+        curve = tp.Arc.about(pose.translation, centre, end, normal, turns)
     turn = rng.normal(size=3)
     turn *= rng.uniform(0.0, 1.5) / np.linalg.norm(turn) if mode == 1 else 0.0
+    if mode == 2:
+        turning = tp.tangent_orientation(curve, pose.rotation)
+    else:
+        turned = pin.exp3(turn) @ pose.rotation
+        turning = tp.OrientationCurve.even_turning(pose.rotation, turned, curve.length)
     return Task(
         arm,
         q,
-        spoke,
-        axes[2] * np.sign(np.linalg.det(axes)),
-        axes[1],
-        length,
-        turn,
-        mode == 2,
+        tp.ToolPath([curve], turning),
         np.exp(rng.uniform(np.log(0.005), np.log(0.3))),
         rng.uniform(0.2, 2.0) if rng.random() < 0.5 else None,
         np.exp(rng.uniform(np.log(1e-6), np.log(1e-3))),
@@ -140,11 +92,12 @@ def check_followed(task: Task, motion: kw.JointTrajectory) -> None:
         pin.forwardKinematics(model, data, motion.position(t), motion.velocity(t))
         pose = arm.base_placement.actInv(pin.updateFramePlacement(model, data, frame))
         velocity = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-        guess = task.speed * (t - ramp / 2)
-        s = task.nearest(pose.translation, guess)
-        place, rotation = task.place(s)
-        assert np.linalg.norm(pose.translation - place) <= task.tolerance
-        assert np.linalg.norm(pin.log3(rotation.T @ pose.rotation)) <= np.radians(0.1)
+        guess = np.clip([task.speed * (t - ramp / 2)], 0.0, task.path.length)
+        s = task.path.nearest([pose.translation], guess)
+        off = pose.translation - task.path.position(s)[0]
+        assert np.linalg.norm(off) <= task.tolerance
+        turned = task.path.rotation(s)[0].T @ pose.rotation
+        assert np.linalg.norm(pin.log3(turned)) <= np.radians(0.1)
         if ramp <= t <= motion.end_time - ramp:
             assert np.linalg.norm(velocity) == pytest.approx(task.speed, rel=0.01)
     assert np.abs(motion.polynomial.jumps(2)).max() < 1e-6
@@ -163,19 +116,14 @@ def jacobian(task: Task, q: np.ndarray) -> np.ndarray:
 
 def twist(task: Task, s: float) -> np.ndarray:
     """Of the tool, for a metre of path a second."""
-    spin = task.turn / task.length
-    if not task.is_arc:
-        return np.concatenate((task.direction, spin))
-    radius = np.linalg.norm(task.spoke)
-    spoke = pin.exp3(task.normal * s / radius) @ task.spoke
-    spin = task.normal / radius if task.tangent else spin
-    return np.concatenate((np.cross(task.normal, spoke) / radius, spin))
+    along, spin = task.path.position([s], 1)[0], task.path.orientation.rate([s])[0]
+    return np.concatenate((along, spin))
 
 
 def speed_at(task: Task, s: float) -> float:
     ends = None if task.acceleration is None else 0.0
     timing = tp.speed_profile(
-        [task.length],
+        [task.path.length],
         [task.speed],
         acceleration=task.acceleration or 1.0,
         start_speed=ends,
@@ -215,7 +163,9 @@ def check_refused(task: Task, error: FollowingError) -> None:
         return
     j = arm.joint_names.index(error.joint)
     if error.cause == "velocity limit":
-        places = np.minimum(error.arc_length + CLOSE * np.array([0.0, 0.01, 0.1, 1.0]), task.length)
+        places = np.minimum(
+            error.arc_length + CLOSE * np.array([0.0, 0.01, 0.1, 1.0]), task.path.length
+        )
         uses = [
             np.abs(integrated(task, s)[1][j]) * speed_at(task, s) / arm.velocity_limit[j]
             for s in places
@@ -240,12 +190,12 @@ def check(seed: int) -> str:
     except PathError as error:
         if not isinstance(error, RampError):
             raise
-        assert 1.5 * task.speed**2 / task.acceleration > task.length
+        assert 1.5 * task.speed**2 / task.acceleration > task.path.length
         return "ramp"
     check_followed(task, motion)
     # neither the branch nor the self-motion is another one
     np.testing.assert_allclose(
-        motion.position(motion.end_time), integrated(task, task.length)[0], atol=1e-3
+        motion.position(motion.end_time), integrated(task, task.path.length)[0], atol=1e-3
     )
     return "followed"
 

@@ -49,52 +49,6 @@ def found(plan: kw.Plan, quantity: str) -> list[Any]:
     return [one for one in plan.report.findings if one.quantity == quantity]
 
 
-@pytest.mark.parametrize("tolerance", [0.1, 0.001])
-def test_follows_line_within_tolerance(tolerance: float) -> None:
-    plan = kw.plan(task(FIRST, LINE, UP, tolerances={"path": tolerance, "path_speed": 0.001}))
-    assert plan.report.ok
-    assert plan.scenario.waypoints[2].time == pytest.approx(2 + 150 / 60)
-    position, rotation, speed = tool(plan, np.linspace(2.0, 4.5, 1001))
-    off = np.abs(position - [450, 0, 60]) * [1, 0, 1]
-    assert np.linalg.norm(off, axis=1).max() <= tolerance
-    assert np.abs(speed / 60 - 1).max() <= 0.001
-    assert all(np.linalg.norm(pin.log3(rotation[0].T @ R)) < 1e-3 for R in rotation)
-    (deviation,) = found(plan, "path_deviation")
-    worst = np.linalg.norm(off, axis=1).max() * 1e-3
-    assert deviation.proof == "bounded"
-    assert worst <= deviation.value + deviation.excess <= tolerance * 1e-3
-    assert plan.trajectory.polynomial.degree == 3
-    assert max(np.abs(plan.trajectory.polynomial.jumps(2)).max(axis=0)) < 1e-8
-
-
-def test_follows_circle_in_tilted_frame() -> None:
-    frames = {"fixture": {"position": [450, 0, 100], "rpy": [20, 10, 0]}}
-    start = {
-        "name": "on",
-        "after": 2,
-        "pose": {"position": [40, 0, 0], "rpy": [180, 0, 0]},
-        "orientation_in": "base",
-    }
-    circle = {
-        "name": "round",
-        "along": {"arc": {"centre": [0, 0, 0], "normal": [0, 0, 1]}},
-        "speed": 30,
-        "pose": {"position": [40, 0, 0]},
-        "stop": True,
-    }
-    plan = kw.plan(task(start, circle, frames=frames, frame="fixture"))
-    assert plan.report.ok
-    path = plan.scenario.paths[0].motion
-    position, rotation, _ = tool(plan, np.linspace(path.start_time, path.end_time, 2001))
-    local = (position - [450, 0, 100]) @ pin.rpy.rpyToMatrix(*np.radians([20, 10, 0]))
-    assert np.abs(np.linalg.norm(local[:, :2], axis=1) - 40).max() < 0.1
-    assert np.abs(local[:, 2]).max() < 0.1
-    angle = np.unwrap(np.arctan2(local[:, 1], local[:, 0]))
-    assert angle[-1] - angle[0] == pytest.approx(2 * np.pi, abs=1e-4)
-    down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
-    assert max(np.linalg.norm(pin.log3(down.T @ R)) for R in rotation) < np.radians(0.1)
-
-
 def test_blend_stays_within_its_distance() -> None:
     corner = {**LINE, "name": "corner", "blend": 10}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
@@ -114,21 +68,6 @@ def test_fails_in_corner_with_tight_blend() -> None:
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
     failures = kw.plan(task(FIRST, corner, end, UP)).report.failures
     assert {failure.quantity for failure in failures} >= {"effort", "acceleration_jump"}
-
-
-def test_speed_changes_in_faster_stretch() -> None:
-    slow = {**LINE, "name": "slow", "speed": 20, "pose": {"position": [450, -20, 60]}}
-    fast = {**LINE, "stop": True}
-    plan = kw.plan(task(FIRST, slow, fast, UP, path={"acceleration": 200}))
-    assert plan.report.ok
-    first, second = plan.scenario.paths[0].stretches
-    assert first.full_speed == pytest.approx((first.start, first.end))
-    ramp = 1.5 * (60 - 20) / 200
-    assert second.full_speed[0] - second.start == pytest.approx(ramp)
-    assert second.end - second.full_speed[1] == pytest.approx(1.5 * 60 / 200)
-    _, _, speed = tool(plan, np.array([first.start, first.end, np.mean(second.full_speed)]))
-    np.testing.assert_allclose(speed, [20, 20, 60], rtol=1e-2)
-    assert np.abs(plan.trajectory.velocity(second.end)).max() < 1e-9
 
 
 def test_path_not_followed_in_requested_branch() -> None:

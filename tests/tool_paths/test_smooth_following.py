@@ -6,20 +6,17 @@ What the path asks for is found by Pinocchio alone: J⁻¹(ẍ − J̇q̇), at m
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import pytest
 from hypothesis import example, given, reject
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import knotwork as kw
-from judged import judged, judged_along
+from judged import judged_along
 from knotwork.errors import FollowingError
-from seams import task
 from sweeps import examples
 
 Array = NDArray[np.float64]
@@ -75,33 +72,6 @@ def peaks(path: Any, curve: Any) -> tuple[float, float]:
 def assert_smooth(path: Any, curve: Any) -> None:
     found, needed = peaks(path, curve)
     assert found <= FACTOR * needed
-
-
-@pytest.mark.parametrize(
-    ("acceleration", "stops"),
-    [(200, (False, True)), (1000, (False, True)), (500, (True, False)), (400, (True, True))],
-)
-def test_no_spike_at_rest_on_dome(
-    tmp_path: Path, acceleration: float, stops: tuple[bool, bool]
-) -> None:
-    points, rotations = circle_on_dome()
-    quaternions = np.array([pin.Quaternion(one).coeffs() for one in rotations])
-    table = np.round(np.column_stack((1e3 * points, quaternions)), 9)
-    text = "\n".join(",".join(map(repr, row)) for row in table.tolist())
-    (tmp_path / "seam.csv").write_text(f"x,y,z,qx,qy,qz,qw\n{text}\n", encoding="utf-8")
-    first, last = ({"position": table[i, :3].tolist()} for i in (0, -1))
-    first["quaternion_xyzw"] = table[0, 3:].tolist()
-    along = {"along": {"points": str(tmp_path / "seam.csv")}, "speed": 100}
-    on, off = ({"stop": True} if stop else {} for stop in stops)
-    begin = {"name": "on", "time": 3, "pose": first, **on}
-    end = {"name": "off", "pose": last, **along, **off}
-    given = task(begin, end, path={"acceleration": acceleration})
-    plan = kw.plan(given)
-    plan.report.raise_if_failed()
-    given["waypoints"][1]["along"] = {"points": table[:, :3].tolist()}
-    assert not [one for one in judged(plan, given) if one.kind not in TURNING]
-    assert_smooth(plan.scenario.paths[0].motion, plan.trajectory.polynomial)
-    assert len(plan.joint_waypoints.time) <= 20
 
 
 @given(

@@ -151,21 +151,6 @@ def test_weave_continues_into_arc() -> None:
     assert turned == pytest.approx(SPEED * (t[-1] - t[round_][0]), rel=0.01)
 
 
-@pytest.mark.exhaustive
-def test_consecutive_weaves() -> None:
-    on = {"along": "line", "speed": SPEED, "pose": {"position": [0.67, -0.2, 0.25]}}
-    on["weave"] = {"shape": "sine", "width": 0.002, "frequency": 3}
-    plan = kw.plan(seam({"shape": "sine"}, on))
-    assert plan.report.ok, plan.report
-    first, second = plan.scenario.paths[0].stretches
-    t = np.linspace(second.start, second.end, 301)
-    added = np.sin(2 * np.pi * 3 * (t - t[0]))[30:-30] * 1e-3
-    z = np.clip(np.minimum(t - t[0], t[-1] - t) * 3, 0, 1)[30:-30]
-    across = tool(plan, t)[30:-30, 1] - START[1]
-    assert abs(across - (10 * z**3 - 15 * z**4 + 6 * z**5) * added).max() < TOLERANCE
-    assert abs(tool(plan, np.array([first.end]))[0, 1] - START[1]) < 1e-8
-
-
 def test_weave_on_belt() -> None:
     task = seam({"shape": "circle"}, frames={"belt": {"position": [0, 0, 0]}}, frame="belt")
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.01, 0], "angular": [0, 0, 0.02]}

@@ -16,7 +16,7 @@ from judged import judged
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.bounds.path_criteria import PathBound, PathLimits
-from knotwork.verification.bounds.stretch_bounds import _divide, path_bounds
+from knotwork.verification.bounds.stretch_bounds import path_bounds
 from sweeps import examples
 
 
@@ -162,22 +162,16 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     assert found.value <= tolerance < found.bound < tolerance + 1e-9
 
 
-@given(
-    parts=st.lists(st.integers(1, 5), min_size=3, max_size=20),
-    ulps=st.integers(1, 3),
-    scale=st.sampled_from([1e-3, 1.0, 1e6]),
-)
-@examples()
-def test_divides_tiny_intervals(parts: list[int], ulps: int, scale: float) -> None:
-    """Each time that was given is among those that divide, however equal these are."""
-    t = [scale]
-    for i in range(len(parts)):
-        after = t[-1]
-        for _ in range(ulps):
-            after = float(np.nextafter(after, np.inf))
-        t.append(after if i % 2 else 1.5 * t[-1])
-    times = np.array(t)
-    finer = _divide(times, np.array(parts, float), np.ones(len(parts)), 1000)
-    assert (np.diff(finer) >= 0.0).all()
-    assert np.isin(times, finer).all()
-    assert len(finer) == 1 + sum(parts)
+@pytest.mark.parametrize("ulps", [1, 3])
+def test_bounds_hold_between_breaks_next_to_each_other(line: kw.Plan, ulps: int) -> None:
+    stretch = line.scenario.paths[0].stretches[0]
+    times = [0.4 * stretch.start + 0.6 * stretch.end]
+    for _ in range(4 * ulps):
+        times.append(float(np.nextafter(times[-1], np.inf)))
+
+    def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        curve, new = PiecewisePolynomial(c, x), np.union1d(x, times[::ulps])
+        rows = [curve(new[:-1], k) / np.prod(range(1, k + 1), initial=1) for k in (3, 2, 1, 0)]
+        return np.array(rows), new
+
+    assert kw.check(disturbed(line, change), line.scenario).ok

@@ -273,7 +273,7 @@ def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
     asked["waypoints"] = asked["waypoints"][1:]
     if goal == "aside":
         asked["waypoints"][0]["pose"] = {"position": [300, 350, 150], "rpy": DOWN}
-    other = made.replace(at, asked)
+    other = made.replan(at, asked)
     other.report.raise_if_failed()
     assert judged(other, other.scenario.task.to_dict()) == []
     for order in range(3):

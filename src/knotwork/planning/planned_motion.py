@@ -252,7 +252,7 @@ class Plan:
 
         play_scene(scene_of(self), viewer)
 
-    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
+    def replan(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
         """Plan another task from the state of this motion at a given time.
 
         That time is time 0 of the new plan. Position, velocity and acceleration continue without a

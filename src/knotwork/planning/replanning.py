@@ -27,7 +27,7 @@ def scenario_from(
     scenario: str | Path | Mapping[str, Any] | Task,
     current: Scenario | None = None,
 ) -> Scenario:
-    """A task that starts from the state of a motion at a given time: see `Plan.replace`.
+    """A task that starts from the state of a motion at a given time: see `Plan.replan`.
 
     Args:
         motion: The motion in execution.

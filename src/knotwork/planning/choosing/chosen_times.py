@@ -24,8 +24,11 @@ from knotwork.planning.choosing.segments import (
     find_segments,
     timing_problem,
 )
-from knotwork.planning.choosing.speed_errors import paths_beyond_limits
-from knotwork.planning.choosing.timed_paths import TimedPaths, with_max_speeds
+from knotwork.planning.choosing.timed_paths import (
+    TimedPaths,
+    paths_beyond_limits,
+    with_max_speeds,
+)
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.planning.timing.budget import Budget
@@ -147,8 +150,9 @@ def choose_times(
     )
 
 
-SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
-"""Fractions of the maximum speeds along paths that are candidates if these are infeasible."""
+MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
+"""Number of times that speeds along paths are lowered for the motions next to them, and the factor.
+"""
 
 _Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
 """A task with speeds along its paths, and the motions of its segments."""
@@ -157,34 +161,34 @@ _Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
 def _fastest(
     scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
 ) -> _Motions:
-    """Speeds along paths and all motions.
+    """The task with the maximum speeds along its paths, and the motions of its segments.
 
-    If the maximum speeds are infeasible, they are lowered until the total duration increases again.
+    Where a path can't be reached or left at these speeds, they are lowered until the motions exist,
+    and further while the total duration decreases.
 
     Raises:
         NoMotionsError: No motions were found.
     """
-    paths = with_max_speeds(scenario, free, solution)
-    try:
-        return paths, _motions(paths, free, budget)
-    except NoMotionsError as error:
-        failure, adjacent = error, _adjacent_stretches(error.errors, paths)
+    caps: dict[int, float] = {}
     best: _Motions | None = None
-    for fraction in SPEED_FRACTIONS if adjacent else ():
-        if budget.is_over and (best or fraction != SPEED_FRACTIONS[-1]):
-            continue  # the lowest speeds are feasible if any are
-        caps = {i: fraction * paths.speeds[i] for i in adjacent}
-        slower = with_max_speeds(scenario, free, solution, caps)
+    adjacent: set[int] = set()
+    for slowdowns in range(MAX_SLOWDOWNS + 1):
+        paths = with_max_speeds(scenario, free, solution, caps)
         try:
-            motions = slower, _motions(slower, free, budget)
+            motions = paths, _motions(paths, free, budget)
         except NoMotionsError as error:
-            failure = error
-            continue
-        if best and _duration(*best) <= _duration(*motions):
-            break
-        best = motions
+            adjacent |= _adjacent_stretches(error.errors, paths)
+            if best is None and (not adjacent or slowdowns == MAX_SLOWDOWNS):
+                raise
+        else:
+            if best is not None and _duration(*best) <= _duration(*motions):
+                break
+            best = motions
+            if not adjacent:
+                break
+        caps = {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
     if best is None:
-        raise failure
+        raise AssertionError("without a motion the last error was raised")
     return best
 
 

@@ -123,14 +123,12 @@ def _stop(
 
 
 def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
-    """Bodies that are present during a segment, at provisional times. They must not change.
+    """Bodies that are present during a segment. They must not change.
 
     Raises:
         InputError: The bodies change during the segment, or an obstacle moves.
     """
-    times = task.waypoints.time[segment.rows]
-    middles = (0.5 * (times[:-1] + times[1:])).tolist()
-    first, *later = (bodies_at(task.collision_model, time) for time in middles)
+    first, *later = (bodies_at(task.collision_model, i + 0.5) for i in segment.waypoints[:-1])
     for model, i in zip(later, segment.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise task.locate(

@@ -56,7 +56,7 @@ class FreeTask:
         scenario: The task.
         free: Its unknowns.
         space: Its joints.
-        solution: Its waypoints at the joints, with provisional times and speeds.
+        solution: Its waypoints at the joints, free times as expected.
     """
 
     scenario: Scenario
@@ -88,8 +88,8 @@ class FreeTask:
         """Dynamics from each waypoint to the next; one shared object for equal loads."""
         from knotwork.planning.timing import Dynamics
 
-        times, arms = self.scenario.provisional_times, self.space.carrying
-        carried = [arms.robot_at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
+        carrying = self.space.carrying
+        carried = carrying.by_interval if carrying is not None else ()
         models = {id(robot): Dynamics(robot) for robot in carried}
         return tuple(models[id(robot)] for robot in carried)
 
@@ -121,12 +121,13 @@ class FreeTask:
 
     @cached_property
     def collision_model(self) -> CollisionModel:
-        """Bodies of the robot and the scene, present at provisional times."""
-        from knotwork.planning.task_to_joint.obstacles import Obstacles
+        """Bodies of the robot and the scene; the index of a waypoint is the time in it."""
+        from knotwork.planning.task_to_joint.obstacles import bodies_and_pairs
 
         if self.space.robot is None:
             raise TypeError("without a robot there are no bodies")
-        return Obstacles(self.scenario, self.space, self.space.robot).model
+        times = np.arange(len(self.scenario.waypoints), dtype=float)
+        return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """The error with its location in the file: a key of waypoint i of the scenario."""

@@ -39,7 +39,7 @@ LONGER_TIMES = 1.002
 """Factor on the minimum times; `AGREEMENT` is added as well."""
 
 GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
-"""Initial guesses of the time until the first moving frame [s]."""
+"""Expected times to the first moving frame that are tried in this order [s]."""
 
 Choose = Callable[[Scenario], ChosenTimes]
 
@@ -57,7 +57,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
     """
     scenario, chosen = _first_choice(scenario, choose)
     for count in range(MEETING_ROUNDS):
-        expected, times = scenario.provisional_times, _times(scenario, chosen)
+        expected, times = scenario.expected_times, _times(scenario, chosen)
         met = list(_free(scenario).meets)
         if np.abs(times - expected)[met].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
@@ -99,22 +99,17 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     Raises:
         InputError: There is no solution for any guess.
     """
+    scenario = _with_speeds_before(scenario, choose)
     free, (first, *_) = _free(scenario), _free(scenario).meets
     k, failure = scenario.index[first], None
-    task, before = _times_before(scenario, choose, first)
-    start = before.get(k - 1, float(scenario.provisional_times[first - 1]))
-    time = scenario.task.waypoints[k].time
-    if time is not None and time <= start:
-        sooner = task.with_waypoints({k: {"time": None, "after": "fastest"}})
-        chosen = choose(_with_expected_times(scenario, sooner, {**before, k: start + GUESSES[0]}))
-        raise _too_soon(scenario, first, time, float(chosen.scenario.times[first]))
-    guesses = [before]
-    if time is None and free.duration[first - 1]:
-        spans = dict.fromkeys(max(span, float(free.at_least[first - 1])) for span in GUESSES)
-        guesses = [{**before, k: start + span} for span in spans]
+    guesses: list[dict[int, float]] = [{}]
+    if scenario.task.waypoints[k].time is None and free.duration[first - 1]:
+        start, at_least = scenario.expected_times[first - 1], free.at_least[first - 1]
+        spans = dict.fromkeys(max(span, float(at_least)) for span in GUESSES)
+        guesses = [{k: start + span} for span in spans]
     for expected in guesses:
         try:
-            guessed = _with_expected_times(scenario, task, expected)
+            guessed = _with_expected_times(scenario, scenario.task, expected)
             return guessed, choose(guessed)
         except (OutOfReachError, FollowingError) as error:
             error.add(
@@ -125,23 +120,21 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     raise failure or AssertionError("GUESSES is empty")
 
 
-def _times_before(
-    scenario: Scenario, choose: Choose, first: int
-) -> tuple[PlainTask, dict[int, float]]:
-    """The motion before a waypoint, planned alone: the task with its speeds, and its times [s].
+def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
+    """The scenario with speeds of paths before the first moving frame, which decide its time.
 
-    The task is unchanged and has no times if none is free there, or if it is not a complete task.
+    They are those of the motion before, planned alone if it is a complete task.
     """
-    task = scenario.task
-    if _free(scenario).first_untimed >= first:
-        return task, {}
-    part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+    free, task = _free(scenario), scenario.task
+    first = free.meets[0]
+    if not any(i < first for i in free.path_speed):
+        return scenario
     try:
+        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
         chosen = choose(resolve_task(part, scenario.places))
     except InputError:
-        return task, {}
-    changes = _speeds(scenario, chosen, first - 1)
-    return task.with_waypoints(changes), _by_waypoint(chosen.scenario, chosen.scenario.times)
+        return scenario
+    return _with_expected_times(scenario, task.with_waypoints(_speeds(scenario, chosen)), {})
 
 
 def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
@@ -149,12 +142,11 @@ def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
     return dict(zip(scenario.index[::-1], times[::-1].tolist(), strict=True))
 
 
-def _speeds(scenario: Scenario, chosen: ChosenTimes, last: int | None = None) -> dict[int, Any]:
-    """Chosen speeds along paths up to a waypoint, or to the last moving frame, for the task."""
+def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+    """Chosen speeds along paths up to the last moving frame, for the task."""
     free, known = _free(scenario), chosen.scenario.task.waypoints
-    last = free.meets[-1] if last is None else last
-    places = [scenario.index[i] for i in free.path_speed if i <= last]
-    return {k: {"speed": known[k].speed} for k in places}  # type: ignore[union-attr]
+    places = [scenario.index[i] for i in free.path_speed if i <= free.meets[-1]]
+    return {k: {"speed": known[k].speed} for k in places if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-import numpy as np
-
 from knotwork.errors import InputError, TimingError, together
 from knotwork.planning.choosing.clear_motions import clear_motion
 from knotwork.planning.choosing.free_task import FreeTask
@@ -90,8 +88,10 @@ def solve_segments(
 
 def duration_outside(task: FreeTask, segments: Iterable[FreeSegment]) -> float:
     """Duration of the motion outside some segments [s]."""
-    inside = sum(float(np.ptp(task.waypoints.time[segment.rows])) for segment in segments)
-    return float(np.ptp(task.scenario.provisional_times)) - inside
+    durations = task.scenario.durations
+    for segment in segments:
+        durations[segment.waypoints[:-1]] = 0.0
+    return float(durations.sum())
 
 
 def _motions(

@@ -110,7 +110,6 @@ def timing_problem(
     velocity = waypoints.velocity[rows].copy()
     kinds = [free.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
-    duration = np.where(free.duration[inner], np.nan, np.diff(waypoints.time[rows]))
     limits = TimingLimits(
         space.limits["velocity"],
         space.limits["acceleration"],
@@ -121,6 +120,7 @@ def timing_problem(
         task.scenario.motion_limits.tool_speed or np.inf,
         task.scenario.task.limits.margin,
     )
+    duration = task.scenario.durations[inner]
     if np.isnan(duration).any() and total is None:
         _check_limits(task.scenario, space, limits)
     effort = bool(np.isfinite(limits.effort).any() or objective.effort)

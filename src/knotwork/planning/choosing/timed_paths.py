@@ -1,27 +1,28 @@
-"""`TimedPaths`: a task with maximum speeds along its tool paths."""
+"""`TimedPaths`: a task with maximum speeds along its tool paths, and errors of given speeds."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
-from knotwork.errors import FollowingError, PathError
+import numpy as np
+
+from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
 from knotwork.planning.choosing.free_task import FreeTask, knots_of
-from knotwork.planning.choosing.limit_shares import Limit
+from knotwork.planning.choosing.limit_shares import Limit, LimitShares
 from knotwork.planning.choosing.path_speeds import (
     NoSpeedsError,
     PathSpeeds,
     SpeedBound,
     round_speed,
 )
-from knotwork.planning.choosing.speed_errors import no_speeds
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
-from knotwork.task.scenario import FreeTimes, Scenario, resolve_task
+from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
+from knotwork.units import rounded_up
 
 MAX_PLANS = 4
 """Maximum number of planned motions; in most cases one or two are sufficient."""
@@ -31,6 +32,9 @@ CORRECTED_PLANS = 3
 
 MIN_GAIN = 0.01
 """Minimum relative gain of duration for which a motion is planned again."""
+
+LIMIT_ROUNDING = 1e-9
+"""Tolerance of limits, as a fraction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +56,7 @@ def with_max_speeds(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
-    caps: Mapping[int, float] = MappingProxyType({}),
+    caps: Mapping[int, float],
 ) -> TimedPaths:
     """Choose the free speeds along tool paths such that a planned motion keeps the limits.
 
@@ -77,16 +81,17 @@ def with_max_speeds(
     for number, path in enumerate(scenario.paths):
         if path.asked.at_most:
             bounds = {
-                k: (caps[path.first + 1 + k], SpeedBound.NEIGHBOURS)
-                if caps.get(path.first + 1 + k, most) < most
-                else (most, SpeedBound.AT_MOST)
+                k: min(
+                    (most, SpeedBound.AT_MOST),
+                    (caps.get(path.first + 1 + k, math.inf), SpeedBound.NEIGHBOURS),
+                )
                 for k, most in path.asked.at_most.items()
             }
             problems[number] = PathSpeeds(task, path, bounds)
     try:
         return _fastest(task, problems)
     except NoSpeedsError as error:
-        raise no_speeds(task, error) from None
+        raise _no_speeds(task, error) from None
 
 
 def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
@@ -157,3 +162,89 @@ def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
             speeds[i] = speed
             binding.append(Binding(names[i - 1], names[i], joint, quantity, None))
     return TimedPaths(task, speeds, tuple(binding))
+
+
+def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> list[InputError]:
+    """Errors for given speeds that exceed a limit along a path.
+
+    Args:
+        task: The task.
+        asked: The unknowns; given speeds on paths with a chosen one are feasible.
+    """
+    errors: list[InputError] = []
+    for path in task.scenario.paths:
+        if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
+            continue
+        shares = LimitShares(task, path)
+        used = shares.of_motion(task, path).max(axis=1)
+        for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
+            limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
+            errors.append(_path_error(task, path, k, limit, share))
+    return errors
+
+
+def _no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
+    """The error for a path without feasible speeds, with accepted changes.
+
+    Args:
+        task: The task.
+        error: The reason.
+    """
+    path, k, limit = error.path, error.stretch, error.limit
+    if limit == SpeedBound.NOTHING:
+        unbounded = InputError(
+            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
+        )
+        return task.locate(unbounded, path.first + 1 + k, "speed")
+    return _path_error(task, path, k, limit)
+
+
+def _path_error(
+    task: FreeTask,
+    path: ScenarioPath,
+    k: int,
+    limit: Limit | SpeedBound,
+    share: float | None = None,
+) -> InputError:
+    """The error for a stretch of a path that exceeds a limit.
+
+    Args:
+        task: The task.
+        path: The path.
+        k: Index of the stretch.
+        limit: The exceeded limit.
+        share: Used share of it, if known.
+    """
+    scenario, i = task.scenario, path.first + 1 + k
+    start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
+    chosen, text = k in path.asked.at_most, scenario.units.text
+    given = path.asked.speeds[k] or path.stretches[k].speed
+    speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
+    if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
+        woven = path.stretches[k].kind.startswith("woven")
+        accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
+    elif chosen:
+        accepted = "another path or path.acceleration"
+    else:
+        accepted = "speed: fastest"
+    if limit == SpeedBound.RAMPS:
+        shown = text(path.asked.acceleration, "m/s²")
+        reason = f"there is no {limit} at path.acceleration, {shown}"
+        accepted += ", a higher path.acceleration"
+    elif isinstance(limit, SpeedBound):
+        reason = "the tolerances are not kept"
+    else:
+        excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
+        joint = repr(limit.joint) if limit.joint else "the tool"
+        reason = f"{joint} {excess} its limit of {limit.quantity}"
+    error = InputError(
+        f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
+        "higher limit"
+    )
+    return task.locate(error, i, _key(task, i))
+
+
+def _key(task: FreeTask, i: int) -> str:
+    """Key of the speed of the stretch to a waypoint."""
+    waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)

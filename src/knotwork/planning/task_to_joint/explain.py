@@ -74,8 +74,8 @@ def _infeasibility(
     return Infeasibility(
         waypoint=scenario.waypoints[first].name,
         until=scenario.waypoints[last].name if first < last else "",
-        start=float(scenario.provisional_times[first]),
-        end=float(scenario.provisional_times[last]),
+        start=float(scenario.times[first]),
+        end=float(scenario.times[last]),
         joint=robot.joint_names[worst],
         velocity=float(speed[worst]),
         limit=float(robot.velocity_limit[worst]),

@@ -76,7 +76,7 @@ def complete_waypoints(
     for i in space.waits:
         accelerations[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
-    times, asked = scenario.provisional_times, np.ones(count, dtype=bool)
+    times, asked = scenario.expected_times, np.ones(count, dtype=bool)
     rows = JointRows(times, names, positions.copy(), velocities, accelerations, asked)
     parts: list[JointRows] = []
     done = 0

@@ -19,6 +19,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
+    from knotwork.scene.collision_model import CollisionModel
 
 COLLISION_SAMPLES = 24
 """Number of times along a path at which candidates are tested for collisions.
@@ -33,6 +34,29 @@ ENOUGH_CLEARANCE = 0.1
 """Clearance [m] above which a larger one is not preferred."""
 
 
+def bodies_and_pairs(
+    scenario: Scenario, space: JointSpace, robot: Robot, times: FloatArray
+) -> CollisionModel:
+    """The collision model of a scenario before it is solved.
+
+    Args:
+        scenario: The task.
+        space: The joints of the scenario.
+        robot: The robot without virtual joints.
+        times: Times of the waypoints at which bodies come, go or are held, shape (n,).
+    """
+    from knotwork.scene.building import collision_model
+
+    poses = []
+    if scenario.scene.held:
+        for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+            if isinstance(waypoint, CartesianWaypoint):
+                poses.append(waypoint.pose)
+            elif state is not None:
+                poses.append(robot.forward(state.position[: robot.dof]))
+    return collision_model(scenario, robot, times.tolist(), poses)
+
+
 class Obstacles:
     """Collision model of a scenario's robot and scene.
 
@@ -43,18 +67,10 @@ class Obstacles:
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
-        from knotwork.scene.building import collision_model
         from knotwork.scene.solid_pairs import SolidPairs
 
-        poses = []
-        if scenario.scene.held:
-            for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
-                if isinstance(waypoint, CartesianWaypoint):
-                    poses.append(waypoint.pose)
-                elif state is not None:
-                    poses.append(robot.forward(state.position[: robot.dof]))
         self.scenario, self.robot = scenario, robot
-        self.model = collision_model(scenario, robot, scenario.provisional_times.tolist(), poses)
+        self.model = bodies_and_pairs(scenario, space, robot, scenario.expected_times)
         self._pairs = SolidPairs(self.model) if self.model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
@@ -68,7 +84,7 @@ class Obstacles:
         """
         held = {held_object.name for held_object in self.scenario.scene.held}
         margin = self.scenario.scene.margin
-        start = float(self.scenario.provisional_times[0])
+        start = float(self.scenario.expected_times[0])
         for distance, first, second in self._gaps(q, start):
             # an object that is picked up at the start is no longer static
             stands = first.kind == "object" and not first.joint and first.end > start

@@ -66,7 +66,7 @@ def step_rules(
         for i, (passed, target) in enumerate(zip(passes, targets, strict=True))
     ]
     rules = []
-    for i, duration in enumerate(np.diff(scenario.provisional_times).tolist()):
+    for i, duration in enumerate(scenario.durations.tolist()):
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from knotwork.curves import tool_paths
 from knotwork.curves.tool_paths import Timing
-from knotwork.errors import PathError, RampError, StretchTimeError
-from knotwork.task.scenario.free_times import PROVISIONAL_SPEED
+from knotwork.errors import RampError, StretchTimeError
 
 SPEED_ROUNDS = 100
 """Largest number of rounds until speeds from times and speeds at junctions agree."""
 
-ACCELERATION_FACTOR = 4.0
-"""Ratio of successive candidate accelerations for provisional speeds."""
-
-MAX_ACCELERATION_FACTOR = 1e6
-"""Largest candidate acceleration, as a multiple of the given one."""
-
-PEAK_TO_MEAN_SPEED = 2.0
-"""Largest ratio of speed and mean speed of a stretch from stop to stop."""
+NOMINAL_SPEED = 0.01
+"""Speed along a path until its speeds are chosen [m/s]: at low speed only its geometry matters."""
 
 
 @dataclass(frozen=True)
@@ -123,25 +116,8 @@ class AskedTiming:
         self.timed(speeds)
         return speeds
 
-    def provisional(self) -> tuple[Timing, tuple[float, ...]]:
-        """Provisional timing and speeds: low speeds, with quick changes to them.
-
-        Raises:
-            PathError: No speed allows the changes of speed.
-        """
-        if not self.at_most:
-            return self.timed()
-        timed = zip(self.lengths, self.durations, strict=True)
-        means = [length / duration for length, duration in timed if duration]
-        fixed = [speed for speed in self.speeds if speed is not None]
-        fastest = max((PROVISIONAL_SPEED, *fixed, *(PEAK_TO_MEAN_SPEED * mean for mean in means)))
-        self.fitted({k: min(fastest, most) for k, most in self.at_most.items()})
-        low = {k: min(PROVISIONAL_SPEED, most) for k, most in self.at_most.items()}
-        quick = self
-        while True:
-            try:
-                return quick.timed(quick.fitted(low))
-            except PathError:
-                if quick.acceleration > MAX_ACCELERATION_FACTOR * self.acceleration:
-                    raise
-                quick = replace(quick, acceleration=ACCELERATION_FACTOR * quick.acceleration)
+    def at_nominal_speed(self) -> tuple[Timing, tuple[float, ...]]:
+        """Timing of a path with chosen speeds, for its geometry: one low speed from end to end."""
+        speeds = (NOMINAL_SPEED,) * len(self.lengths)
+        timing = tool_paths.speed_profile(self.lengths, speeds, acceleration=self.acceleration)
+        return timing, speeds

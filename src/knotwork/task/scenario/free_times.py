@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.task import ClearWay
+from knotwork.errors.plain_text import default_waypoint_name
+from knotwork.files.documents import Location, Places
+from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 from knotwork.waypoints import FloatArray
 
 BoolArray = NDArray[np.bool_]
-
-PROVISIONAL_TIME = 1.0
-"""Provisional duration of an interval whose time is free [s]."""
-
-PROVISIONAL_SPEED = 0.01
-"""Provisional speed along a path whose speed is free [m/s]."""
 
 SpeedKind = Literal["given", "along", "free"]
 
@@ -70,10 +68,16 @@ class FreeTimes:
         )
 
     @property
+    def chosen_duration(self) -> BoolArray:
+        """Intervals whose duration is chosen, itself or by the speed of a path, shape (n - 1,)."""
+        chosen = self.duration.copy()
+        chosen[[i - 1 for i in self.path_speed]] = True
+        return chosen
+
+    @property
     def first_untimed(self) -> int:
         """The first waypoint with an unknown time; n without one."""
-        chosen = [*(np.flatnonzero(self.duration) + 1).tolist(), *self.path_speed]
-        return min(chosen, default=len(self.speed))
+        return int(np.append(self.chosen_duration, True).argmax()) + 1
 
     @property
     def untimed(self) -> BoolArray:
@@ -84,3 +88,201 @@ class FreeTimes:
         chosen: BoolArray = np.array([kind != "given" for kind in self.speed])
         untimed: BoolArray = self.duration | chosen[1:] | chosen[:-1]
         return untimed
+
+
+def min_time(file: PlainTask, i: int) -> float | None:
+    """Lower bound of the time to a waypoint [s], 0 without one; `None` if it is given."""
+    waypoint = file.waypoints[i]
+    if isinstance(waypoint, PathWaypoint):
+        return None
+    if isinstance(waypoint.after, Fastest):
+        return waypoint.after.at_least or 0.0
+    first = i == 0 and file.start is None
+    unstated = waypoint.after is None and waypoint.time is None and not first
+    chosen = file.times is not None or clear_way(file, i) is not None
+    return 0.0 if waypoint.after == "fastest" or (unstated and chosen) else None
+
+
+def clear_way(file: PlainTask, i: int) -> ClearWay | None:
+    """Options of a collision-free motion to a waypoint, or `None`; in SI as the file is."""
+    waypoint = file.waypoints[i]
+    if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
+        return None
+    given = waypoint.way or file.ways
+    return ClearWay.model_construct(clear=True) if given == "clear" else given
+
+
+def max_speed(speed: float | str | AtMost | None) -> float | None:
+    """Upper bound of a free speed, infinite without one; `None` if it is not free."""
+    if isinstance(speed, AtMost):
+        return speed.at_most
+    return math.inf if isinstance(speed, str) else None
+
+
+def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> FreeTimes | None:
+    """Read the unknowns of a file, or `None` without any.
+
+    Args:
+        file: Content of the file.
+        places: Locations of its parts in the file, for errors.
+        index: Index in the file of each waypoint of the scenario; -1 for the start.
+
+    Raises:
+        DocumentError: A key is about choices although no value is chosen, or the value can't be
+            chosen.
+    """
+    lower_bounds = [
+        min_time(file, end) if end >= 0 and start != end else None for start, end in pairwise(index)
+    ]
+    speed: list[SpeedKind] = ["given"] * len(index)
+    at_most = np.full(len(index), np.inf)
+    paths: dict[int, float] = {}
+    ways: dict[int, ClearWay] = {}
+    timed: list[int] = []
+    for i, k in enumerate(index):
+        if k < 0 or (i and k == index[i - 1]):  # this is the start, or the end of a wait
+            continue
+        waypoint = file.waypoints[k]
+        maximum = max_speed(getattr(waypoint, "speed", None))
+        if isinstance(waypoint, PathWaypoint) and maximum is not None:
+            paths[i] = maximum
+        elif maximum is not None:
+            speed[i], at_most[i] = "along", maximum
+        elif getattr(waypoint, "velocity", None) == "free":
+            speed[i] = "free"
+        if i and (way := clear_way(file, k)):
+            ways[i] = way
+        if waypoint.time is not None:
+            timed.append(i)
+    free = FreeTimes(
+        duration=np.array([bound is not None for bound in lower_bounds], dtype=bool),
+        at_least=np.array([bound or 0.0 for bound in lower_bounds]),
+        speed=tuple(speed),
+        at_most=at_most,
+        path_speed=paths,
+        ways=ways,
+        objective=_objective(file),
+        total=file.duration,
+        optimal_knots=_optimal_knots(file),
+    )
+    late = tuple(i for i in timed if i >= free.first_untimed)
+    free.duration[[i - 1 for i in late]] = True
+    free = replace(free, meets=late)
+    for location, message, accepted in _misused(file, free):
+        raise places.error(location, message, accepted)
+    if late and file.duration is not None:
+        raise places.error(
+            ("duration",),
+            f"is given together with the time at waypoint {index[late[0]] + 1}, after chosen ones",
+            "one of them",
+        )
+    return free if free.anything else None
+
+
+def _optimal_knots(file: PlainTask) -> bool:
+    """Whether knots are chosen for given times; by default they are if other times are free."""
+    return file.knots == "optimal" or (
+        "knots" not in file.model_fields_set and _free_anywhere(file)
+    )
+
+
+def _objective(file: PlainTask) -> dict[str, float]:
+    given = file.objective
+    if isinstance(given, Weights):
+        return {name: value for name, value in given if value}
+    if given is not None:
+        return {given: 1.0}
+    smooth = file.duration is not None or not _free_anywhere(file)
+    return {"jerk": 1.0} if smooth else {"time": 1.0}
+
+
+def _free_anywhere(file: PlainTask) -> bool:
+    return any(min_time(file, i) is not None for i in range(len(file.waypoints)))
+
+
+def check_places(file: PlainTask, places: Places) -> None:
+    """Refuse times after free ones, free velocities at the ends and free times of paths.
+
+    Raises:
+        DocumentError: One of these is given.
+    """
+    untimed = ""
+    for i, waypoint in enumerate(file.waypoints):
+        for key, message, accepted in _misplaced(file, i, untimed):
+            raise places.error(("waypoints", i, key), message, accepted)
+        chosen = max_speed(getattr(waypoint, "speed", None)) is not None
+        if min_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
+            untimed = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
+
+
+def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str, str]]:
+    """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
+
+    Args:
+        file: Content of the file.
+        i: Index of the waypoint.
+        untimed: The last waypoint before with a chosen time; empty without one.
+    """
+    waypoint, at_start = file.waypoints[i], i == 0 and file.start is None
+    fastest = isinstance(waypoint.after, str | Fastest)
+    if at_start and fastest:
+        message = "the first waypoint has no previous one, so no time to it can be chosen"
+        yield "after", message, "no time here, or start: the start of the motion"
+    if at_start and waypoint.way is not None:
+        message = "the first waypoint has no previous one, so there is no motion to it"
+        yield "way", message, "way at a later waypoint, or start: the start of the motion"
+    if getattr(waypoint, "velocity", None) == "free" and (at_start or i == len(file.waypoints) - 1):
+        message = "the velocity is free at an end of the motion"
+        yield "velocity", message, "a velocity, or none: the arm is at rest there"
+    if not isinstance(waypoint, PathWaypoint):
+        return
+    if waypoint.time is not None and untimed:
+        message = (
+            f"the time since 0 can't be given, because the earlier time to {untimed} is chosen"
+        )
+        yield "time", message, "speed, or after: the time since the previous waypoint [s]"
+    if waypoint.way is not None:
+        yield "way", "the motion to here follows a tool path", "way at a waypoint without along"
+    if fastest:
+        message = "the time along a path follows from its speed"
+        yield "after", message, "speed: fastest, or seconds"
+    for key in ("time", "after"):
+        if max_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
+            message = "is given together with a speed that is chosen"
+            yield key, message, f"speed: fastest, or {key}, not both"
+
+
+def _misused(file: PlainTask, free: FreeTimes) -> Iterator[tuple[Location, str, str]]:
+    """Keys about choices although no value is chosen, and choices that exclude each other."""
+    timed, objective = bool(free.duration.any()), file.objective is not None
+    weighs_time = free.objective.get("time", 0.0) > 0.0
+    if file.times is not None and not timed and not free.path_speed:
+        along = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
+        message = (
+            "fastest, but every waypoint gives its time" + " or its speed along a path" * along
+        )
+        accepted = "no times here, or after: fastest at a waypoint"
+        yield ("times",), message, accepted + ", or speed: fastest along a path" * along
+    if file.duration is not None and not timed:
+        accepted = "times: fastest, or after: fastest at a waypoint"
+        yield ("duration",), "is given, but so is every time", accepted
+    if objective and not (timed or free.optimal_knots or set(free.speed) - {"given"}):
+        accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
+        yield ("objective",), "gives an objective, but no time is free", accepted
+    if objective and weighs_time and (not timed or file.duration is not None):
+        message = "the time is given, so it can't be minimised"
+        yield ("objective",), message, "jerk, effort or acceleration"
+    if timed and file.duration is None and not weighs_time:
+        message = "gives no weight to the time, so the slowest motion would be optimal"
+        accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
+        yield ("objective",), message, accepted
+    if file.chosen is not None and free.anything:
+        message = "gives the motion between waypoints, but times or speeds are free"
+        yield ("chosen",), message, "numbers for all of them, or no chosen"
+    if isinstance(file.knots, tuple) and free.anything:
+        yield ("knots",), "knot times are given, but waypoint times are free", "no knots"
+    if file.planner != "modified-hermite" and free.anything:
+        accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
+        yield ("planner",), f"{file.planner!r} needs given times, and some are free", accepted
+    if free.objective.get("effort", 0.0) > 0.0 and file.robot is None:
+        yield ("objective",), "effort needs a robot, and the file names none", ""

@@ -17,7 +17,7 @@ from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.task.scenario.asked_timing import AskedTiming
 from knotwork.task.scenario.carriers import Carriers
-from knotwork.task.scenario.free_reader import max_speed
+from knotwork.task.scenario.free_times import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, rescale_orientation
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -221,8 +221,10 @@ class PathReader:
     ) -> tuple[Timing, tuple[float, ...]]:
         unit, limit, durations = self.curves.length, requested.acceleration, requested.durations
         text = partial(self.curves.text, digits=6)
+        if requested.at_most:
+            return requested.at_nominal_speed()
         try:
-            timing, speeds = requested.provisional()
+            timing, speeds = requested.timed()
         except RampError as error:
             fits = error.highest_speed
             raise self.curves.places.error(

@@ -48,10 +48,12 @@ class Carrying:
     Attributes:
         start: Start of each phase [s], shape (m,). The first phase also holds before its start.
         robots: The arm in each phase; the same object for the same load.
+        by_interval: The arm from each waypoint of the task to the next.
     """
 
     start: FloatArray
     robots: tuple[Robot, ...]
+    by_interval: tuple[Robot, ...]
 
     def robot_at(self, time: float) -> Robot:
         """The arm at a time [s]; at a change of load, with the new one."""
@@ -99,26 +101,26 @@ def _load(time: float, robot: Robot) -> Load:
 
 
 def robots_with_loads(scenario: Scenario, robot: Robot) -> Carrying:
-    """The loads of a scenario's arm over its motion, at provisional times if times are free.
+    """The loads of a scenario's arm over its motion.
 
     Args:
         scenario: The task.
         robot: Its robot, with its tool.
     """
-    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
+    index = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
     held = [
-        (item.payload, times[item.take], times[item.leave])
+        (item.payload, range(index[item.take], index[item.leave]))
         for item in scenario.scene.held
         if item.payload is not None
     ]
-    starts, arms = [-np.inf], [robot]
     arms_by_load: dict[tuple[bytes, ...], Robot] = {(): robot}
-    for start in sorted({time for _, *ends in held for time in ends}):
-        load = [payload for payload, start_time, release in held if start_time <= start < release]
+    arms = []
+    for i in range(len(index)):
+        load = [payload for payload, interval in held if i in interval]
         key = tuple(payload.key for payload in load)
         if key not in arms_by_load:
             arms_by_load[key] = robot.with_held(*load)
-        if arms_by_load[key] is not arms[-1]:
-            starts.append(start)
-            arms.append(arms_by_load[key])
-    return Carrying(np.array(starts), tuple(arms))
+        arms.append(arms_by_load[key])
+    changes = [i for i, (before, arm) in enumerate(pairwise([robot, *arms])) if arm is not before]
+    starts = [-np.inf, *scenario.expected_times[changes].tolist()]
+    return Carrying(np.array(starts), (robot, *(arms[i] for i in changes)), tuple(arms[:-1]))

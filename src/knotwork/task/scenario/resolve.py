@@ -12,7 +12,7 @@ from knotwork.files.documents import Places
 from knotwork.task import Limits, PlainTask, PoseWaypoint, Task
 from knotwork.task.places import read_document
 from knotwork.task.scenario.event_reader import EventReader, with_waits
-from knotwork.task.scenario.free_reader import read_free_times
+from knotwork.task.scenario.free_times import read_free_times
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,

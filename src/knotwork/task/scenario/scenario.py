@@ -234,14 +234,22 @@ class Scenario:
     @property
     def times(self) -> FloatArray:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
-        times = self.provisional_times
+        times = self.expected_times
         if self.free is not None:
             times[self.free.first_untimed :] = np.nan
         return times
 
     @property
-    def provisional_times(self) -> FloatArray:
-        """Waypoint times [s], shape (n,), with a placeholder of 1 s for each free duration."""
+    def durations(self) -> FloatArray:
+        """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is chosen."""
+        durations = np.diff(self.expected_times)
+        if self.free is not None:
+            durations[self.free.chosen_duration] = np.nan
+        return durations
+
+    @property
+    def expected_times(self) -> FloatArray:
+        """Waypoint times [s], shape (n,); chosen ones as expected, for moving frames and bodies."""
         return np.array([waypoint.time for waypoint in self.waypoints])
 
     @property

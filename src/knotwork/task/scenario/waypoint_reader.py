@@ -21,7 +21,7 @@ from knotwork.task import (
     Velocity,
 )
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.scenario.free_reader import check_places, given_speed, provisional_time
+from knotwork.task.scenario.free_times import check_places, max_speed, min_time
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from knotwork.task.scenario.path_reader import PathReader
 
 START, WAITED = "start", "{}, after the wait"
+
+EXPECTED_DURATION = 1.0
+"""Expected time to a waypoint whose time is chosen later [s]."""
 
 
 class WaypointReader:
@@ -67,8 +70,8 @@ class WaypointReader:
     def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
         """All waypoints in order, the start first if there is one, and the paths between them.
 
-        A waypoint with `wait` appears twice: at the start and the end of the wait. Free times and
-        speeds are provisional. `indices` has the index in the file of each.
+        A waypoint with `wait` appears twice: at the start and the end of the wait. Free times are
+        expected ones. `indices` has the index in the file of each.
 
         Raises:
             DocumentError: A time, frame, pose or velocity is missing or wrong.
@@ -187,19 +190,26 @@ class WaypointReader:
         paths: list[ScenarioPath] = []
         reader = self._path_reader()
         before: float | None = 0.0 if self.file.start is not None else None
+        is_chosen = False
         for i, waypoint in enumerate(self.file.waypoints):
             location: Location = ("waypoints", i)
+            at_least = min_time(self.file, i)
+            is_chosen |= at_least is not None
             if reader is not None and isinstance(waypoint, PathWaypoint):
                 if i == 0 or reader.begins(i - 1):
                     paths.append(reader.read(i - 1, before or 0.0))
+                is_chosen |= max_speed(waypoint.speed) is not None
                 self.times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
                 before = self.times[-1] + (waypoint.wait or 0.0)
                 continue
             if waypoint.time is not None:
                 time = waypoint.time
                 location = (*location, "time")
-            elif (chosen := provisional_time(self.file, i, before or 0.0)) is not None:
-                time = self.expected.get(i, (before or 0.0) + chosen)
+                if is_chosen and time <= (before or 0.0):  # only the expected time before is late
+                    time = (before or 0.0) + EXPECTED_DURATION
+            elif at_least is not None:
+                duration = max(at_least, EXPECTED_DURATION)
+                time = self.expected.get(i, (before or 0.0) + duration)
             elif isinstance(waypoint.after, float):
                 time = (before or 0.0) + waypoint.after
                 location = (*location, "after")
@@ -301,7 +311,7 @@ class WaypointReader:
         import pinocchio as pin
 
         poses = self.carriers.neighbours_in_frame(i, self.poses, self.times)
-        velocity, speed = waypoint.velocity, given_speed(waypoint.speed, 1.0)
+        velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):
             axes = velocity.axes or self.frame(i, waypoint)
             self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
@@ -315,7 +325,9 @@ class WaypointReader:
         if velocity is None and speed is not None:
             from knotwork.task.scenario.speed import neighbours_twist
 
-            return neighbours_twist(self.file, self.places, i, speed, poses)
+            # of a chosen speed the direction alone is known
+            given = speed if isinstance(speed, float) else 1.0
+            return neighbours_twist(self.file, self.places, i, given, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
