@@ -121,5 +121,4 @@ def _worst_bound(bounds: Sequence[Bound]) -> Bound:
     return max(decisive, key=lambda bound: abs(bound.value))._replace(
         bound=max(abs(bound.bound) for bound in bounds),
         proved=all(bound.proved for bound in decisive),
-        evaluations=sum(bound.evaluations for bound in bounds),
     )

@@ -137,7 +137,6 @@ def upper_bounds(
             limit=float(limit) if np.isfinite(limit) else None,
             ok=bool(abs(search.signed[i]) <= limit),
             proved=bool(decided[i]),
-            evaluations=search.count,
         )
         for i, limit in enumerate(limits)
     )
@@ -251,7 +250,6 @@ class Bound(NamedTuple):
         proved: Whether `ok` is proved, because the bound keeps the limit or a sample violates it.
             Without a limit, whether the bound is as tight as requested. If false, the budget was
             exhausted, and only samples are known.
-        evaluations: Number of evaluations of the quantity.
     """
 
     value: float
@@ -260,7 +258,6 @@ class Bound(NamedTuple):
     limit: float | None
     ok: bool
     proved: bool
-    evaluations: int
 
     @property
     def excess(self) -> float:

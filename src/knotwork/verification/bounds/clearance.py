@@ -79,7 +79,6 @@ class Clearance(NamedTuple):
         verdict: `"clear"`, `"collides"` (the margin is violated) or `"undecided"`.
         interval: Interval in which the margin is violated or undecided [s], or `None`.
         contacts: Intervals in which the margin is violated [s]; `interval` is the worst.
-        evaluations: Number of distance measurements.
     """
 
     first: Body
@@ -93,7 +92,6 @@ class Clearance(NamedTuple):
     verdict: str
     interval: tuple[float, float] | None
     contacts: tuple[tuple[float, float], ...]
-    evaluations: int
 
 
 def clearances(
@@ -195,7 +193,7 @@ class _ClearanceSearch:
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
         self.bound = np.full(len(self.pair), np.inf)
-        self.measurements = np.zeros(len(self.pair), dtype=int)
+        self.measurements = 0
         self.undecided_from = np.full(len(self.pair), np.inf)
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
@@ -238,7 +236,7 @@ class _ClearanceSearch:
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
         lower[apart] = np.maximum(lower[apart], gap - motions.approach(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
-        if self.measurements.sum() >= DISTANCE_BUDGET:
+        if self.measurements >= DISTANCE_BUDGET:
             closed[:] = True
         np.minimum.at(self.bound, combo[closed], lower[closed])
         margin = self.margin[combo]
@@ -289,7 +287,7 @@ class _ClearanceSearch:
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
             d = self.table.measure(c, placed[0][k], placed[1][k], enough)
             tests.distance[i], tests.normal[i] = d, self.table.normal
-            self.measurements[c] += 1
+            self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[k]
@@ -340,8 +338,7 @@ class _ClearanceSearch:
             elif low <= high:
                 verdict, interval = "undecided", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
-            count = int(self.measurements[of_pair].sum())
             yield Clearance(
                 first, second, distance, bound, pair.margin, pair.around, time, nearest, verdict,
-                interval, contacts, count,
+                interval, contacts,
             )  # fmt: skip
