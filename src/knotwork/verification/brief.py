@@ -10,7 +10,7 @@ from knotwork.errors.plain_text import one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 
-MAX_GROUP_TEXTS = 3
+MAX_GROUP_TEXTS = 2
 """Maximum number of texts of a group."""
 NOTABLE_USE = 0.01
 """Minimum use of a limit that gets its own row."""
