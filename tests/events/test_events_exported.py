@@ -90,9 +90,9 @@ def test_events_close_together_leave_the_motion_as_it_is() -> None:
     [
         (
             {"gripper": "close"},
-            r"close at 3\.000 s, waypoint 'seam': .* no signal 'gripper'",
+            r"close at 3\.000 s, waypoint 'seam': .* given by outputs: {gripper: n}",
         ),
-        ({"output": 18, "value": True}, r"no output 18; accepted: .*16 or 17 \(at the tool\)"),
+        ({"output": 18, "value": True}, r"output 18 on .*accepted: .*16 or 17 \(at the tool\)"),
     ],
 )
 def test_what_is_no_output_of_the_controller_is_refused(action: Any, said: str) -> None:

@@ -89,7 +89,7 @@ def collada() -> str:
 
 def meshes() -> dict[str, bytes]:
     box = trimesh.creation.box()
-    made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply", "glb")}
+    made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply")}
     made["dae"] = collada()
     return {kind: one.encode() if isinstance(one, str) else one for kind, one in made.items()}
 

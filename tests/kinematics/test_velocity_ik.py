@@ -14,7 +14,6 @@ from knotwork.robot.kinematics import (
     smallest_singular_value,
     solve_velocity_ik,
 )
-from knotwork.robot.kinematics.chain.velocity import describe_direction
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 PLANAR, UR5, PANDA = (ROBOTS[name] for name in ("planar2", "ur5", "panda"))
@@ -104,7 +103,7 @@ def test_reports_lost_direction() -> None:
     expected = 0.1 * np.linalg.norm(lost[:3]), 0.1 * np.linalg.norm(lost[3:])
     assert error.residual == pytest.approx(expected, abs=1e-9)
     assert tuple(error.joint_velocity) == UR5.joint_names
-    assert describe_direction(lost) in str(error)
+    assert re.search(r"(along|about) .* of the base frame is unattainable", str(error))
 
 
 def test_stretched_arm_cannot_move_outwards() -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
 import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 from test_mesh_files import (
     CORNERS,
     FACES,
@@ -66,27 +64,6 @@ def relative_obj() -> str:
     return "".join(["vt 0 0\n", *points, *faces, "o second\n", *far, *faces, "l 1 2\n"])
 
 
-def glb() -> bytes:
-    return bytes(trimesh.Trimesh(CORNERS, FACES).export(file_type="glb"))
-
-
-def changed_glb(**more: object) -> bytes:
-    """A file whose JSON says more."""
-    data = glb()
-    length = int.from_bytes(data[12:16], "little")
-    content = json.loads(data[20 : 20 + length])
-    for key, value in more.items():
-        of_node = key in ("skin", "mesh")
-        place = content["nodes"][-1] if of_node else content["meshes"][0]["primitives"][0]
-        place = content["accessors"][0] if key == "sparse" else place
-        (content if key == "extensionsRequired" else place)[key] = value
-    text = json.dumps(content).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + length :]
-    head = b"glTF" + struct.pack("<II", 2, 20 + len(text) + len(rest))
-    return head + struct.pack("<I", len(text)) + b"JSON" + text + rest
-
-
 def of_faces(faces: str) -> str:
     """A COLLADA file with other faces."""
     return re.sub(r"<triangles.*?</triangles>", faces, collada(), flags=re.DOTALL)
@@ -125,7 +102,6 @@ WHOLE = {
     "the other order of bytes": ("a.ply", binary_ply(">"), VOLUME),
     "counted back": ("a.obj", relative_obj(), 2 * VOLUME),
     "continued lines": ("a.obj", obj().replace("v 2.0 ", "v 2.0 \\\n"), VOLUME),
-    "glTF": ("a.glb", glb(), VOLUME),
     "polylist": ("a.dae", POLYLIST, VOLUME),
     "polygons": ("a.dae", POLYGONS, VOLUME),
     "strips": ("a.dae", STRIPS, VOLUME),
@@ -217,17 +193,6 @@ IN_PART = {
     "corners before the first": ("a.obj", relative_obj().replace("-4", "-9"), "line 6 is 'f -9"),
     "no such corner": ("a.obj", obj().replace("f 1", "f 5"), "not in 0 to 3"),
     "a point of two numbers": ("a.obj", obj().replace("v 2.0 ", "v "), "line 2 is 'v 0.0 0.0'"),
-    "glTF cut": ("a.glb", glb()[:-20], "its header states .* bytes, and it has"),
-    "lines of glTF": ("a.glb", changed_glb(mode=1), "primitives that are not triangles"),
-    "a skin of glTF": ("a.glb", changed_glb(skin=0), "has a skin"),
-    "no such mesh in glTF": ("a.glb", changed_glb(mesh=7), "a node shows mesh 7"),
-    "morph targets": ("a.glb", changed_glb(targets=[{}]), "has morph targets"),
-    "sparse": ("a.glb", changed_glb(sparse={"count": 1}), "an accessor that is sparse"),
-    "an extension": (
-        "a.glb",
-        changed_glb(extensionsRequired=["KHR_draco_mesh_compression"]),
-        "has extension KHR_draco_mesh_compression",
-    ),
     "a skin": ("a.dae", collada().replace("</node>", f"{SKIN}</node>"), "a skin or morph"),
     "holes": (
         "a.dae",

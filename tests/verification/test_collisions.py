@@ -543,15 +543,6 @@ def test_finds_every_part_of_mesh_inside_another(order: int, tmp_path: Path) -> 
     assert not pairs(kw.plan(task).report)["tool, shell"].ok
 
 
-@pytest.mark.parametrize(("edge", "factor"), [(3.0, "1000"), (10_000.0, "0.001")])
-def test_warns_of_mesh_in_plausibly_wrong_unit(edge: float, factor: str, tmp_path: Path) -> None:
-    shell_of([(edge, 0, False)], tmp_path / "part.stl")
-    part = {"mesh": str(tmp_path / "part.stl"), "position": [0, 0, 9000]}
-    report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
-    (said,) = report.warnings
-    assert f"it may be in another unit; a scale {factor} times as large makes it" in said.message
-
-
 @pytest.mark.parametrize(
     "scene", [{}, {"objects": {"ball": {"sphere": 0.1, "position": [3, 0, 0]}}}]
 )

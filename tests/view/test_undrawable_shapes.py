@@ -42,7 +42,7 @@ SHAPES = {
     '<mesh filename="good.stl" scale="0 0 0"/>': "none may be 0",
     '<mesh filename="flat.stl"/>': "none of its triangles has an area",
     '<mesh filename="nan.obj"/>': "points that are not finite",
-    '<mesh filename="../outside"/>': "mesh '../outside' leads to",
+    '<mesh filename="../outside"/>': "there is no mesh '../outside'",
 }
 PLACES = {
     '<origin xyz="1 2"/>': "origin has xyz '1 2'; it must be 3 numbers",

@@ -31,7 +31,6 @@ from knotwork.files.export.formats import (
     get_format,
 )
 from knotwork.files.export.labels import side_file, side_path
-from knotwork.files.export.urscript import describe_steps
 from knotwork.files.foreign import is_foreign
 from knotwork.planning import Plan
 from knotwork.verification import Finding, check
@@ -226,13 +225,9 @@ def _content(
         note = source.describe()
     elif form.takes_points(chosen):
         fit = chosen.pop("fit", None)
-        accelerations = None
-        if "accelerations" in form.options:
-            accelerations = chosen.get("accelerations", False)
+        accelerations = chosen.get("accelerations", False)
         source = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
         note = points.describe()
-        if form.name == "urscript":
-            note += f"; {describe_steps(trajectory)}"
         if not points_pass(asked, points, form, allowed):
             return None
     elif form.tabular and asked is not None:

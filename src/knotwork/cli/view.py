@@ -101,7 +101,7 @@ def view(
     TRAJECTORY is any input of `knotwork check`: a trajectory.json, its folder, or another tool's
     CSV, JSON or ROS 2 YAML. The folder of a study, written by `knotwork sweep`, is shown as a
     map: a click on a row shows its motion or why it failed. With --html the map is one file,
-    with as many motions as fit into 8 MB.
+    without the motions.
 
     The page shows the tool's path, coloured by speed, the waypoints with their velocities, the
     rebuilt knots, and failures of the check in red. The page is served on this machine only,
@@ -144,18 +144,12 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
 
     study = Study.open(source)
 
-    def scene(row: int, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        return scene_of(plan(study.scenario(row)), before=before)
-
     def page_of(row: int) -> Page:
-        return scene_page(scene(row))
+        return scene_page(scene_of(plan(study.scenario(row))))
 
     if out is not None:
         command = f"knotwork view {shlex.quote(source)}"
-        page, count = map_page(study, scene, command)
-        moving = sum(verdict in ("passed", "failed") for verdict in study["verdict"])
-        others = "" if count == moving else f"; {command} shows the others"
-        echo(f"wrote {page.save(out)}, with the motions of {count} of {moving} rows{others}")
+        echo(f"wrote {map_page(study, command).save(out)}; {command} shows the motions")
         return PASSED
     return _serve(MapServer(study, page_of, port or 0), study.name, no_open)
 

@@ -121,15 +121,6 @@ class CollisionModel:
         """
         return place_joints(self.joints, np.hstack((q, *(known(time) for known in self.known))))
 
-    def joint_of_frame(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
-        """The joint that carries a moving frame, and the transform of base poses into its axes.
-
-        Args:
-            frame: Frame that carries an object of the scene.
-            time: Time of the poses [s]; by default with the frame's joints at 0.
-        """
-        return joint_of_frame(self.carriers, frame, time)
-
     @property
     def bare_links_note(self) -> str:
         """A sentence on links without collision shapes, or an empty one."""

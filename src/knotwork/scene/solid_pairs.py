@@ -164,25 +164,22 @@ class SolidPairs:
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
 
-        The arguments are those of `clearances`, with one time for all configurations.
+        The arguments are those of `nearest`, with one time for all configurations.
         """
-        return np.array(list(self.clearances(q, np.full(len(q), time), most)))
-
-    def clearances(self, q: FloatArray, time: FloatArray, most: float = 0.0) -> Iterator[float]:
-        """The minimum distance beyond the required margin, one configuration after the other [m].
-
-        Args:
-            q: Joint positions [rad or m], shape (m, d).
-            time: Times [s], shape (m,); bodies that are absent then are ignored.
-            most: Upper bound of the given values [m]. With 0 only the sign
-                is meaningful.
-        """
-        return (gap for gap, _ in self.nearest(q, time, most))
+        return np.array([gap for gap, _ in self.nearest(q, np.full(len(q), time), most)])
 
     def nearest(
         self, q: FloatArray, time: FloatArray, most: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """`clearances`, each with its pair of solids, or -1 if none is nearer."""
+        """The minimum distance beyond the required margin, one configuration after the other [m].
+
+        Each with its pair of solids, or -1 if none is nearer.
+
+        Args:
+            q: Joint positions [rad or m], shape (m, d).
+            time: Times [s], shape (m,); bodies that are absent then are ignored.
+            most: Upper bound of the given values [m]. With 0 only the sign is meaningful.
+        """
         low, high = self.windows[self.pair].T
         is_present = (low <= time[:, None]) & (time[:, None] <= high)
         rotation, origin = self.model.joint_placements(np.asarray(q, dtype=float), time)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from knotwork.verification.brief import (
     worst_failures,
 )
 from knotwork.view.joint_plots import plot_joints
-from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
+from knotwork.view.page import Page, asset, frame, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.scene_data import scene_of
 from knotwork.view.scene_verdict import failures
@@ -27,6 +28,7 @@ from knotwork.view.shown_motion import PlanLike
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NO_ROBOT = (
@@ -60,7 +62,6 @@ def report_page(plan: PlanLike) -> Page:
             plots.append(("The tool over time", plot_tool(plan)))
         scene = scene_page(scene_of(plan), embedded=True, autoplay=False)
     parts = {"style": asset("report.css"), "night": night_colours(), "script": asset("report.js")}
-    parts["limits"] = json_in_html(_limits(plan))
     parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
     text = render_template(
@@ -79,6 +80,7 @@ def report_page(plan: PlanLike) -> Page:
         number=_number,
         vector=_vector,
         groups=_groups(report),
+        gauges=_gauges(plan, [figure for _, figure in plots]),
         plots=[(name, _picture(figure)) for name, figure in plots],
         warnings=warnings,
         source=read_text(scenario.source) if scenario.source is not None else None,
@@ -149,7 +151,7 @@ def _picture(figure: Figure) -> dict[str, str]:
 
     Returns:
         `drawing`, and `axes`, JSON: panels relative to the drawing, from its upper left
-        corner, with their ranges of times and values, and the unit.
+        corner, with their ranges of times and values.
     """
     from markupsafe import Markup
 
@@ -159,25 +161,43 @@ def _picture(figure: Figure) -> dict[str, str]:
         box, (start, end), (low, high) = axis.get_position(), axis.get_xlim(), axis.get_ylim()
         place = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
         span = {"start": float(start), "end": float(end), "low": float(low), "high": float(high)}
-        unit = axis.get_ylabel().partition("[")[2].removesuffix("]")
-        axes.append({**place, **span, "unit": unit})
+        axes.append({**place, **span})
     drawing = inline_svg(figure)
     return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
 
 
-def _limits(plan: PlanLike) -> dict[str, dict[str, dict[str, float]]]:
-    """Finite lower and upper limits by joint and quantity, in the displayed units."""
-    limits: dict[str, dict[str, dict[str, float]]] = {}
-    units = plan.trajectory.joint_units
+def _gauges(plan: PlanLike, figures: Sequence[Figure]) -> dict[str, Any]:
+    """The curves whose values are shown next to the scene, in the displayed units.
+
+    Returns:
+        `joints`: by joint, and quantity with unit, its `curve` and, if finite, its `bounds`;
+        `kinds`: these quantities with units; `tool`: names and units of the other curves.
+    """
+    trajectory, names = plan.trajectory, plan.space.joint_names
+    joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
     for order, quantity in enumerate(DERIVATIVES):
-        lower, upper = plan.space.bounds(quantity)
-        for i, name in enumerate(plan.space.joint_names):
-            unit = units[plan.trajectory.joint_names.index(name)]
-            factor = plan.scenario.units.shown(1.0, rate_unit(unit, order))[0]
-            if np.isfinite([lower[i], upper[i]]).all():
-                bounds = {"low": factor * float(lower[i]), "high": factor * float(upper[i])}
-                limits.setdefault(name, {})[quantity] = bounds
-    return limits
+        for name, *limits in zip(names, *plan.space.bounds(quantity), strict=True):
+            joint_unit = trajectory.joint_units[trajectory.joint_names.index(name)]
+            factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))
+            bounds = factor * np.array(limits)
+            known = np.isfinite(bounds).all()
+            cell = {"curve": f"{name}:{quantity}", "bounds": bounds.tolist() if known else None}
+            joints[name][quantity, unit] = cell
+    kinds = dict.fromkeys(kind for cells in joints.values() for kind in cells)
+    ordered = sorted(kinds, key=lambda kind: DERIVATIVES.index(kind[0]))
+    tool = [
+        (str(line.get_gid()).split(":", 2)[2], _unit(axes))
+        for figure in figures[1:]
+        for axes in figure.axes
+        for line in axes.lines
+        if str(line.get_gid()).startswith("curve:")
+    ]
+    return {"joints": joints, "kinds": ordered, "tool": tool}
+
+
+def _unit(axes: Axes) -> str:
+    """The unit in the label of a panel."""
+    return axes.get_ylabel().partition("[")[2].removesuffix("]")
 
 
 def _vector(values: tuple[float, ...] | None) -> str:

@@ -48,7 +48,7 @@ class LiveServer(PageServer):
         self.routes = {"/": self._page, "/scene": self._newest_scene, "/changes": self._changes}
         self.version = self._robot_version = 0
         self.scene: dict[str, Any] | None = None
-        self._waiting, self._more_state = waiting_page(title).html, more_state
+        self._title, self._more_state = title, more_state
         self._error = ""
         self._busy = False
         self._changed = threading.Condition()
@@ -111,7 +111,7 @@ class LiveServer(PageServer):
         """The page at the start of following."""
         version, scene = self.version, self.scene  # in this order, because a page may be newer
         if scene is None:
-            return "text/html", self._waiting
+            return "text/html", waiting_page(self._title, self._error)
         page = scene_page(scene, live=version, editing=self._editing)
         return "text/html", page.html
 

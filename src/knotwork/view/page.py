@@ -105,10 +105,9 @@ def scene_page(
     return Page(scene["title"], text, tuple(scene["warnings"]))
 
 
-def waiting_page(title: str) -> Page:
-    """Make the page that a `LiveServer` shows until there is a scene."""
-    parts = {"script": asset("scene/live.js"), "style": asset("scene.css")}
-    return Page(title, render_template("waiting.html", parts, title=title))
+def waiting_page(title: str, error: str) -> str:
+    """Make the page that a `LiveServer` shows until there is a scene; it loads itself again."""
+    return render_template("waiting.html", {"style": asset("scene.css")}, title=title, error=error)
 
 
 def render_template(template: str, parts: Mapping[str, str], **values: Any) -> str:

@@ -18,6 +18,8 @@ from knotwork.waypoints import FloatArray
 
 DIFFERENCE_SAMPLES = 400
 """Number of samples of the difference."""
+MIN_DIFFERENCE = 1e-3
+"""Smallest height of a curve, in the displayed unit: less is not drawn as a difference."""
 
 
 def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
@@ -38,18 +40,18 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     view = _common_view(scenes)
     pages = [scene_page({**scene, **view}, embedded=True, autoplay=False) for scene in scenes]
     parts = {"style": asset("beside.css"), "script": asset("beside.js")}
-    parts["json"] = json_in_html(
-        {
-            **_difference(plans),
-            "names": list(names),
-            "broken": [scene["strip"]["broken"] for scene in scenes],
-        }
-    )
+    difference = _difference(plans)
+    parts["json"] = json_in_html(difference)
     for key, page, name in zip(("first", "second"), pages, names, strict=True):
         parts[key] = frame(page.html, height="100%", name=name)
     title = " and ".join(names)
     text = render_template(
-        "beside.html", parts, title=title, shown=list(zip(names, scenes, strict=True))
+        "beside.html",
+        parts,
+        title=title,
+        shown=list(zip(names, scenes, strict=True)),
+        duration=difference["duration"],
+        curves=[_drawn(difference["time"], **curve) for curve in difference["curves"]],
     )
     warnings = dict.fromkeys(line for page in pages for line in page.warnings)
     return Page(title, text, tuple(warnings))
@@ -105,6 +107,17 @@ def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
             for name, factor, unit, value in shown
         ],
     }
+
+
+def _drawn(time: list[float], name: str, unit: str, value: list[float]) -> dict[str, str]:
+    """A curve for the template: its maximum, and its points in a box of width 1 and height 2."""
+    most = max(value)
+    scale = max(most, MIN_DIFFERENCE)
+    points = (
+        f"{t / time[-1]:.5f},{2.0 - 2.0 * y / scale:.4f}" for t, y in zip(time, value, strict=True)
+    )
+    at = f"{time[value.index(most)]:.2f}"
+    return {"name": name, "unit": unit, "points": " ".join(points), "most": f"{most:.3g}", "at": at}
 
 
 def _sample(

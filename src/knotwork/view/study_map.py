@@ -6,16 +6,15 @@ It is served, or one file.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from knotwork.errors import InputError, KnotworkError
-from knotwork.view.page import Page, asset, json_in_html, render_template, scene_page
+from knotwork.errors import InputError
+from knotwork.view.page import Page, asset, json_in_html, render_template
 from knotwork.view.page_server import Answer, PageServer, Query
-from knotwork.view.scene_data import ROBOT_PARTS
 from knotwork.view.style import printable, rounded_text, shorten_names
 
 CACHED_PAGES = 16
@@ -24,10 +23,6 @@ PASSED_ROW = "passed"
 PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
 # Reasons, most frequent first; distinct in lightness, too. Further ones share one colour.
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
-MAX_MAP_BYTES = 8_000_000
-"""Largest size of the motions in a map as one file, to be sent by mail."""
-
-_SceneOf = Callable[[int, Mapping[str, Any] | None], dict[str, Any]]
 
 
 class MapServer(PageServer):
@@ -58,40 +53,18 @@ class MapServer(PageServer):
             return "text/plain", str(error)
 
 
-def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
-    """The map as one file, with the first motions that fit, and their number.
+def map_page(study: Any, command: str) -> Page:
+    """The map as one file, without motions.
 
     Args:
         study: A `knotwork.Study`.
-        scene_of: Plans a row, and gives its scene; its argument is the previous scene.
-        command: Command that shows the others.
+        command: Command that serves the map with its motions.
     """
-    first: dict[str, Any] | None = None
-    page, motions, size = "", dict[int, str](), 0
-    for row, verdict in zip(study["row"], study["verdict"], strict=True):
-        if verdict not in ("passed", "failed"):
-            continue
-        try:
-            scene = scene_of(row, first)
-        except KnotworkError:  # of a robot that no longer exists
-            continue
-        if first is None:
-            first, page = scene, scene_page(scene).html
-            size = len(page)
-        elif any(scene[name] is not first[name] for name in ROBOT_PARTS):  # of another robot
-            continue
-        moving = {name: part for name, part in scene.items() if name not in ROBOT_PARTS}
-        text = scene_page(moving, scripts=False).html
-        size += len(text)
-        if size > MAX_MAP_BYTES:
-            break
-        motions[row] = text
-    more = {"command": command, "motions": motions, "page": page if motions else ""}
-    return Page(study.name, _map(study, more)), len(motions)
+    return Page(study.name, _map(study, command))
 
 
-def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
-    """The page of the map; `more` for a file."""
+def _map(study: Any, command: str = "") -> str:
+    """The page of the map; a file names the command that shows the motions."""
     pairs = zip(study["verdict"], study["reason"], strict=True)
     kinds = [verdict if verdict == PASSED_ROW else reason for verdict, reason in pairs]
     grid = len(study.together) != 1  # otherwise values vary together, like random samples
@@ -111,11 +84,11 @@ def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
             for name, values in figures.items()
             if any(value is not None for value in values)
         },
-        **(more or {}),
+        "command": command,
     }
     parts = {"style": asset("map.css"), "script": asset("map.js"), "json": json_in_html(data)}
     counts = {"passed": study.passed, "rows": len(study)}
-    return render_template("map.html", parts, title=study.name, in_file=more is not None, **counts)
+    return render_template("map.html", parts, title=study.name, in_file=bool(command), **counts)
 
 
 def _palette(kinds: list[str]) -> dict[str, str]:

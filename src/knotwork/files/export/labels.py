@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory import Event, JointTrajectory
+from knotwork.errors import ExportError
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.files.storage import to_json
 from knotwork.waypoints import FloatArray
 
@@ -66,3 +68,12 @@ def side_path(path: Path) -> Path:
 def one_ascii_line(name: str) -> str:
     """A name in one line of ASCII: text after a line break would be a part of a program."""
     return ascii(name)[1:-1]
+
+
+def unsupported_event(event: Event, maker: str, known: str) -> ExportError:
+    """The error for an event that a maker's controller can't switch, with what is accepted."""
+    return ExportError(
+        f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
+        f"{maker} can't switch it; accepted: on and off, with {known}; or --without-events",
+        time=event.time,
+    )

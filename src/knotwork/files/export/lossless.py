@@ -48,8 +48,6 @@ class Points:
         error: Largest error [rad or m], over all joints and all time.
         velocity_error: Largest velocity error [rad/s or m/s].
         acceleration_error: Largest acceleration error [rad/s² or m/s²].
-        acceleration_jump: Largest jump of the acceleration if the motion is fitted by
-            points without accelerations [rad/s² or m/s²]; otherwise 0.
         inserted: Number of points between the knots of the motion.
     """
 
@@ -59,7 +57,6 @@ class Points:
     error: float
     velocity_error: float
     acceleration_error: float
-    acceleration_jump: float
     inserted: int
 
     @property
@@ -72,19 +69,18 @@ class Points:
         points = f"{self.count} points of {POINT_CONTENTS[3 if self.with_acceleration else 2]}"
         if self.exact:
             return f"{points} define the whole motion exactly"
-        smooth = f"C1: acceleration jumps by up to {self.acceleration_jump:.3g} [per s^2]"
         return (
             f"{points}, {self.inserted} of them inserted; off by at most "
             f"{self.error:.3g} in position [rad or m], {self.velocity_error:.3g} in velocity "
             f"[per s] and {self.acceleration_error:.3g} in acceleration [per s^2]; "
-            f"{'C2' if self.with_acceleration else smooth}"
+            f"{'C2' if self.with_acceleration else 'C1: the acceleration jumps'}"
         )
 
 
 def motion_points(
     motion: JointTrajectory | Points,
     *,
-    accelerations: bool | None = False,
+    accelerations: bool = False,
     fit: float | None = None,
 ) -> Points:
     """Take the knots of a motion, or sufficient points for a curve within a tolerance.
@@ -102,20 +98,18 @@ def motion_points(
 
     Args:
         motion: The motion, or points of it, which are returned unchanged.
-        accelerations: Include accelerations, so that receivers use quintics;
-            `None` for receivers without accelerations.
+        accelerations: Include accelerations, so that receivers use quintics.
         fit: Tolerance of the result [rad or m]; by default it must be exact.
 
     Raises:
         ExportError: The knots alone do not define the motion and no tolerance is given. Or no
             number of points defines it, because a quantity in them jumps.
-        InputError: The tolerance is not positive, is below the rounding of the values, or takes
-            more than a million points; or points are given, and other ones are requested.
+        InputError: The tolerance is not positive, or takes more than a million points; or points
+            are given, and other ones are requested.
     """
-    if accelerations is not None:
-        accelerations = flag(accelerations, "accelerations")
+    accelerations = flag(accelerations, "accelerations")
     if isinstance(motion, Points):
-        if motion.with_acceleration != bool(accelerations) or fit is not None:
+        if motion.with_acceleration != accelerations or fit is not None:
             raise InputError("these points have their options already; give the trajectory")
         return motion
     order = 3 if accelerations else 2
@@ -126,21 +120,14 @@ def motion_points(
     if not exact:
         _refuse_jumps(motion, order, tolerance)
         if tolerance is None:
-            raise _lossy(motion, order, times, joined, may_accelerate=accelerations is False)
-        floor = float(_scale(motion).max()) * LOSSLESS
-        if tolerance < floor:
-            raise InputError(
-                f"a fit within {tolerance:g} is below the rounding of the values; at least "
-                f"{floor:.3g} is accepted"
-            )
+            raise _lossy(motion, order, times, joined)
         times, joined = _refine(motion, times, joined, order, tolerance)
     off, slow, slower = (
         float(largest_difference(motion, times, joined, nu).max()) for nu in range(3)
     )
     curve = motion if exact else replace(motion, polynomial=PiecewisePolynomial(joined, times))
-    jump = 0.0 if exact or accelerations else curve.continuity.acceleration.jump
     inserted = int(times.size - motion.breaks.size)
-    return Points(curve, bool(accelerations), exact, off, slow, slower, jump, inserted)
+    return Points(curve, accelerations, exact, off, slow, slower, inserted)
 
 
 def _receiver_pieces(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
@@ -191,14 +178,11 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     jump = getattr(smooth, quantity)
     unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
     unit = rate_unit(unit, smooth.order + 1)
-    instead = (
-        "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
-    )
     raise ExportError(
         f"points of {POINT_CONTENTS[order]} can't define this motion"
         f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
         f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
-        f"one value of it; {instead}",
+        "one value of it; choose another planner, or leave accelerations out",
         joint=jump.joint,
         error=jump.jump,
         time=jump.time,
@@ -206,29 +190,21 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
 
 
 def _lossy(
-    trajectory: JointTrajectory,
-    order: int,
-    times: FloatArray,
-    joined: FloatArray,
-    *,
-    may_accelerate: bool,
+    trajectory: JointTrajectory, order: int, times: FloatArray, joined: FloatArray
 ) -> ExportError:
     """The error for a motion that is not defined by its knots."""
     off = largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
-    jumps = ", and accept that the acceleration jumps" if order == 2 else ""
-    remedies = [f"give a tolerance to fit within, in rad or m (--fit){jumps}"]
-    if may_accelerate and degree <= 5 and trajectory.continuity.order >= 2:
-        remedies.insert(0, "send accelerations too (--accelerations), which makes it exact")
-    remedies.append("choose a planner of cubics")
     planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
     return ExportError(
         f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
         f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
-        f"{times[piece + 1]:.6g} s): {'; or '.join(remedies)}",
+        f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give a tolerance to fit "
+        "within, in rad or m (--fit); or, where the format has them and the planner makes "
+        "quintics, send accelerations too (--accelerations)",
         joint=name,
         error=float(off[piece, joint]),
         time=float(times[piece]),

@@ -24,8 +24,7 @@ import numpy as np
 
 from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError
-from knotwork.errors.plain_text import waypoint_text
-from knotwork.files.export.labels import one_ascii_line
+from knotwork.files.export.labels import one_ascii_line, unsupported_event
 from knotwork.files.export.straight import (
     ARM_AXES,
     AXES_ACCEPTED,
@@ -307,7 +306,7 @@ def _signal(event: Event) -> str:
     """
     name = f"do{event.output}" if event.name.startswith("output ") else event.name
     if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
-        raise _unsupported_event(event, "ABB", "a signal named by letters, digits and _")
+        raise unsupported_event(event, "ABB", "a signal named by letters, digits and _")
     return name
 
 
@@ -319,16 +318,8 @@ def _number(event: Event, maker: str) -> int:
     """
     if not event.output or not isinstance(event.value, bool):
         known = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
-        raise _unsupported_event(event, maker, known)
+        raise unsupported_event(event, maker, known)
     return event.output
-
-
-def _unsupported_event(event: Event, maker: str, known: str) -> ExportError:
-    return ExportError(
-        f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
-        f"{maker} can't switch it; accepted: on and off, with {known}; or --without-events",
-        time=event.time,
-    )
 
 
 def _about(points: Positions, maker: str, further: Mapping[str, str]) -> Iterator[str]:

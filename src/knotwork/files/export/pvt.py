@@ -50,7 +50,7 @@ def to_pvt(
         InputError: A factor or the tolerance is out of range, or a joint is unknown.
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
-    points = motion_points(motion, accelerations=None, fit=fit)
+    points = motion_points(motion, fit=fit)
     trajectory, knots = points.trajectory, points.trajectory.knots
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")

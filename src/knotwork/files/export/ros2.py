@@ -161,21 +161,16 @@ def to_ros2(
 
 def _first_line(curve: JointTrajectory) -> str:
     """Comment on the required state of the arm when a message is sent."""
-    moving = {
-        name: ", ".join(
-            f"{joint} {value:.6g}"
-            for joint, value in zip(curve.joint_names, curve(curve.start_time, order), strict=True)
-            if abs(value) > NEGLIGIBLE_SPEED
-        )
-        for order, name in ((1, "velocity"), (2, "acceleration"))
-    }
-    if not moving["velocity"]:
+    velocity, acceleration = (curve(curve.start_time, order) for order in (1, 2))
+    if np.abs(velocity).max() <= NEGLIGIBLE_SPEED:
         return "# The arm must be at rest at the first point when this is sent."
-    pulled = f" and acceleration ({moving['acceleration']}; per s²)" * bool(moving["acceleration"])
+    state = ", ".join(
+        f"{name} {v:.6g} and {a:.6g}"
+        for name, v, a in zip(curve.joint_names, velocity, acceleration, strict=True)
+    )
     return (
-        f"# The motion begins at a velocity ({moving['velocity']}; rad/s or m/s){pulled}: the "
-        "arm must already move like this at the first point when this is sent, not be at rest "
-        "there."
+        f"# The motion begins at a velocity and acceleration ({state}; per s and s²): the arm must "
+        "already move like this at the first point when this is sent, not be at rest there."
     )
 
 

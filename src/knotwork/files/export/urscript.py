@@ -21,8 +21,7 @@ import numpy as np
 
 from knotwork.curves.trajectory import Event, JointTrajectory, Load
 from knotwork.errors import ExportError
-from knotwork.errors.plain_text import waypoint_text
-from knotwork.files.export.labels import one_ascii_line
+from knotwork.files.export.labels import one_ascii_line, unsupported_event
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.files.export.pvt import increments
 from knotwork.files.export.straight import bound_text, refuse_moving
@@ -167,7 +166,7 @@ def to_urscript(
             those of such an arm; it does not start and end at rest; or a signal is not an output.
         InputError: The tolerance is out of range.
     """
-    points = motion_points(motion, accelerations=None, fit=fit)
+    points = motion_points(motion, fit=fit)
     trajectory = points.trajectory
     order = _joint_order(trajectory)
     refuse_moving(trajectory)
@@ -264,14 +263,9 @@ def _switch(event: Event) -> str:
     """The command that switches an output, with a comment on it."""
     n = event.output
     if n is None or n >= len(UR_OUTPUTS):
-        known = f"output {n}" if n is not None else f"signal {event.name!r}"
         numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
-        raise ExportError(
-            f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a controller of "
-            f"Universal Robots has no {known}; accepted: on and off, with the number of a digital "
-            f"output, {numbers}, given by outputs: {{{event.name}: number}}; or --without-events",
-            time=event.time,
-        )
+        known = f"the number of a digital output, {numbers}, given by outputs: {{{event.name}: n}}"
+        raise unsupported_event(event, "Universal Robots", known)
     kind, number = UR_OUTPUTS[n]
     text, waypoint = one_ascii_line(event.text), one_ascii_line(event.waypoint)
     words = f"{text}, {event.time:.3f} s, waypoint {waypoint}"

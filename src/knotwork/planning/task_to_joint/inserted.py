@@ -126,9 +126,8 @@ def _insert_waypoints(
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
-    from knotwork.robot.kinematics.following.insertion import with_waypoints_inserted
+    from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
-    from knotwork.robot.kinematics.following.path_proof import PathTolerance
 
     tolerances = scenario.si.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)

@@ -123,39 +123,18 @@ function choose(i) {
   byId("why").hidden = !data.message[i];
   byId("why").textContent = data.message[i];
   draw();
-  // Until the motion of this row is there, none is shown: that of another row has another verdict.
-  byId("motion").classList.add("awaited");
-  if (data.command) inFile(i, moves, words);
-  else served(i, moves, words);
-}
-
-function served(i, moves, words) {
   const frame = byId("motion");
-  byId("row").textContent = moves ? `${words} · its motion is being planned …` : words;
+  // Until the motion of this row is there, none is shown: that of another row has another verdict.
+  frame.classList.add("awaited");
+  frame.hidden = !moves || Boolean(data.command);
+  byId("row").textContent = words + (!moves ? "" : data.command ? ` · its motion is shown by: ${data.command}` : " · its motion is being planned …");
+  if (data.command) return;
   frame.onload = () => {
     if (chosen !== i || !frame.contentDocument?.URL.endsWith(`motion?row=${data.row[i]}`)) return;
     byId("row").textContent = words;
     frame.classList.remove("awaited");
   };
-  frame.hidden = !moves;
   frame.src = moves ? `motion?row=${data.row[i]}` : "about:blank";
-}
-
-// A map without a server has some motions, or none: one page shows them all.
-function inFile(i, moves, words) {
-  const motion = data.motions[data.row[i]];
-  byId("row").textContent = motion || !moves ? words : `${words} · its motion is not in this file; it is shown by: ${data.command}`;
-  const frame = byId("motion");
-  frame.hidden = !motion;
-  if (!motion) return;
-  if (!frame.srcdoc) frame.srcdoc = data.page;
-  const show = () => {
-    if (chosen !== i) return;
-    if (frame.contentDocument?.documentElement?.dataset.ready !== "true") return setTimeout(show, 100);
-    frame.contentWindow.knotwork.renew(motion);
-    frame.classList.remove("awaited");
-  };
-  show();
 }
 
 byId("map").addEventListener("click", (event) => {
@@ -168,30 +147,12 @@ byId("map").addEventListener("click", (event) => {
   if (near >= 0 && away(near) < (cells ? 0.75 : 2)) choose(near);
 });
 byId("map").addEventListener("keydown", (event) => {
-  const way = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-  if (!way) return;
+  const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+  if (!step) return;
   event.preventDefault();
-  const { place } = layout();
-  if (chosen < 0) return choose(0);
-  const from = place(chosen);
-  const cost = (i) => {
-    const [dx, dy] = place(i).map((one, k) => one - from[k]);
-    const along = dx * way[0] + dy * way[1];
-    return along > 1 ? along + 4 * Math.abs(dx * way[1] + dy * way[0]) : Infinity;
-  };
-  const next = data.row.reduce((best, _, i) => (cost(i) < cost(best) ? i : best), chosen);
-  if (next !== chosen) choose(next);
+  choose((chosen + step + data.row.length) % data.row.length);
 });
-// One variable has one axis: where it is chosen for both, they change places.
-const AXES = ["across", "up"];
-let before = AXES.map((id) => byId(id).value);
-for (const [k, id] of AXES.entries()) {
-  byId(id).addEventListener("change", () => {
-    if (byId(id).value === before[1 - k]) byId(AXES[1 - k]).value = before[k];
-    before = AXES.map((one) => byId(one).value);
-  });
-}
-for (const id of [...AXES, "colour"]) byId(id).addEventListener("change", draw);
+for (const id of ["across", "up", "colour"]) byId(id).addEventListener("change", draw);
 window.addEventListener("resize", draw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 draw();

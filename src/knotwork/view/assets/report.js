@@ -45,7 +45,7 @@ class Panel {
     if (!this.read) {
       this.read = [...this.group.querySelectorAll('[data-part^="curve:"]')].map((part) => {
         const points = [...(part.querySelector("path")?.getAttribute("d") ?? "").matchAll(/([ML]) ([-\d.e]+) ([-\d.e]+)/g)];
-        return { name: part.dataset.part.split(":").slice(2), starts: points.map((one) => one[1] === "M"),
+        return { name: part.dataset.part.split(":").slice(2).join(":"), starts: points.map((one) => one[1] === "M"),
           x: points.map((one) => Number(one[2])), y: points.map((one) => Number(one[3])) };
       });
     }
@@ -122,77 +122,24 @@ const panels = [...document.querySelectorAll(".plot")].flatMap((plot) => {
 });
 if (panels.length) AXES.whole = [Math.min(...panels.map(({ start }) => start)), Math.max(...panels.map(({ end }) => end))];
 
-// The values at a time: joints in a table with their limits, the rest in a list
-const limits = JSON.parse(document.getElementById("limits")?.textContent ?? "{}");
-const cells = panels.flatMap((panel) => panel.curves.map((curve) => {
-  const [what, quantity] = curve.name;
-  const { cell, low, high, value } = { ...limits[what]?.[quantity ?? ""], cell: null, value: null };
-  return { panel, curve, joint: quantity ? what : null, what: quantity ?? what, low, high, cell, value };
-}));
-
-function readout() {
-  const table = document.querySelector("#values");
-  if (!table) return;
-  const joints = [...new Set(cells.filter(({ joint }) => joint).map(({ joint }) => joint))];
-  const element = (name, className, text = "") => Object.assign(document.createElement(name), { className, textContent: text });
-  const gauge = (one) => {
-    const cell = element("td", "number");
-    one.value = element("span", "value");
-    cell.append(one.value);
-    if (Number.isFinite(one.low) && Number.isFinite(one.high)) {
-      one.bar = element("span", one.what === "position" ? "gauge place" : "gauge");
-      one.bar.title = `${short(one.low)} to ${short(one.high)}`;
-      one.mark = element("i", "now");
-      one.bar.append(one.mark);
-      if (one.what !== "position") {
-        const most = Math.max(...one.curve.y.map((y) => Math.abs(one.panel.level(y))));
-        const peak = element("i", "peak");
-        peak.style.left = `${Math.min(100, (100 * most) / Math.max(one.high, -one.low))}%`;
-        peak.title = `at most ${short(most)}`;
-        one.bar.append(peak);
-      }
-      cell.append(one.bar);
-    }
-    return cell;
-  };
-  const kinds = [...new Set(cells.filter(({ joint }) => joint).map(({ what, panel }) => `${what}\n${panel.unit}`))];
-  const head = element("tr", "");
-  head.append(element("td", ""), ...kinds.map((one) => {
-    const [what, unit] = one.split("\n");
-    const cell = element("th", "number", what);
-    cell.append(element("span", "unit", ` [${unit}]`));
-    return cell;
-  }));
-  table.querySelector("thead").replaceChildren(head);
-  table.querySelector("tbody").replaceChildren(...joints.map((joint) => {
-    const row = element("tr", "");
-    const name = element("th", "", joint);
-    name.scope = "row";
-    row.append(name, ...kinds.map((kind) => {
-      const one = cells.find((cell) => cell.joint === joint && `${cell.what}\n${cell.panel.unit}` === kind);
-      return one ? gauge(one) : element("td", "");
-    }));
-    return row;
-  }));
-  document.querySelector("#tool-values").replaceChildren(...cells.filter(({ joint }) => !joint).map((one) => {
-    const row = element("span", "");
-    one.value = element("b", "value");
-    row.append(`${one.what} `, one.value, ` ${one.panel.unit}`);
-    return row;
-  }));
-}
+// The values at a time, and gauges of joints between their limits
+const curves = new Map(panels.flatMap((panel) => panel.curves.map((curve) => [curve.name, { panel, curve }])));
+const cells = [...document.querySelectorAll("[data-curve]")].filter(({ dataset }) => curves.has(dataset.curve));
 
 function showValues(time) {
-  for (const one of cells) {
-    if (!one.value) continue;
-    const value = one.panel.value(one.curve, time);
-    one.value.textContent = value === null ? "–" : short(Math.abs(value) < 1e-3 * (one.panel.high - one.panel.low) ? 0 : value);
-    if (!one.bar) continue;
-    const share = one.what === "position" ? (value - one.low) / (one.high - one.low) : Math.abs(value) / (value < 0 ? -one.low : one.high);
-    one.mark.style[one.what === "position" ? "left" : "width"] = `${100 * Math.min(Math.max(share, 0), 1)}%`;
-    const near = one.what === "position" ? Math.abs(2 * share - 1) : share;
-    one.bar.classList.toggle("near", near > 0.9 && near <= 1.001);
-    one.bar.classList.toggle("beyond", near > 1.001);
+  for (const cell of cells) {
+    const { panel, curve } = curves.get(cell.dataset.curve);
+    const value = panel.value(curve, time);
+    cell.textContent = value === null ? "–" : short(Math.abs(value) < 1e-3 * (panel.high - panel.low) ? 0 : value);
+    const gauge = cell.nextElementSibling;
+    if (!gauge) continue;
+    const [low, high] = [Number(gauge.dataset.low), Number(gauge.dataset.high)];
+    const place = gauge.classList.contains("place");
+    const share = place ? (value - low) / (high - low) : Math.abs(value) / (value < 0 ? -low : high);
+    gauge.firstElementChild.style[place ? "left" : "width"] = `${100 * Math.min(Math.max(share, 0), 1)}%`;
+    const near = place ? Math.abs(2 * share - 1) : share;
+    gauge.classList.toggle("near", near > 0.9 && near <= 1.001);
+    gauge.classList.toggle("beyond", near > 1.001);
   }
 }
 
@@ -276,7 +223,6 @@ for (const button of document.querySelectorAll("[data-at]")) {
     if (scene) scene.scrollIntoView({ behavior: calm.matches ? "auto" : "smooth", block: "nearest" });
   });
 }
-readout();
 showTime(clock.time);
 // What is wider than its place is scrolled by keys, too.
 function reach() {

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import joint_axes, kept_with
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -134,8 +134,6 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)
-    if at_only_turn(robot, q):
-        return clip(q, (lower, upper))[None]
     centre = middle((lower, upper)).tolist()
     joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
     for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
@@ -153,24 +151,6 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     while math.prod(map(len, choices)) > MAX_TURNS:
         max(choices, key=len).pop()
     return np.array(list(itertools.product(*map(sorted, choices)))).reshape(-1, len(q))
-
-
-def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
-    """Whether configurations (n, d) are inside the limits, if no other turn fits, shape (n,).
-
-    For most arms no other turn fits: no revolute joint has a range of a whole turn.
-    """
-    lower, upper = limits_of(robot)
-    inside = ((lower - LIMIT_TOLERANCE <= q) & (q <= upper + LIMIT_TOLERANCE)).all(axis=-1)
-    return np.asarray(inside & (not _has_turns(robot)))
-
-
-@kept_with
-def _has_turns(robot: Robot) -> bool:
-    """Whether a joint with limits can be at one angle in several turns."""
-    lower, upper = limits_of(robot)
-    room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
-    return bool((joint_axes(robot).revolute & (room + 2.0 * LIMIT_TOLERANCE >= FULL_TURN)).any())
 
 
 def spread_starts(

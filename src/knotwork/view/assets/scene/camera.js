@@ -20,7 +20,6 @@ class Camera {
     this.viewer = viewer;
     this.name = "whole arm";
     this.touched = false; // turned by hand: then the camera stays
-    this.handle = null; // where it is and how far it reaches, in parts of the distance from the camera: it is kept in view
     viewer.controls.addEventListener("start", () => {
       this.touched = true;
       this.mark();
@@ -48,24 +47,17 @@ class Camera {
     this.mark();
   }
 
-  // A handle is to be taken hold of: where it is off the pane or under a panel, the view follows.
-  hold(handle) {
-    this.handle = handle;
-    if (!handle || this.free(handle)) return;
-    if (this.touched) this.near(handle.position, Infinity);
-    else this.look();
-  }
-
-  free({ position, reach }) {
+  // Looks at a point with arrows of a length, in parts of its distance from the camera, if one is off the pane or covered.
+  reveal(point, reach) {
     const { camera } = this.viewer;
     const pane = paneBox();
     camera.updateMatrixWorld();
-    const { x, y } = world(position).project(camera);
+    const { x, y } = world(point).project(camera);
     const wide = (reach * pane.height) / (2 * Math.tan((camera.fov / 2) * (Math.PI / 180))); // [pixels]
     const [left, top] = [((x + 1) / 2) * pane.width - wide, ((1 - y) / 2) * pane.height - wide];
     const box = [left, top, left + 2 * wide, top + 2 * wide];
     const inside = left >= 0 && top >= 0 && box[2] <= pane.width && box[3] <= pane.height;
-    return inside && !panels(pane).some((one) => overlap(one, box));
+    if (!inside || panels(pane).some((one) => overlap(one, box))) this.near(point, Infinity);
   }
 
   // Look at a point from the same side, from near; it is in the middle of what panels leave free.
@@ -96,7 +88,6 @@ class Camera {
     const pane = paneBox();
     if (!this.touched) return this.look();
     this.viewer.set_3d_pane_size(pane.width, pane.height);
-    this.hold(this.handle);
   }
 
   // Panels stand above the bar, however many rows it has.
@@ -131,18 +122,11 @@ class Camera {
     const up = towards.clone().cross(right);
     const middle = view.points.map(world).reduce((sum, p) => sum.add(p), new THREE.Vector3());
     middle.divideScalar(view.points.length);
-    const across = (point) => {
+    const points = view.points.map((point) => {
       const p = world(point).sub(middle);
       return [p.dot(right), p.dot(up), p.dot(towards)];
-    };
-    const points = view.points.map(across);
-    const place = (more) => nearest([...points, ...more], panels(pane), pane, camera.fov);
-    let { distance, at } = place([]);
-    if (this.handle) { // it is as large on the screen wherever it is
-      const [x, y, z] = across(this.handle.position);
-      const far = this.handle.reach * (distance - z);
-      ({ distance, at } = place([[x - far, y, z], [x + far, y, z], [x, y - far, z], [x, y + far, z]]));
-    }
+    });
+    const { distance, at } = nearest(points, panels(pane), pane, camera.fov);
     const target = middle.addScaledVector(right, at[0]).addScaledVector(up, at[1]);
     camera.position.copy(target).addScaledVector(towards, distance);
     viewer.controls.target.copy(target);

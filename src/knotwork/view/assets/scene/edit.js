@@ -215,8 +215,7 @@ class Editing {
     if (!at) {
       this.part = null;
       this.gizmo.choose(null);
-      this.fill();
-      return this.hold();
+      return this.fill();
     }
     const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
     this.part = at.slice(0, size);
@@ -229,7 +228,7 @@ class Editing {
   // What is held is in view, beside the panels.
   hold() {
     const { held, hand } = this.gizmo;
-    if (!hand) this.stage.camera.hold(held && { position: held.position, reach: this.gizmo.reach() });
+    if (held && !hand) this.stage.camera.reveal(held.position, this.gizmo.reach());
   }
 
   fill() {
@@ -319,7 +318,6 @@ class Jog {
     this.editing.stage.viewer.delete_path(["Jogged"]);
     Object.assign(this, { arm: null, handle: null });
     this.editing.show(this.editing.draft.handles);
-    this.editing.hold();
   }
 
   // The arm is drawn anew with each scene.

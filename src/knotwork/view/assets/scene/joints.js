@@ -10,19 +10,8 @@ class Joints {
   }
 
   set(data) {
-    const list = byId("joint-rows");
-    list.replaceChildren();
-    this.rows = data.joint_panel.map(({ name, unit, factor, low, high }) => {
-      const [row, word, bar, mark, value] = ["div", "span", "span", "i", "span"].map((kind) => document.createElement(kind));
-      Object.assign(word, { className: "name", textContent: name, title: name });
-      const text = (limit) => (limit === null ? "no limit" : `${limit.toFixed(DIGITS[unit] ?? 3)} ${unit}`);
-      Object.assign(bar, { className: "bar", title: `${text(low)} to ${text(high)}` });
-      value.className = "value";
-      bar.append(mark);
-      row.append(word, bar, value);
-      list.append(row);
-      return { row, mark, value, unit, factor, low, high };
-    });
+    this.panel = data.joint_panel;
+    this.rows = [...byId("joint-rows").children];
     this.positions = floats(data.arm.position);
     this.joints = data.joints.length; // what moves by itself comes after the robot
     this.first = data.first_joint; // and what carries its base frame comes before
@@ -33,14 +22,13 @@ class Joints {
     const frame = this.player.frame();
     if (frame === this.frame || !byId("joints").open) return;
     this.frame = frame;
-    this.rows.forEach(({ row, mark, value, unit, factor, low, high }, i) => {
+    this.panel.forEach(({ unit, factor, low, high }, i) => {
+      const row = this.rows[i];
       const now = factor * this.positions[frame * this.joints + this.first + i];
-      value.textContent = `${now.toFixed(DIGITS[unit] ?? 3)} ${unit === "deg" ? "°" : unit}`;
-      const bounded = low !== null && high !== null && high > low;
-      row.classList.toggle("unbounded", !bounded);
-      if (!bounded) return;
+      row.querySelector(".value").textContent = `${now.toFixed(DIGITS[unit] ?? 3)} ${unit === "deg" ? "°" : unit}`;
+      if (row.className === "unbounded") return;
       const share = (now - low) / (high - low);
-      mark.style.left = `${100 * Math.min(Math.max(share, 0), 1)}%`;
+      row.querySelector("i").style.left = `${100 * Math.min(Math.max(share, 0), 1)}%`;
       const wide = Math.max(Math.abs(low), Math.abs(high));
       row.classList.toggle("beyond", now < low - 1e-6 * wide || now > high + 1e-6 * wide);
       row.classList.toggle("near", share < 0.1 || share > 0.9);

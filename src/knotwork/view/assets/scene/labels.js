@@ -17,14 +17,11 @@ const FAR = 100;
 // Largest number of failures that have labels at once: those nearest to the time shown, within a part of the motion.
 const MISSES = 3;
 const SOON = 0.12;
-const EDGES = 13; // of a label beside its words, and a pixel [pixels]
 const GRID = 24; // between further places [pixels]
 
 // Area that two boxes [left, top, right, bottom] have in common
-function overlap(a, b) {
-  const [width, height] = [0, 1].map((i) => Math.max(Math.min(a[i + 2], b[i + 2]) - Math.max(a[i], b[i]), 0));
-  return width * height;
-}
+const overlap = (a, b) =>
+  Math.max(Math.min(a[2], b[2]) - Math.max(a[0], b[0]), 0) * Math.max(Math.min(a[3], b[3]) - Math.max(a[1], b[1]), 0);
 
 // Boxes of a size, all over the pane
 function spread(pane, width, height) {
@@ -112,18 +109,6 @@ class Labels {
     for (const id of ["labels", "leaders"]) byId(id).style.display = on ? "" : "none";
   }
 
-  // Makes boxes of several lines as narrow as their words.
-  fit() {
-    const boxes = this.labels.filter(({ kind }) => kind === "miss").map(({ box }) => box);
-    for (const box of boxes) box.style.width = "";
-    const words = document.createRange();
-    const widths = boxes.map((box) => {
-      words.selectNodeContents(box);
-      return words.getBoundingClientRect().width;
-    });
-    boxes.forEach((box, i) => (box.style.width = `${Math.ceil(widths[i]) + EDGES}px`));
-  }
-
   // Failures near the time shown [s], of a motion of so long
   near(time, duration, pane) {
     const misses = this.labels.filter((label) => label.kind === "miss");
@@ -147,10 +132,7 @@ class Labels {
     if (view === this.view && !this.again) return;
     this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
-    if (!this.view.startsWith(`${size},`)) {
-      for (const label of this.labels) label.at = -1;
-      this.fit();
-    }
+    if (!this.view.startsWith(`${size},`)) for (const label of this.labels) label.at = -1;
     this.view = view;
     for (const label of this.labels) {
       const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
@@ -174,38 +156,29 @@ class Labels {
 
   placeOne(label, taken, pane, shown, far) {
     const { box, line, x, y, width, height } = label;
-    const near = (choice) => choice >= 0 && Math.hypot(...PLACES[choice]) <= far;
     const miss = label.kind === "miss";
+    const near = (choice) => choice >= 0 && Math.hypot(...PLACES[choice]) <= far;
     const last = miss ? [] : [label.at]; // a time sought is seen as when it is opened
     const choices = label.visible && shown ? [...last, ...PLACES.keys()].filter(near) : [];
-    const boxAt = (choice) => {
+    const inside = (value, most) => Math.max(Math.min(value, most - 2), 2);
+    const boxes = choices.map((choice) => {
       const [dx, dy] = PLACES[choice];
-      const left = x + dx - (dx < 0 ? width : 0);
-      return [left, y + dy - height / 2, left + width, y + dy + height / 2];
-    };
-    const moved = (choice) => { // into the pane
-      const [left, top] = boxAt(choice);
-      const [x0, y0] = [[left, pane.width - width], [top, pane.height - height]]
-        .map(([value, most]) => Math.max(Math.min(value, most - 2), 2));
-      return [x0, y0, x0 + width, y0 + height];
-    };
-    const free = (at) =>
-      at[0] >= 2 && at[1] >= 2 && at[2] <= pane.width - 2 && at[3] <= pane.height - 2 &&
-      taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
-    const onArm = (at) => this.arm.filter((part) => touches(part, at)).length;
-    let choice = choices.find((one) => (miss ? free(moved(one)) && !onArm(moved(one)) : free(boxAt(one))));
-    let at = choice === undefined ? null : moved(choice);
-    // A failure has its label even without a free place near it: further off, or where it covers the least.
-    if (!at && shown && (miss || label === this.called) && label.visible) {
-      const boxes = [...choices.map(moved), ...spread(pane, width, height)];
-      const covered = (one) => taken.reduce((sum, t) => sum + overlap(one, t), 0);
-      const least = Math.min(...boxes.map(covered));
-      const away = (one) => Math.hypot((one[0] + one[2]) / 2 - x, (one[1] + one[3]) / 2 - y);
-      const costs = boxes.map((one) => (covered(one) > least ? Infinity : away(one) + 100 * onArm(one)));
-      const best = costs.indexOf(Math.min(...costs));
-      [choice, at] = [choices[best] ?? 0, boxes[best]];
+      const left = inside(x + dx - (dx < 0 ? width : 0), pane.width - width);
+      const top = inside(y + dy - height / 2, pane.height - height);
+      return [left, top, left + width, top + height];
+    });
+    const onArm = (box) => (miss ? this.arm.filter((part) => touches(part, box)).length : 0);
+    const choice = boxes.findIndex((box) => !taken.some((one) => overlap(one, box)) && !onArm(box));
+    let at = boxes[choice];
+    // A failure has its label even without a free place near it: where it covers the least, as near as possible.
+    if (!at && boxes.length && (miss || label === this.called)) {
+      const covered = (box) => taken.reduce((sum, one) => sum + overlap(one, box), 0);
+      const away = (box) => Math.hypot((box[0] + box[2]) / 2 - x, (box[1] + box[3]) / 2 - y);
+      const cost = (box) => 1000 * covered(box) + 100 * onArm(box) + away(box);
+      const costs = new Map([...boxes, ...spread(pane, width, height)].map((box) => [cost(box), box]));
+      at = costs.get(Math.min(...costs.keys()));
     }
-    label.at = choice ?? -1;
+    label.at = at ? choices[Math.max(choice, 0)] : -1;
     box.style.visibility = line.style.visibility = at ? "visible" : "hidden";
     if (!at) return;
     taken.push([at[0] - 2, at[1] - 1, at[2] + 2, at[3] + 1]);

@@ -34,7 +34,7 @@ function renew(stage, text) {
   const { joints, shapes } = stage.data;
   const data = { joints, shapes, ...JSON.parse(page.getElementById("data").textContent) };
   document.title = page.title;
-  for (const id of ["head", "legend"]) {
+  for (const id of ["head", "legend", "joints"]) {
     const [old, made] = [byId(id), page.getElementById(id)];
     if (old && made) {
       made.open = old.open;
@@ -43,15 +43,4 @@ function renew(stage, text) {
     else if (made) byId("shown").before(made);
   }
   stage.show(data);
-}
-
-// Before there is a motion: the page is loaded again when there is one.
-function awaitFirst() {
-  const changes = new EventSource("changes" + location.search);
-  changes.onmessage = (event) => {
-    const state = JSON.parse(event.data);
-    if (state.version > 0) location.reload();
-    byId("live").className = state.error ? "wrong panel" : "panel";
-    byId("live").textContent = state.error ? `${state.error}. This page goes on when that is mended in the file.` : "planning …";
-  };
 }

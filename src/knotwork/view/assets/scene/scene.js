@@ -172,19 +172,12 @@ class Switches {
   set(data, labels) {
     const list = byId("switches");
     list.replaceChildren();
-    const show = (path) => (on) => this.viewer.set_property(path, "visible", on);
-    const rows = { labels: (on) => labels.show(on) };
+    this.add("labels", (on) => labels.show(on), true);
+    const named = new Map(); // paths of things, by name
+    data.things.forEach((thing, number) => named.set(thing.name, [...(named.get(thing.name) ?? []), thingPath(data, thing, number)]));
+    named.delete("tool");
     const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
-    data.things.forEach((thing, number) => {
-      if (thing.name === "tool") return;
-      const before = rows[thing.name];
-      const own = show(thingPath(data, thing, number));
-      rows[thing.name] = (on) => {
-        if (before) before(on);
-        own(on);
-      };
-    });
-    for (const [name, change] of Object.entries(rows)) this.add(name, change, !hidden.has(name));
+    for (const [name, paths] of named) this.add(name, (on) => paths.forEach((path) => this.viewer.set_property(path, "visible", on)), !hidden.has(name));
   }
 
   add(name, change, first) {

@@ -50,25 +50,16 @@ function paint({ mesh, lit, around }) {
 }
 
 // The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
-// What stands there already from the scene before, if any, is changed where it is another.
+// They take the place of those of the scene before, if any.
 function addMarks(viewer, data, before) {
-  const placed = (scene) => scene.things.map((thing, number) => [thingPath(scene, thing, number).join("\n"), thing]);
-  const old = new Map(before ? placed(before) : []);
-  for (const [path, thing] of placed(data)) {
-    const { mesh, lit } = thing;
-    const last = old.get(path);
-    old.delete(path);
-    thing.object = last?.object ?? new THREE.Mesh();
-    thing.object.visible = true;
-    if (!last) viewer.set_object(path.split("\n"), new THREE.Group().add(thing.object));
-    else if (lit === last.lit && Object.keys(mesh).every((key) => String(mesh[key]) === String(last.mesh[key]))) continue;
+  (before?.things ?? []).forEach((thing, number) => {
     thing.object.geometry.dispose();
-    Object.assign(thing.object, { geometry: geometry(mesh), material: paint(thing) });
-  }
-  for (const [path, thing] of old) {
-    thing.object.geometry.dispose();
-    viewer.delete_path(path.split("\n"));
-  }
+    viewer.delete_path(thingPath(before, thing, number));
+  });
+  data.things.forEach((thing, number) => {
+    thing.object = new THREE.Mesh(geometry(thing.mesh), paint(thing));
+    viewer.set_object(thingPath(data, thing, number), new THREE.Group().add(thing.object));
+  });
 }
 
 // Where the scene holds a thing; one with a carrier moves with that joint.
