@@ -95,7 +95,7 @@ def test_rule_after_colon_has_own_row() -> None:
     names = ["modified-hermite:paper", "modified-hermite:balanced", "quintic", "quintic:estimated"]
     rows = {row.planner: row for row in compare("ur5_deburring", names).scores}
     assert list(rows) == names
-    balanced = kw.plan("ur5_deburring", knots="balanced").trajectory
+    balanced = kw.plan("ur5_deburring", planner="modified-hermite:balanced").trajectory
     assert rows["modified-hermite:balanced"].peak_acceleration.value == pytest.approx(
         balanced.extrema(2).peak.max(), rel=1e-12
     )
@@ -201,21 +201,10 @@ class TestPresets:
 
 
 class TestOverriddenPlanner:
-    def test_knots_together_with_a_rule_of_knots_are_an_error(self) -> None:
-        for knots in ([0, 1], "paper", "balanced", 0.3):
-            with pytest.raises(
-                InputError, match=r"paper_case: knots: given together with .*:balanced"
-            ):
-                kw.plan("paper_case", planner="modified-hermite:balanced", knots=knots)
-
     def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:
         plan = kw.plan("ur5_deburring", planner="cubic")
         assert plan.left_out == ("end_acceleration",)
         assert kw.plan("ur5_deburring").left_out == ()
-
-    def test_but_not_what_is_asked_for_along_with_it(self) -> None:
-        with pytest.raises(InputError, match=r"cubic.*knots"):
-            kw.plan("ur5_deburring", planner="cubic", knots="balanced")
 
 
 class TestCommand:

@@ -64,8 +64,8 @@ def test_resuming_plans_only_missing_rows(lifted: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("task", "vary", "said"),
     [
-        (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] is 'balanced' there and 'optimal'"),
-        ({**LIFT, "rate": 50}, VARY, "scenario.rate is only here"),
+        (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] differs"),
+        ({**LIFT, "rate": 50}, VARY, "scenario.rate differs"),
     ],
 )
 def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:

@@ -124,13 +124,10 @@ def collision_model(
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
     scene = scenario.scene
-    place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
     seen = times, poses, [waypoint.standing for waypoint in scenario.waypoints]
-    holds = {
-        held.name: hold_between(place[held.take], place[held.leave], *seen) for held in scene.held
-    }
+    holds = {held.name: hold_between(held.take, held.leave, *seen) for held in scene.held}
     items: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
-    since = {item.name: times[place[item.appears]] for item in items if item.appears is not None}
+    since = {item.name: times[item.appears] for item in items if item.appears is not None}
     return _Builder(robot, scene, scenario.places, holds, since).model()
 
 

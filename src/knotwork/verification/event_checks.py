@@ -11,7 +11,7 @@ from knotwork.curves.trajectory.motion_events import Event
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import segments
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.task.scenario.scenario import AskedEvent
+from knotwork.task.scenario.scenario import RequestedEvent
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
@@ -87,7 +87,7 @@ def _missing_from(
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
 
 
-def _place(request: AskedEvent, scenario: Scenario) -> str:
+def _place(request: RequestedEvent, scenario: Scenario) -> str:
     """Text of an event's position or time relative to its waypoint."""
     offset, unit = (request.delay, "s") if request.path is None else (request.distance, "m")
     if not offset and request.path is None:
@@ -97,7 +97,7 @@ def _place(request: AskedEvent, scenario: Scenario) -> str:
 
 
 def _place_on_path(
-    request: AskedEvent, motion: Motion, scenario: Scenario, space: JointSpace
+    request: RequestedEvent, motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Finding:
     event, path = request.event, request.path
     if path is None or space.robot is None:

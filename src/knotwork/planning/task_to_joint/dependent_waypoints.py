@@ -106,32 +106,25 @@ class GroupSolution(NamedTuple):
     tracks: list[PathTrack]
 
 
+@dataclass(eq=False)
 class _BlockedPathError(Exception):
     """No candidate can follow a path.
 
     Attributes:
         track: The path.
         continuation: Continuations of the candidates.
-        start: Candidates at its start, m of them.
-        branches: Index of the continuation of each candidate, shape (m,).
+        branches: Index of the continuation of each of m candidates, shape (m,).
         turns: Offset of each candidate from its continuation [rad], shape (m, d).
         tried: Whether each is in the requested branch, shape (m,).
         contacts: Step of the first collision, by index of the continuation.
     """
 
-    def __init__(
-        self,
-        track: PathTrack,
-        continuation: Continuation,
-        start: Candidates,
-        branches: IndexArray,
-        turns: FloatArray,
-        tried: BoolArray,
-        contacts: Mapping[int, int],
-    ) -> None:
-        self.track, self.continuation, self.start = track, continuation, start
-        self.branches, self.turns = branches, turns
-        self.tried, self.contacts = tried, contacts
+    track: PathTrack
+    continuation: Continuation
+    branches: IndexArray
+    turns: FloatArray
+    tried: BoolArray
+    contacts: Mapping[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +230,7 @@ class GroupSolver:
         contacts = self._contacts(track, continuation, distinct(branches[feasible]))
         feasible &= ~np.isin(branches, list(contacts))
         if not feasible[tried].any():
-            raise _BlockedPathError(track, continuation, start, branches, turns, tried, contacts)
+            raise _BlockedPathError(track, continuation, branches, turns, tried, contacts)
         rows, owner, onward = start.select(feasible), branches[feasible], []
         for step in continuation.at[1:]:
             q = track.chain.scatter(continuation.position[step][owner] + turns[feasible])

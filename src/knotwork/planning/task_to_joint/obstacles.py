@@ -119,14 +119,18 @@ class Obstacles:
         """Whether a configuration collides."""
         return not self.are_clear(q[None], time)[0]
 
-    def _branch_clearance(self, index: int, candidates: Candidates, most: float) -> FloatArray:
+    def _branch_clearance(
+        self, index: int, candidates: Candidates, max_clearance: float
+    ) -> FloatArray:
         """Clearance of candidates, computed once per branch: turns do not change it."""
         if self._pairs is None:
-            return np.full(len(candidates.q), most)
+            return np.full(len(candidates.q), max_clearance)
         _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
         return np.asarray(
-            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, most)[branches]
+            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, max_clearance)[
+                branches
+            ]
         )
 
     def _arm_positions(self, q: FloatArray) -> FloatArray:
