@@ -99,16 +99,3 @@ def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> N
     report = kw.plan(task).report
     assert any(one.group == "Collisions" for one in report.failures)
     assert len(motions) == 1
-
-
-def test_too_fast_sequences_try_no_other(motions: list[Any]) -> None:
-    """The best one collides, another one does not."""
-    task = shipped("ur5_valve")
-    assert not kw.plan(task).report.failures
-    assert len(motions) > 1
-    motions.clear()
-    task["waypoints"][4]["after"] = 0.15
-    report = kw.plan(task).report
-    assert any("is sufficient for the mean" in one.message for one in report.failures)
-    assert any(one.quantity == "clearance" for one in report.failures)
-    assert len(motions) == 1

@@ -13,7 +13,6 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from command_line import Command
 from drawn import scene, thing, vertices
 from judge.bodies import Surroundings
 from judge.motion import Motion
@@ -280,20 +279,6 @@ def test_waypoints_below_floor_collide() -> None:
     assert worst.value is not None
     assert worst.value < -0.45
     assert worst.remedy == "waypoint 'low' itself collides"
-
-
-def test_reports_distance_of_clear_pair(knotwork: Command, tmp_path: Path) -> None:
-    task = {**REACH_OVER, "scene": {"objects": {"post": {"sphere": 50, "position": [500, 0, 900]}}}}
-    report = kw.plan(task).report
-    assert report.ok
-    post = [found for found in report.select(quantity="clearance") if "post" in found.name]
-    assert len(post) == 8  # seven links that move have shapes, and the tool
-    shown = [found for found in post if not found.detail]
-    assert shown == [min(post, key=lambda found: found.value or 0.0)]
-    for found in post:
-        assert "comes within" in found.message
-        assert found.value is not None
-        assert found.margin == pytest.approx(found.value - found.excess)
 
 
 # Tool, held objects, pairs that are not checked
