@@ -85,9 +85,8 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
-    """Report bodies without shapes, pairs that are not checked, and plausible mistakes."""
+    """Report bodies without shapes, and pairs that are not checked."""
     notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
-    notes += model.notes
     asks = scenario.scene.asks()
     if asks and not any(body.kind == "link" for body in model.bodies):
         message = (

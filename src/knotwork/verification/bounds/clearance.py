@@ -226,7 +226,7 @@ class _ClearanceSearch:
         )
         interval, combo, distance, normal = tests
         motion = motions.largest(interval, combo)
-        of_spheres = self.table.least(rotation, origin)[interval, combo]
+        of_spheres = self.table.min_distances(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
         self._measure(tests, time, placed, of_spheres - motion, motion)
         lower = np.where(np.isnan(distance), of_spheres, distance - DISTANCE_ERROR) - motion
