@@ -196,11 +196,3 @@ def slips(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding
     yield Finding("Tried", "motion", "", "tried", "information", "`a: <b>` is tried")
     yield Finding("Slips", "motion", "", "slip", "warning", "a slip of `<c>`")
     yield from whistling(motion, scenario, space)
-
-
-def test_pages_mark_code_and_list_attempts_once() -> None:
-    with registered(slips):
-        plan = kw.plan("planar2_closed_form")
-    for page in (report_page(plan).html, plan.view().html):
-        text = page.partition('<script id="data"')[0].replace("&amp;", "&")
-        assert text.count("<code>a: &lt;b&gt;</code> is tried") == 1
