@@ -122,14 +122,6 @@ def test_counts_all_failed_requirements(paper: Comparison) -> None:
         plan = kw.plan("paper_case", planner=row.planner)
         assert (row.required - row.failed, row.required) == plan.report.counts
         assert row.passed == plan.report.ok
-    limited = {
-        "limits": {"velocity": 1.4},
-        "waypoints": [{"joints": {"j": 0.0}}, {"joints": {"j": 1.0}, "after": 1}],
-    }
-    planners = ["cubic", "quintic"]
-    assert [row.failed for row in compare(limited, planners).scores] == [1, 1]
-    limited["limits"] = {"velocity": 1.6}
-    assert [row.failed for row in compare(limited, planners).scores] == [0, 1]
 
 
 def test_uses_joint_waypoints_of_collision_free_plan() -> None:
@@ -185,19 +177,6 @@ class TestPresets:
         plan = kw.plan(self.scenario(accelerations=given))
         found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
         np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
-
-    @pytest.mark.parametrize(
-        ("option", "rows", "says"),
-        [
-            ("accelerations", [{"j": 0}] * 2, ": .*quintic.* 2 rows.*3"),
-            ("accelerations", [{"j": 0}] * 4, ": .*quintic.* 4 rows.*3"),
-            ("accelerations", [{"j": 0}, {}, {"j": 1}], r"\[1\]: gives no value for joint j"),
-            ("accelerations", [{"j": 0}, {"k": 1}, {"j": 0}], r"\[1\]\.k: unknown joint 'k'"),
-        ],
-    )
-    def test_wrong_ones_are_named_with_their_place(self, option: str, rows: Any, says: str) -> None:
-        with pytest.raises(InputError, match=rf"planner_options\.{option}{says}"):
-            kw.plan(self.scenario(**{option: rows}))
 
 
 class TestOverriddenPlanner:

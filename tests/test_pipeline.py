@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib
 import json
 import re
@@ -141,14 +140,6 @@ def test_limits_of_the_scenario_take_the_place_of_the_robot_s() -> None:
     )
     np.testing.assert_allclose(changed.limits["acceleration"], np.pi)
     np.testing.assert_array_equal(changed.limits["effort"], 100)  # N m in any unit of angle
-
-
-def test_a_loaded_scenario_is_not_changed_by_overrides() -> None:
-    scenario = kw.load_scenario(TASK)
-    before = dataclasses.replace(scenario)
-    kw.plan(scenario, planner="cubic")
-    assert scenario.si is before.si
-    assert (scenario.si.planner, scenario.knots) == ("modified-hermite", "paper")
 
 
 def test_a_description_of_a_robot_in_place_is_not_read_in_other_units() -> None:

@@ -183,16 +183,6 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert kw.plan(tmp_path / "same.yaml").trajectory.duration == again.duration
 
 
-def test_what_is_varied_may_be_free_itself(tmp_path: Path) -> None:
-    lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
-    task = {"limits": {"acceleration": 8, "jerk": 90}, "waypoints": lift}
-    second = {"joints": {"lift": 2}, "after": "fastest"}
-    vary = {"waypoints[1]": [second], "objective": [{"jerk": 1, "time": 1}]}
-    study = kw.sweep(task, vary, workers=0)
-    frozen = study.freeze(0, tmp_path / "best.yaml")
-    assert kw.plan(frozen).trajectory.duration == study["duration"][0]
-
-
 def test_rows_out_of_reach_are_no_motions() -> None:
     vary = {"frames.block.position[0]": [450, 1500, 2500]}
     study = kw.sweep("ur5_deburring", vary, workers=0)

@@ -128,9 +128,9 @@ def _check_inertia(link: Element) -> None:
                     _check_not_negative(inertia, moment, quantity, MIN_MOMENT)
 
 
-def _check_not_negative(element: Element, attribute: str, name: str, least: float = 0.0) -> None:
+def _check_not_negative(element: Element, attribute: str, name: str, minimum: float = 0.0) -> None:
     text = element.getAttribute(attribute)
-    if not least <= _number(text) < math.inf:
+    if not minimum <= _number(text) < math.inf:
         raise InputError(f"{name} is {shown(text)}; it must be a number from 0 on")
 
 

@@ -168,8 +168,8 @@ class _Builder:
         bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        rules = given_rules(scene, self.robot, bodies, self.places)
-        pairs, ignored = Pairing(self.robot, self.joints, scene, rules.reasons).pairs(bodies)
+        given = given_rules(scene, self.robot, bodies, self.places)
+        pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
         return CollisionModel(
             self.joints,
             tuple(bodies),
@@ -177,7 +177,6 @@ class _Builder:
             tuple(ignored),
             self.links.missing,
             self.links.bare,
-            tuple(dict.fromkeys(rules.notes)),
             tuple(self.known),
             self.carriers,
             self.robots,

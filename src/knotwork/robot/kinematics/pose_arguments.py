@@ -59,15 +59,15 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
             raise WaypointDataError(f"{message} accepted", value=value)
 
 
-def check_count(value: Any, name: str, least: int = 0) -> None:
+def check_count(value: Any, name: str, minimum: int = 0) -> None:
     """Check a count.
 
     Raises:
         WaypointDataError: The value is not an integer, or below the minimum.
     """
-    if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= least):
+    if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= minimum):
         raise WaypointDataError(
-            f"{name} must be an integer, {least} or more, not {value!r}", value=value
+            f"{name} must be an integer, {minimum} or more, not {value!r}", value=value
         )
 
 

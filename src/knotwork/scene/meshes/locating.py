@@ -96,7 +96,9 @@ def _in_packages(
 
 def _linked_folders(package: str, ros: Sequence[Path]) -> Iterator[Path]:
     """Folder of a ROS package whose files are links, as installed by `colcon`."""
-    for folder in ros if package not in ("", ".", "..") else ():
+    if package in ("", ".", ".."):
+        return
+    for folder in ros:
         file = _real(folder / package / "package.xml")
         if file and _is_file(file):
             yield file.parent

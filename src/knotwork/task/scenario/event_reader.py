@@ -58,8 +58,10 @@ class EventReader:
                 its signal that precedes it in the file.
         """
         events = list(self._requested_events())
+        if not timed:
+            return ()
         last: dict[str | int, Event] = {}
-        for where, requested in events if timed else ():
+        for where, requested in events:
             event = requested.event
             self._check_inside(where, event)
             before = last.get(event.signal)
@@ -71,13 +73,8 @@ class EventReader:
                     "a later time, or the other order",
                 )
             last[event.signal] = event
-        return (
-            tuple(
-                sorted((event for _, event in events), key=lambda requested: requested.event.time)
-            )
-            if timed
-            else ()
-        )
+        in_file = (requested for _, requested in events)
+        return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
     @cached_property
     def rows(self) -> dict[int, tuple[int, int]]:

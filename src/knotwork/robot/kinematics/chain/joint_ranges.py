@@ -108,16 +108,17 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
         turns: float = round((goal - angle) / FULL_TURN)
         if robot.joint_units[i] != "rad" or (turns == 0 and low <= angle <= high):
             continue
-        least, most = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
-        least = math.ceil(least) if math.isfinite(least) else least
-        most = math.floor(most) if math.isfinite(most) else most
-        if least <= most:
-            moved = angle + min(max(turns, least), most) * FULL_TURN
+        min_turns, max_turns = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
+        min_turns = math.ceil(min_turns) if math.isfinite(min_turns) else min_turns
+        max_turns = math.floor(max_turns) if math.isfinite(max_turns) else max_turns
+        if min_turns <= max_turns:
+            moved = angle + min(max(turns, min_turns), max_turns) * FULL_TURN
             # Rounding may leave a joint just outside its limit.
             result[i] = min(max(moved, low), high)
         else:
-            below, above = low - (angle + most * FULL_TURN), angle + least * FULL_TURN - high
-            result[i] = angle + (most if below <= above else least) * FULL_TURN
+            below = low - (angle + max_turns * FULL_TURN)
+            above = angle + min_turns * FULL_TURN - high
+            result[i] = angle + (max_turns if below <= above else min_turns) * FULL_TURN
     return result
 
 

@@ -156,11 +156,10 @@ class _NearestSolution:
 
     def find_any(self, max_restarts: int) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
-        robot = self.search.robot
-        for start in spread_starts(robot, self.limits, max_restarts) if self.best is None else ():
-            self.search_from(start, HASTY_EFFORT)
+        for start in spread_starts(self.search.robot, self.limits, max_restarts):
             if self.best is not None:
                 break
+            self.search_from(start, HASTY_EFFORT)
         return self.best is not None
 
     def take(self, q: FloatArray) -> None:
