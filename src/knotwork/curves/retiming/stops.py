@@ -30,7 +30,7 @@ DURATION_GUESS = 1.3
 """First guess of the duration of a stop on the path, relative to that of independent joints."""
 MINIMUM_GAIN = 1e-3
 """Minimum relative gain over the curve's next rest for a stop to be searched for."""
-MAX_HALVINGS = 8
+MAX_STEP_HALVINGS = 8
 """Maximum number of halvings of the steps of cubics."""
 SAME_BREAK = 1e-9
 """Difference relative to the duration within which breaks are equal."""
@@ -221,7 +221,7 @@ def cubic_through(
         InputError: The tolerance is not met with steps of 1/256 of those of the curve.
     """
     times = distinct(curve.x, _without_breaks(np.array(through), curve.x))
-    for _ in range(MAX_HALVINGS + 1):
+    for _ in range(MAX_STEP_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
         exact, fine = split_at(curve, cubics.x), split_at(cubics, curve.x)
