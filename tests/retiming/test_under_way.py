@@ -163,8 +163,8 @@ def test_replaced_motion_keeps_held_object(
 ) -> None:
     stop = moving_part.stop(5.5)
     (held,) = stop.scenario.scene.held
-    ends = [stop.scenario.waypoints[i].name for i in (held.take, held.leave)]
-    assert ends == ["stop from 5.5 s", "stopped"]
+    names = [one.name for one in stop.scenario.waypoints]
+    assert (names[held.take], names[held.leave]) == ("stop from 5.5 s", "stopped")
     stop.save(tmp_path)
     assert knotwork("check", tmp_path).code == 0
     with pytest.raises(InputError, match=r"holds 'part' at 5\.5 s"):
