@@ -54,9 +54,9 @@ def test_files_that_can_not_be_written_are_errors(figure: Figure, tmp_path: Path
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.png").mkdir()
     for path, says in (
-        (tmp_path / "file" / "a.png", "is not a folder"),
-        (tmp_path / "file" / "deeper" / "a.png", "is not a folder"),
-        (tmp_path / "folder.png", "it is a folder"),
+        (tmp_path / "file" / "a.png", "can't write a picture"),
+        (tmp_path / "file" / "deeper" / "a.png", "Not a directory"),
+        (tmp_path / "folder.png", "is a folder"),
         (tmp_path / "a\0b.png", "can't write a picture"),
     ):
         with pytest.raises(InputError, match=says):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -34,14 +33,12 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, echo_json
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
-
-LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
 SceneOptions = tuple[str | None, str | None, str | None]
 """Robot, scene and limits for the check of a trajectory without a scenario."""
@@ -114,7 +111,7 @@ def check(
         reference = planned_scenario(log) if log is not None else stated_path(trajectory)
     report, scenario = _checked_report(trajectory, reference, log, alone)
     if as_json:
-        echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
+        echo_json(report.to_dict())
     elif full:
         from knotwork.cli import report_tables
 
@@ -125,13 +122,9 @@ def check(
         if reference is not None and log is None:
             words = [os.path.join(".", trajectory), "-s", reference]  # no shipped scenario
             print_next(words, with_robot=report.robot is not None)
-    if log is None and not report.ok and _is_csv(trajectory):
-        echo(f"hint: {LOG_HINT}", err=True)
+    if log is None and not report.ok and trajectory.suffix.lower() == ".csv":
+        echo("hint: for a recording of a robot, which has noise, use --log", err=True)
     return PASSED if report.ok else FAILED
-
-
-def _is_csv(path: Path | str) -> bool:
-    return Path(path).suffix.lower() == ".csv"
 
 
 def _checked_report(
@@ -146,12 +139,7 @@ def _checked_report(
             raise
         return report, scenario
     if reference is not None:
-        try:
-            checked = read_checked(trajectory, reference, log)
-        except DocumentError as error:
-            if log is None and _is_csv(trajectory) and _is_csv(str(error.file)):
-                raise InputError(f"{error}\n{LOG_HINT}") from error
-            raise
+        checked = read_checked(trajectory, reference, log)
         return checked.report, checked.scenario
     if log is None:
         raise click.MissingParameter(
