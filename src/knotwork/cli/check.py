@@ -40,6 +40,8 @@ from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
 
+LOG_HINT = "for a recording of a robot, which has noise, use --log"
+
 SceneOptions = tuple[str | None, str | None, str | None]
 """Robot, scene and limits for the check of a trajectory without a scenario."""
 
@@ -122,9 +124,13 @@ def check(
         if reference is not None and log is None:
             words = [os.path.join(".", trajectory), "-s", reference]  # no shipped scenario
             print_next(words, with_robot=report.robot is not None)
-    if log is None and not report.ok and trajectory.suffix.lower() == ".csv":
-        echo("hint: for a recording of a robot, which has noise, use --log", err=True)
+    if log is None and not report.ok and _is_csv(trajectory):
+        echo(f"hint: {LOG_HINT}", err=True)
     return PASSED if report.ok else FAILED
+
+
+def _is_csv(path: Path | str) -> bool:
+    return Path(path).suffix.lower() == ".csv"
 
 
 def _checked_report(
@@ -139,7 +145,12 @@ def _checked_report(
             raise
         return report, scenario
     if reference is not None:
-        checked = read_checked(trajectory, reference, log)
+        try:
+            checked = read_checked(trajectory, reference, log)
+        except DocumentError as error:
+            if log is None and _is_csv(trajectory) and _is_csv(str(error.file)):
+                raise InputError(f"{error}\n{LOG_HINT}") from error
+            raise
         return checked.report, checked.scenario
     if log is None:
         raise click.MissingParameter(

@@ -143,7 +143,9 @@ def _read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
     """
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     if robot is None and is_foreign(path):
-        raise InputError(f"{path} needs its scenario: give --scenario")
+        raise InputError(
+            f"{path} needs its scenario: give --scenario, or for `view` its robot with --robot"
+        )
     owner = f"robot {robot.name!r}" if robot is not None else "the scenario"
     trajectory, defects = read_trajectory(path, names, units, owner=owner)
     if defects:
