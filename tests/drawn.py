@@ -84,45 +84,6 @@ def beside_an_arm(thing: dict[str, Any], **task: Any) -> Page:
     return kw.plan({**given, **task}).view()
 
 
-CUBE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit meter="1"/></asset>
-<library_images><image id="two"><init_from>{image}</init_from></image></library_images>
-<library_effects><effect id="e"><profile_COMMON>
-  <newparam sid="surface"><surface type="2D"><init_from>two</init_from></surface></newparam>
-  <newparam sid="sampler"><sampler2D><source>surface</source></sampler2D></newparam>
-  <technique sid="t"><phong><diffuse><texture texture="sampler" texcoord="UV"/></diffuse></phong>
-  </technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
-<library_geometries><geometry id="g"><mesh>
-  <source id="p"><float_array id="pa" count="24">{points}</float_array><technique_common>
-    <accessor source="#pa" count="8" stride="3"><param name="X" type="float"/>
-    <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
-  </source>
-  <source id="u"><float_array id="ua" count="8">0 0 1 0 1 1 0 1</float_array><technique_common>
-    <accessor source="#ua" count="4" stride="2"><param name="S" type="float"/>
-    <param name="T" type="float"/></accessor></technique_common></source>
-  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-  <polylist material="s" count="6"><input semantic="VERTEX" source="#v" offset="0"/>
-    <input semantic="TEXCOORD" source="#u" offset="1" set="0"/>
-    <vcount>4 4 4 4 4 4</vcount><p>{faces}</p></polylist>
-</mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="scene"><node><instance_geometry url="#g">
-  <bind_material><technique_common><instance_material symbol="s" target="#m"/></technique_common>
-  </bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#scene"/></scene></COLLADA>"""
-
-
-def coloured_cube(image: str) -> str:
-    """A COLLADA file of a cube whose sides are coloured by an image, below and above."""
-    points = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.2)]
-    sides = [(1, 5, 7, 3), (0, 2, 6, 4), (0, 4, 5, 1), (6, 2, 3, 7), (2, 0, 1, 3), (4, 6, 7, 5)]
-    return CUBE.format(
-        image=image,
-        points=" ".join(f"{value}" for point in points for value in point),
-        faces=" ".join(f"{point} {corner}" for side in sides for corner, point in enumerate(side)),
-    )
-
-
 def tower(visuals: Iterable[str]) -> str:
     """A URDF of links `l0`, `l1`, … and `c` upon each other, each but `c` with a visual shape."""
     shown = {f"l{i}": visual for i, visual in enumerate(visuals)}

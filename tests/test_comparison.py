@@ -95,7 +95,7 @@ def test_rule_after_colon_has_own_row() -> None:
     names = ["modified-hermite:paper", "modified-hermite:balanced", "quintic", "quintic:estimated"]
     rows = {row.planner: row for row in compare("ur5_deburring", names).scores}
     assert list(rows) == names
-    balanced = kw.plan("ur5_deburring", knots="balanced").trajectory
+    balanced = kw.plan("ur5_deburring", planner="modified-hermite:balanced").trajectory
     assert rows["modified-hermite:balanced"].peak_acceleration.value == pytest.approx(
         balanced.extrema(2).peak.max(), rel=1e-12
     )
@@ -122,14 +122,6 @@ def test_counts_all_failed_requirements(paper: Comparison) -> None:
         plan = kw.plan("paper_case", planner=row.planner)
         assert (row.required - row.failed, row.required) == plan.report.counts
         assert row.passed == plan.report.ok
-    limited = {
-        "limits": {"velocity": 1.4},
-        "waypoints": [{"joints": {"j": 0.0}}, {"joints": {"j": 1.0}, "after": 1}],
-    }
-    planners = ["cubic", "quintic"]
-    assert [row.failed for row in compare(limited, planners).scores] == [1, 1]
-    limited["limits"] = {"velocity": 1.6}
-    assert [row.failed for row in compare(limited, planners).scores] == [0, 1]
 
 
 def test_uses_joint_waypoints_of_collision_free_plan() -> None:
@@ -186,36 +178,12 @@ class TestPresets:
         found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
         np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
 
-    @pytest.mark.parametrize(
-        ("option", "rows", "says"),
-        [
-            ("accelerations", [{"j": 0}] * 2, ": .*quintic.* 2 rows.*3"),
-            ("accelerations", [{"j": 0}] * 4, ": .*quintic.* 4 rows.*3"),
-            ("accelerations", [{"j": 0}, {}, {"j": 1}], r"\[1\]: gives no value for joint j"),
-            ("accelerations", [{"j": 0}, {"k": 1}, {"j": 0}], r"\[1\]\.k: unknown joint 'k'"),
-        ],
-    )
-    def test_wrong_ones_are_named_with_their_place(self, option: str, rows: Any, says: str) -> None:
-        with pytest.raises(InputError, match=rf"planner_options\.{option}{says}"):
-            kw.plan(self.scenario(**{option: rows}))
-
 
 class TestOverriddenPlanner:
-    def test_knots_together_with_a_rule_of_knots_are_an_error(self) -> None:
-        for knots in ([0, 1], "paper", "balanced", 0.3):
-            with pytest.raises(
-                InputError, match=r"paper_case: knots: given together with .*:balanced"
-            ):
-                kw.plan("paper_case", planner="modified-hermite:balanced", knots=knots)
-
     def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:
         plan = kw.plan("ur5_deburring", planner="cubic")
         assert plan.left_out == ("end_acceleration",)
         assert kw.plan("ur5_deburring").left_out == ()
-
-    def test_but_not_what_is_asked_for_along_with_it(self) -> None:
-        with pytest.raises(InputError, match=r"cubic.*knots"):
-            kw.plan("ur5_deburring", planner="cubic", knots="balanced")
 
 
 class TestCommand:

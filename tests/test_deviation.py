@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import knotwork as kw
-from judged import judged
-from knotwork.verification.metrics.deviation import deviation_from_line, straight_path_deviation
-from plans import arm
+from knotwork.verification.metrics.deviation import deviation_from_line
 from sweeps import examples
 
 RADIAN = 0.1  # what a radian counts where the tool moves and turns at once [m]
@@ -68,41 +62,3 @@ def test_deviation_at_one_place_is_turn_only(apart: float) -> None:
     assert deviation_from_line(pose(0.5, 0, 0, 1.25), start, end) == pytest.approx(
         (0, 0.25), abs=1e-9
     )
-
-
-def turn_in_place(**second: Any) -> dict[str, Any]:
-    """One point of the workpiece by two frames, so that it differs by rounding alone."""
-    return {
-        "robot": "ur5",
-        "units": {"angle": "deg"},
-        "frames": {
-            "block": {"position": [0.1, -0.3, 0.2], "rpy": [0, 0, 37]},
-            "jig": {"in": "block", "position": [-0.07, 0.11, 0.03], "rpy": [0, 0, 53]},
-        },
-        "waypoints": [
-            {"pose": {"position": [0.3, 0.1, 0.2], "rpy": [180, 0, 0]}, "frame": "block"},
-            {"after": 2, **second},
-        ],
-    }
-
-
-def test_same_point_in_two_frames_has_no_deviation() -> None:
-    block = pin.SE3(pin.rpy.rpyToMatrix(0, 0, math.radians(37)), np.array([0.1, -0.3, 0.2]))
-    jig = block * pin.SE3(
-        pin.rpy.rpyToMatrix(0, 0, math.radians(53)), np.array([-0.07, 0.11, 0.03])
-    )
-    place = jig.actInv(block.act(np.array([0.3, 0.1, 0.2])))
-    task = turn_in_place(frame="jig", pose={"position": place.tolist(), "rpy": [180, 0, 0]})
-    plan = kw.plan(task)
-    assert judged(plan, task) == []
-    poses = [waypoint.pose for waypoint in plan.scenario.waypoints]  # type: ignore[union-attr]
-    apart = np.linalg.norm(poses[0].translation - poses[1].translation)
-    assert apart < 1e-15
-    robot = arm(plan)
-    found = straight_path_deviation(robot, plan.trajectory, plan.scenario.waypoints)
-    assert found is not None
-    # the last wrist joint alone turns a tool that points along its axis, evenly and in place
-    assert found.position < 1e-9
-    assert found.orientation < 1e-9
-    turned = plan.trajectory.position(2.0) - plan.trajectory.position(0.0)
-    assert np.degrees(np.abs(turned)) == pytest.approx([0, 0, 0, 0, 0, 53], abs=1e-6)

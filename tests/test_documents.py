@@ -262,15 +262,6 @@ nmae: x
 
 # Whatever comes in, either a scenario or an error of ours comes out.
 
-SCENARIO_KEYS = st.sampled_from(
-    [
-        *("name", "description", "units", "robot", "tool", "frames", "frame", "start", "near"),
-        *("planner", "knots", "end_acceleration", "limits", "tolerances", "continuity", "rate"),
-        *("waypoints", "pose", "joints", "position", "rpy", "euler", "order", "angles", "in"),
-        *("quaternion_xyzw", "rotation_matrix", "rotation_vector", "velocity", "linear", "time"),
-        *("after", "speed", "stop", "length", "angle", "balanced", "offset", "effort", "base"),
-    ]
-)
 SCALARS = st.one_of(
     st.none(),
     st.booleans(),
@@ -282,15 +273,8 @@ SCALARS = st.one_of(
 )
 VALUES = st.recursive(
     SCALARS,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=4),
-        st.lists(st.floats(), min_size=3, max_size=4),
-        st.dictionaries(st.one_of(SCENARIO_KEYS, st.text(max_size=4)), inner, max_size=5),
-    ),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner),
     max_leaves=20,
-)
-ODD_KEYS = st.one_of(
-    SCENARIO_KEYS, st.integers(), st.none(), st.booleans(), st.floats(), st.tuples()
 )
 
 
@@ -302,12 +286,6 @@ def scenario_or_error(reference: Any) -> None:
     else:
         assert isinstance(scenario, Scenario)
         assert np.isfinite(scenario.times).all()
-
-
-@examples(in_all=460)
-@given(st.dictionaries(ODD_KEYS, VALUES, max_size=6))
-def test_any_mapping_gives_a_scenario_or_an_error(mapping: dict[Any, Any]) -> None:
-    scenario_or_error(mapping)
 
 
 def test_a_mapping_that_holds_itself_is_an_error() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
 from knotwork.view.editing.session import Session, draft_of, standing_scene
+from sweeps import mostly_exhaustive
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 
@@ -138,7 +138,7 @@ ADDED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "time", "what"), ADDED)
+@pytest.mark.parametrize(("name", "time", "what"), mostly_exhaustive(ADDED, ADDED[1]))
 def test_a_waypoint_is_added_where_the_arm_is(
     name: str, time: float, what: str, tmp_path: Path
 ) -> None:
@@ -219,12 +219,7 @@ FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.fre
 TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.free]
 
 
-def mostly_exhaustive(names: list[str], few: Sequence[str] = ()) -> list[Any]:
-    marks = {True: [], False: [pytest.mark.exhaustive]}
-    return [pytest.param(name, marks=marks[name in few]) for name in names]
-
-
-@pytest.mark.parametrize("name", mostly_exhaustive(FREE, few=["panda_pick_place_fastest"]))
+@pytest.mark.parametrize("name", mostly_exhaustive(FREE, "panda_pick_place_fastest"))
 def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
     made = Session(draft_in(tmp_path, name))
     made.server.server_close()
@@ -267,7 +262,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
     made.server.server_close()
 
 
-@pytest.mark.parametrize("name", [*FREE, *mostly_exhaustive(TIMED)])
+@pytest.mark.parametrize("name", mostly_exhaustive([*FREE, *TIMED], *FREE))
 def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
     scenario = SCENARIOS[name]
     robot = joint_space(scenario).robot

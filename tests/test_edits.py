@@ -60,43 +60,6 @@ def test_everything_else_stays_to_the_letter() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "removed"),
-    [
-        ("a: 1\nb: 2\n", "b: 2\n"),
-        ("b: 2\na: 1", "b: 2\n"),
-        ("b: 2\na:\n  c: 1\n  d: [1,\n 2]\ne: 1\n", "b: 2\ne: 1\n"),
-        ("{a: 1, b: 2}", "{b: 2}"),
-        ("{b: 2, a: 1}", "{b: 2}"),
-        ("{a: 1}", "{}"),
-        ("b: 2\n# about a\na: 1 # it\n", "b: 2\n# about a\n# it\n"),
-        (
-            "a: # it\n  c: 1 # one\n  # two\n  d: '#' # three\nb: 2\n",
-            "# it\n# one\n# two\n# three\nb: 2\n",
-        ),
-        ("{a: 1, # it\n b: 2}", "{ # it\n  b: 2}"),
-        ("{b: 2, # two\n a: 1} # it", "{b: 2 # two\n  } # it"),
-    ],
-)
-def test_keys_are_taken_out(text: str, removed: str) -> None:
-    assert edited_text(text, {("a",): REMOVED}) == removed
-
-
-@pytest.mark.parametrize(
-    ("text", "changed"),
-    [
-        ("a: {b: 1, # one\n    c: 2} # two\nd: 3\n", "a: # one\n  0.5 # two\nd: 3\n"),
-        ("a: # it\n  b: 1 # one\n  c: 2 # two\nd: 3\n", "a: # it\n  # one\n  0.5 # two\nd: 3\n"),
-        ("- a:\n    - 1 # one\n    - 2\n", "- a:\n    # one\n      0.5\n"),
-        ("{a: {b: '# no'}}", "{a: 0.5}"),
-        ('a: "# no" # it', "a: 0.5 # it"),
-    ],
-)
-def test_comments_in_a_value_stay_before_the_new_one(text: str, changed: str) -> None:
-    place = ("a",) if not text.startswith("-") else (0, "a")
-    assert edited_text(text, {place: 0.5}) == changed
-
-
 PLAIN = (
     st.none()
     | st.booleans()

@@ -182,18 +182,6 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
 CONE = {"turn": "z", "tilt": 10}
 
 
-def test_tilt_stays_in_cone() -> None:
-    cone = kw.plan(with_stops(arch(CONE)))
-    assert cone.report.ok
-    path = cone.scenario.paths[0].motion
-    times = np.linspace(path.start_time, path.end_time, 3000)
-    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
-    axes = np.array([pose.rotation[:, 2] for pose in tool_poses(cone, times)])
-    tilts = np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1)))
-    assert 1.0 < tilts.max() < 10.1
-    assert not checked(cone.trajectory, with_stops(arch())).ok
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_check_of_cone(seed: int) -> None:
     yaw, about = np.random.default_rng(seed).uniform(-np.pi, np.pi, 2)
@@ -364,8 +352,6 @@ PLACE = {"position": {"x": [-20, 20]}}
 @pytest.mark.parametrize(
     ("pick", "seam", "robot"),
     [
-        (TURN, "none", "ur5"),
-        (PLACE, "none", "panda"),
         (PLACE, TURN, "ur5"),
         ({"turn": [-90, 90]}, {"turn": [-20, 20]}, "panda"),
     ],
@@ -415,22 +401,6 @@ def test_path_begins_at_pose_of_narrower_freedom(begin: Any, seam: Any, wait: fl
     assert np.degrees(own.value) == pytest.approx(abs(turn) if "turn" in begin else tilt, abs=0.02)
 
 
-def test_more_freedom_needs_no_more_travel() -> None:
-    """A motion whose tool may turn is one whose tool may turn and tilt, too."""
-
-    def travelled(free: Any) -> float:
-        task = pick_then_seam(free, free)
-        task["near"] = "home"
-        for waypoint in task["waypoints"]:
-            waypoint["free"] = free
-        plan = kw.plan(task)
-        assert plan.report.ok, plan.report
-        times = np.linspace(0.0, plan.trajectory.duration, 1000)
-        return float(np.abs(np.diff(plan.trajectory.position(times), axis=0)).sum())
-
-    assert travelled({"turn": "z", "tilt": 10}) < 1.1 * travelled(TURN)
-
-
 def test_tries_other_postures_past_obstacle() -> None:
     """Solutions that differ by the free turn alone collide alike: others are tried."""
     tool = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
@@ -468,27 +438,3 @@ def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
         one["free"] = {"turn": [0, 0.01], "tilt": 12}
     narrow = checked(plan.trajectory, off)
     assert narrow.ok is (most == 0)
-
-
-def test_tilt_slows_down_before_its_limit() -> None:
-    """Beside a rail that is to stand still, the arm leans until the cone ends."""
-    task = {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5_rail",
-        "tool": {"offset": {"position": [0, 0, 120]}, "free": {"turn": "z", "tilt": 30}},
-        "near": "home",
-        "prefer": {"rail": 20},
-        "start": "home",
-        "waypoints": [
-            {
-                "after": 3,
-                "pose": {"position": [550, -800, 250], "rpy": [180, 0, -90]},
-                "stop": True,
-            },
-            {"along": "line", "pose": {"position": [550, 800, 250]}, "speed": 150, "stop": True},
-        ],
-    }
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
-    uses = [one.use for one in plan.report.select(subject="joint") if one.use is not None]
-    assert max(uses) < 0.95

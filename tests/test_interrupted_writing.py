@@ -26,6 +26,8 @@ def counted(function):
         steps -= 1
         if steps == 0 and sys.argv[4] == "interrupt":
             raise KeyboardInterrupt
+        if steps == 0 and sys.argv[4] == "full":
+            raise OSError(28, "No space left on device")
         if steps == 0:
             os.kill(os.getpid(), signal.SIGKILL)
         return function(*arguments, **options)
@@ -33,12 +35,13 @@ def counted(function):
 for name in ("mkdir", "replace", "link", "fsync"):
     setattr(os, name, counted(getattr(os, name)))
 storage.write_files(sys.argv[1], {name: sys.argv[2] for name in "abc"})
+sys.exit(steps <= 0)  # a step that may fail has failed
 """
 
 
-@pytest.mark.parametrize("how", ["kill", "interrupt"])
+@pytest.mark.parametrize("how", ["kill", "interrupt", "full"])
 def test_a_writer_ended_at_any_step_leaves_whole_files(how: str, tmp_path: Path) -> None:
-    """And after an interrupt from the keyboard nothing else."""
+    """And after an interrupt from the keyboard, or on a full disk, nothing else."""
     seen = set()
     for steps in range(1, 100):
         folder = tmp_path / str(steps)
@@ -47,7 +50,7 @@ def test_a_writer_ended_at_any_step_leaves_whole_files(how: str, tmp_path: Path)
         ran = subprocess.run(command, check=False, stderr=subprocess.DEVNULL)
         found = {(folder / name).read_text() for name in NAMES}
         assert found <= {"old", "new"}
-        if how == "interrupt":
+        if how != "kill":
             assert not [path.name for path in folder.iterdir() if path.name.startswith(".")]
         seen |= found
         if ran.returncode == 0:

@@ -113,9 +113,8 @@ def test_copies_of_a_plan_stay_read_only(
 
 
 @pytest.mark.parametrize("copied", COPIES, ids=["copy", "deepcopy", "pickle"])
-@pytest.mark.parametrize("name", kw.robot_names())
-def test_every_shipped_robot_can_be_copied(name: str, copied: Callable[[Any], Any]) -> None:
-    robot = kw.load_robot(name).with_limits(acceleration=3.0)
+def test_a_copy_of_a_robot_has_its_own_memory(copied: Callable[[Any], Any]) -> None:
+    robot = kw.load_robot("kinova").with_limits(acceleration=3.0)
     other = copied(robot)
     assert_same_robot(other, robot)
     assert np.array_equal(other.acceleration_limit, robot.acceleration_limit)

@@ -96,56 +96,6 @@ def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
     assert not Path("a.html").exists()
 
 
-@pytest.mark.parametrize("command", ["check", "plot", "view", "report"])
-def test_knots_that_contradict_the_curve_are_said_by_every_command(
-    command: str, run: Command
-) -> None:
-    folder = Path(written("planned", run))
-    file = folder / "trajectory.json"
-    text = file.read_text()
-    first = text.index('"knots"')
-    at = text.index('"position"', first)
-    file.write_text(text[:at] + text[at:].replace("0.", "0.1", 1))
-    out = {"plot": ("-o", "a.png"), "check": ()}.get(command, ("--html", "a.html"))
-    ran = run(command, folder, "-s", SCENARIO, *out)
-    assert ran.code == (command in ("check", "report"))
-    said = ran.out + ran.err
-    if command == "report":
-        said = Path("a.html").read_text(encoding="utf-8")
-    assert "the coefficients make it" in said
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("joint_names: [shoulder, elbow]\npoints: []\n", "has 0 points"),
-        ("trajectory: {joint_names: [shoulder], points: []}\n", "elbow"),
-        ("name: a\nwaypoints: 3\n", "waypoints"),
-        ("a: [", "a.yaml: line"),
-    ],
-)
-def test_faults_of_yaml_are_those_of_what_it_holds(text: str, says: str, run: Command) -> None:
-    Path("a.yaml").write_text(text)
-    for command in ("plot", "view", "report"):
-        scenario = ("-s", SCENARIO) if "joint_names" in text else ()
-        out = ("-o", "a.png") if command == "plot" else ("--html", "a.html")
-        ran = run(command, "a.yaml", *scenario, *out)
-        assert ran.code == 2
-        assert says in ran.err
-    assert [path.name for path in Path().iterdir()] == ["a.yaml"]
-
-
-@pytest.mark.parametrize("command", ["check", "plot"])
-def test_a_report_is_said_to_be_no_trajectory(command: str, run: Command) -> None:
-    file = Path(written("planned", run)) / "report.json"
-    ran = run(command, file, "-s", SCENARIO)
-    assert ran.code == 2
-    assert ran.err == (
-        f"error: {file}: is a report of a check, not a trajectory (the trajectory.json next to "
-        "it)\n"
-    )
-
-
 @pytest.mark.parametrize("command", ["check", "plot"])
 def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Command) -> None:
     Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")

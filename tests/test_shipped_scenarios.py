@@ -82,7 +82,7 @@ def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
     """Joint waypoints as one takes them without looking ahead: each nearest the one before."""
     space = joint_space(scenario)
     assert space.robot is not None
-    q, positions, velocities = space.configurations["home"], [], []
+    q, positions, velocities = space.robot.configurations["home"], [], []
     for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
         if state is not None:
             q, v = state.position, state.velocity

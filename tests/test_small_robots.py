@@ -26,19 +26,6 @@ def lever(tmp_path: Path) -> Path:
     return path
 
 
-def test_joint_waypoints_need_no_tool_frame(lever: Path) -> None:
-    plan = kw.plan(
-        {
-            "robot": str(lever),
-            "waypoints": [{"joints": {"turn": 0}}, {"joints": {"turn": 0.5}, "time": 1}],
-        }
-    )
-    assert plan.report.ok
-    assert not plan.report.select(group="Singularity")
-    peak = {found.quantity: found for found in plan.report.select(subject="joint")}
-    assert peak["velocity"].value == pytest.approx(0.75, rel=1e-12)  # 3/2 of the mean
-
-
 def test_an_arm_of_one_joint_meets_poses_and_speeds(lever: Path) -> None:
     def pose(angle: float) -> dict[str, list[float]]:
         return {

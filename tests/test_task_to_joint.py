@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 import knotwork as kw
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.task.scenario.joint_space import joint_space
-from shipped import SCENARIO_FILES
 
 UR5 = kw.load_robot("ur5")
 HOME = UR5.configuration("home")
@@ -53,37 +51,6 @@ def weight(robot: kw.Robot, q: np.ndarray) -> float:
     )
     smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
     return 1.0 + max(0.0, 1.0 - room / 0.2) ** 2 + max(0.0, 1.0 - smallest / 0.05) ** 2
-
-
-@pytest.mark.parametrize("branch", ["keep", "free"])
-def test_keeps_branch_despite_longer_travel(branch: str) -> None:
-    """At a hundredth of a joint speed, and with many waypoints, travel comes to many seconds."""
-    home = np.array(HOME)
-    elbow_down = next(
-        b.q
-        for b in kw.solve_pose_ik_all(UR5, UR5.forward(home))
-        if b.flags.endswith("elbow down, flip")
-    )
-    place = UR5.forward(home)
-    waypoints = []
-    for k in range(20):
-        pose = {
-            "position": (place.translation + 0.001 * (k + 1) * np.eye(3)[2]).tolist(),
-            "rotation_matrix": place.rotation.tolist(),
-        }
-        waypoints.append({"pose": pose, "after": 3000.0, "velocity": {"linear": [0, 0, 3.3e-7]}})
-    waypoints[-1] = {"pose": waypoints[-1]["pose"], "after": 3000.0, "stop": True}
-    chosen = solved(
-        {
-            "robot": "ur5",
-            "branch": branch,
-            "near": joints(elbow_down),
-            "limits": {"velocity": 0.01},
-            "start": joints(home),
-            "waypoints": waypoints,
-        }
-    )
-    assert {choice.branch for choice in chosen.choices} == {"shoulder left, elbow up, flip"}
 
 
 def test_reports_changed_branch() -> None:
@@ -167,26 +134,6 @@ def test_reports_unavoidable_joint_speed() -> None:
     assert "from 'start' to 'waypoint 1' shoulder_pan_joint needs 4 rad/s" in said
     assert float(re.findall(r"([\d.]+) s or more", said)[0]) == pytest.approx(2.0 / 3.15, rel=1e-3)
     assert not kw.plan(task).report.ok
-
-
-def test_redundant_arm_travels_no_farther_than_nearest_solutions() -> None:
-    file = yaml.safe_load(SCENARIO_FILES["panda_pick_place"].read_text("utf-8"))
-    del file["scene"], file["tool"]["holds"]  # nothing is in the way
-    scenario = kw.load_scenario(file)
-    space = joint_space(scenario)
-    robot = space.robot
-    assert robot is not None
-    chosen = solve_task(scenario, space).waypoints.position
-    before, naive = robot.configuration("home"), []
-    for waypoint in scenario.waypoints:
-        before = kw.solve_pose_ik(robot, waypoint.pose, before).q
-        naive.append(before)
-
-    def travel(path: Any) -> float:
-        steps = np.diff(np.vstack([robot.configuration("home"), path]), axis=0)
-        return float(np.linalg.norm(steps / robot.velocity_limit, axis=1).sum())
-
-    assert travel(chosen) <= travel(naive) + 1e-6
 
 
 def test_reports_feasible_tool_speed() -> None:

@@ -154,13 +154,6 @@ def test_jumps_at_the_tolerance():
         assert JointTrajectory(("a",), PiecewisePolynomial(c, x)).continuity.order == order
 
 
-def test_planned_curve_is_measured_to_be_c2(trajectory):
-    continuity = trajectory.continuity
-    assert continuity.order == 2
-    assert continuity.acceleration.jump < 1e-12
-    assert continuity.acceleration.time in trajectory.breaks[1:-1]
-
-
 def test_a_jump_of_a_quantity_that_is_zero_elsewhere_counts():
     c = np.zeros((1, 2, 1))
     c[0, 1] = 1e-6

@@ -108,15 +108,15 @@ def test_optimal_knots_have_less_jerk_than_paper() -> None:
     ends = [to(0.0), to(0.5, velocity={"a": 0.4}, after=2), to(2.0, after=3)]
     task = {"waypoints": ends}
 
-    def squared_jerk(task: dict[str, Any] = task, **how: Any) -> float:
-        jerk = kw.plan(task, **how).trajectory.polynomial.derivative(3)
+    def squared_jerk(**keys: Any) -> float:
+        jerk = kw.plan({**task, **keys}).trajectory.polynomial.derivative(3)
         return float((np.diff(jerk.x)[:, None] * jerk.c[-1] ** 2).sum())
 
     assert squared_jerk(knots="optimal") < squared_jerk(knots="paper")
     made = kw.plan({**task, "knots": "optimal"})
     tight = {"velocity": 8, "acceleration": 60, "jerk": 100}  # they do not bind
     assert squared_jerk(knots="optimal") == pytest.approx(
-        squared_jerk({**task, "limits": tight}, knots="optimal"), rel=5e-3
+        squared_jerk(limits=tight, knots="optimal"), rel=5e-3
     )
     assert made.trajectory.end_time == 5.0
     assert made.report.ok
@@ -145,7 +145,7 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     assert hasty.chosen.status == "stopped"
     assert made.trajectory.duration < hasty.trajectory.duration
     shorter = 0.5 * (made.trajectory.duration + hasty.trajectory.duration)
-    with pytest.raises(InputError, match=r"no motion of .* s was found within the budget of 1 s"):
+    with pytest.raises(InputError, match=r"minimum time found .* s or more, or a larger budget"):
         kw.plan({**task, "duration": shorter}, budget=1)
     with pytest.raises(InputError, match="budget"):
         kw.plan(task, budget=-1)
@@ -233,12 +233,6 @@ def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
 def test_refuses_to_freeze_given_times(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no value is free"):
         planned("paper_case").freeze(tmp_path / "frozen.yaml")
-
-
-@pytest.mark.parametrize("planner", ["quintic", "modified-hermite:balanced"])
-def test_refuses_optimal_knots_for_other_planner(planner: str) -> None:
-    with pytest.raises(InputError, match=f"knots: optimal are those of .*'{planner}' does not"):
-        kw.plan(swing(to(1, after=2), times=None), planner=planner, knots="optimal")
 
 
 def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:

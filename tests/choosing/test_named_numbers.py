@@ -82,10 +82,3 @@ def test_names_braking_distance_at_position_limit() -> None:
 def through(**keys: Any) -> dict[str, Any]:
     ends = [{"joints": {"q": q}, "velocity": {"q": 1}, "name": n} for q, n in ((0, "a"), (1, "b"))]
     return {"limits": {"velocity": 3, "acceleration": 0.1}, **keys, "waypoints": ends}
-
-
-def test_reports_duration_that_needs_a_wait() -> None:
-    said = refusal(through(times="fastest", duration=5))
-    shortest = number(said, "the shortest motion that was found lasts")
-    assert shortest < 1.0
-    assert kw.plan(through(times="fastest", duration=shortest)).report.ok

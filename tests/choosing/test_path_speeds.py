@@ -10,8 +10,7 @@ from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import chosen_times, timed_paths
-from knotwork.planning.timing.budget import Budget
+from knotwork.planning.choosing import timed_paths
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -214,20 +213,3 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
     made.report.raise_if_failed()
     (said,) = made.report.select(quantity="binding_limits")
     assert "the tolerance of the path bounds the speed along the path" in str(said)
-
-
-def test_takes_lowest_speeds_when_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a clock that goes on by a second each time it is looked at."""
-    limits = {"acceleration": 600, "jerk": 4000}
-    task = passed(line("a", -117.9), line("b", -31.5), limits=limits)
-    task["waypoints"][0]["pose"]["position"][1] = -120
-    best = kw.plan(task)
-    monkeypatch.setattr(chosen_times, "Budget", lambda *given: Budget(*given, now=count().__next__))
-    made = kw.plan(task, budget=1)
-    made.report.raise_if_failed()
-    assert made.trajectory.duration > best.trajectory.duration
-    assert made.chosen is not None
-    assert made.chosen.status == "stopped"
-    (said,) = made.report.select(quantity="chosen_times")
-    assert "the best so far when the budget ended" in str(said)
-    assert "lower bound with these speeds along its paths" in str(said)

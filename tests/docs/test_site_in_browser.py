@@ -15,10 +15,6 @@ DESK, PHONE = (1280, 800), (390, 844)
 PAGES = ("index", "getting_started", "method", "scenario", "gallery", "search", "api/planning")
 
 SCROLLS_SIDEWAYS = "document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"
-SIZES = """
-[...document.querySelectorAll('math')].map(m => m.getBoundingClientRect())
-                                      .map(r => [r.width, r.height])
-"""
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
@@ -41,19 +37,6 @@ LIGHTNESS = """(() => {
     const fills = [drawing.querySelector("path"), drawing].map((one) => getComputedStyle(one).fill);
     return fills.map((fill) => Number(fill.match(/[\\d.]+/)[0]));
 })()"""
-
-
-def test_equations_are_drawn(site: Site, chromium: Any) -> None:
-    tab = new_tab(chromium, viewport={"width": 1280, "height": 900})
-    tab.goto((site.folder / "method.html").as_uri())
-    sizes = tab.evaluate(SIZES)
-    assert len(sizes) > 30
-    assert all(width > 4 and height > 4 for width, height in sizes)
-    # a fraction is laid out, not written in a row
-    height = tab.evaluate("document.querySelector('#equation-eq-31 math').clientHeight")
-    line = tab.evaluate("document.querySelector('#equation-eq-30 math').clientHeight")
-    assert height > 1.3 * line
-    tab.context.close()
 
 
 def test_plots_are_dark_in_the_dark(site: Site, chromium: Any) -> None:

@@ -118,9 +118,6 @@ def test_repeated_waypoints_repeat_their_events() -> None:
     task = {"start": {"a": 0}, "waypoints": [{"over": places, "repeat": turn}]}
     found = [(one.event.waypoint, one.event.time) for one in kw.load_scenario(task).events]
     assert found == [("open 1", 1), ("close 1", 2), ("open 2", 3.5), ("close 2", 4.5)]
-    frames = {"pallet": {"position": [1, 0, 0], "grid": {"counts": [2], "pitches": [0.1]}}}
-    grid = {**task, "frames": frames, "waypoints": [{"over": ["pallet", *places], "repeat": turn}]}
-    assert [one.event.waypoint for one in kw.load_scenario(grid).events][-1] == "close 4"
     turn[1]["do"][0]["before"] = 1.5
     with pytest.raises(DocumentError, match=r"repeat\[1\]\.do\[0\]: jaw close \(close 1\) comes"):
         kw.load_scenario(task)

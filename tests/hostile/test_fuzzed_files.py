@@ -20,6 +20,7 @@ import trimesh
 import yaml
 from mutations import as_json, changed_bytes, changed_data, changed_xml
 
+from meshes.test_mesh_files import collada
 from plans import planned
 from shipped import SCENARIO_FILES
 from sweeps import first_of
@@ -68,28 +69,9 @@ def at(data: Any, way: tuple[Any, ...]) -> Any:
     return data
 
 
-def collada() -> str:
-    box = trimesh.creation.box()
-    points = " ".join(str(value) for value in np.asarray(box.vertices).ravel())
-    faces = " ".join(str(value) for value in np.asarray(box.faces).ravel())
-    return (
-        '<COLLADA version="1.4.1"><asset><unit meter="0.1"/></asset><library_geometries>'
-        f'<geometry id="g"><mesh><source id="p"><float_array id="f" count="24">{points}'
-        '</float_array><technique_common><accessor source="#f" count="8" stride="3">'
-        '<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" '
-        'type="float"/></accessor></technique_common></source><vertices id="v"><input '
-        'semantic="POSITION" source="#p"/></vertices><triangles count="12"><input '
-        f'semantic="VERTEX" source="#v" offset="0"/><p>{faces}</p></triangles></mesh></geometry>'
-        '</library_geometries><library_nodes><node id="n"><instance_geometry url="#g"/></node>'
-        '</library_nodes><library_visual_scenes><visual_scene id="s"><node><translate>1 0 0'
-        '</translate><instance_node url="#n"/></node></visual_scene></library_visual_scenes>'
-        '<scene><instance_visual_scene url="#s"/></scene></COLLADA>'
-    ).replace("<COLLADA ", '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" ')
-
-
 def meshes() -> dict[str, bytes]:
     box = trimesh.creation.box()
-    made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply", "glb")}
+    made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply")}
     made["dae"] = collada()
     return {kind: one.encode() if isinstance(one, str) else one for kind, one in made.items()}
 

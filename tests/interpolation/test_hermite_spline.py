@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
-from spline_reference import exact_pieces, knots_of_paper, paper_system
+from spline_reference import exact_pieces
 
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.errors import InputError, OptionError, WaypointDataError
@@ -20,19 +20,6 @@ def waypoints(n, d=3, seed=0, ratio=10.0):
 
 def peak(values):
     return np.abs(values).max(axis=0)
-
-
-@pytest.mark.parametrize("n", [3, 4, 5, 30])
-def test_equals_the_dense_solution_of_the_papers_equations(n):
-    x, y, v = waypoints(n, ratio=3.0)
-    spline = ModifiedHermiteSpline(x, y, v)
-    t = knots_of_paper(x)
-    np.testing.assert_allclose(spline.x, t, rtol=1e-15, atol=1e-14)
-    for joint in range(3):
-        solution = np.linalg.solve(*paper_system(x, y[:, joint], v[:, joint], t))
-        inner = spline.x[1:-1]
-        np.testing.assert_allclose(spline(inner)[:, joint], solution[: len(inner)], atol=1e-12)
-        np.testing.assert_allclose(spline(inner, 1)[:, joint], solution[len(inner) :], atol=1e-11)
 
 
 def knots_between(x, before, after, doubled_ends):

@@ -304,14 +304,12 @@ class Task:
         if all(one.get("speed") is not None for one in given):
             return [self.length * float(one["speed"]) for one in given]
         assert len(given) == 1, "of several stretches each must give its speed here"
-        duration, low, high = float(given[0]["after"]), 1e-9, 1e3
-        for _ in range(200):  # the faster, the sooner
-            middle = 0.5 * (low + high)
-            ramps = sum(0.75 * middle**2 / acceleration for end in ends if end == 0.0)
-            taken = (lengths[0] + ramps) / middle
-            too_fast = taken < duration or ramps > lengths[0]
-            low, high = (low, middle) if too_fast else (middle, high)
-        return [0.5 * (low + high)]
+        duration, ramps = float(given[0]["after"]), ends.count(0.0)
+        if not ramps:
+            return [lengths[0] / duration]
+        # the duration is L / v, and 0.75 v / a more for each ramp
+        root = math.sqrt(duration**2 - 3.0 * ramps * lengths[0] / acceleration)
+        return [(duration - root) * acceleration / (1.5 * ramps)]
 
     def _stretch(
         self, one: Mapping[str, Any], before: pin.SE3

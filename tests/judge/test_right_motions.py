@@ -14,6 +14,10 @@ import pytest
 
 import knotwork as kw
 from judge.arm import Arm
+from judge.cases import Shelf, bumped
+from judge.faults_of_paths import Along, Way, path_case
+from judge.task import Task
+from judge.verdict import judge
 from judged import judged
 from sweeps import first_of
 
@@ -106,3 +110,46 @@ def test_the_judge_passes_what_is_planned_along_paths(count: int) -> None:
         passed += plan.report.ok
         assert judged(plan, data) == [], seed
     assert passed > 0.4 * count
+
+
+def ramped(along: Along, width: float) -> Way:
+    """Progress whose ramps take a part of their time only, at its middle."""
+    one = along.stretch
+
+    def rise(t: np.ndarray, start: float, end: float) -> np.ndarray:
+        """What a ramp from rest covers in between."""
+        time = width * (end - start)
+        u = np.clip((t - 0.5 * (start + end)) / time + 0.5, 0.0, None)
+        part = np.minimum(u, 1.0)
+        return one.speed * time * (part**3 - 0.5 * part**4 + np.maximum(u - 1.0, 0.0))
+
+    return lambda t: rise(t, one.start, one.full[0]) - rise(t, one.full[1], one.end)
+
+
+@pytest.mark.parametrize("count", first_of(12, 72))
+def test_other_allowed_ramps_pass(count: int, tmp_path: Path) -> None:
+    """Late in its ramps by up to turns, and a little aside."""
+    make = path_case("line", "arc", "circle", "turns", "points", ramps=0.98)
+    for seed in range(count):
+        rng = np.random.default_rng([3, seed])
+        case = make(rng, Shelf(tmp_path))
+        along = case.extra["along"]
+        motion = along.motion(ramped(along, rng.uniform(0.4, 1.0)), 600)
+        middle, half = 0.5 * motion.x[-1], 0.4 * motion.x[-1]
+        bent = np.linalg.norm(along.path.at(np.linspace(0, along.path.length, 200))[2], axis=1)
+        # neither its turn nor its speed along the path is another one beside it
+        most = min(
+            case.data["tolerances"]["path"],
+            0.005 / (abs(along.rate) + 1e-9),
+            case.extra["part"] / (bent.max() + 1e-9),
+            case.extra["part"] * along.stretch.speed * half,
+        )
+        aside = rng.uniform(0.0, 0.3) * most
+        motion = bumped(motion, int(rng.integers(3)), middle, half, aside)
+        curve = kw.PiecewisePolynomial(motion.c, motion.x)
+        units = ("m", "m", "m", "rad")
+        checked = kw.JointTrajectory(motion.names, curve, joint_units=units)
+        report = kw.check(checked, kw.load_scenario(case.data))
+        assert report.ok, (seed, report.failures)
+        assert {one.proof for one in report.select(group="Tool paths")} == {"bounded"}
+        assert judge(Task(case.data, tmp_path), motion) == [], seed

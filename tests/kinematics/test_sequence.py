@@ -180,10 +180,10 @@ def test_least_index_ignores_rounding(level: CostLevel) -> None:
 
 def test_infeasible_interval_does_not_hide_later_travel() -> None:
     """Travel counts to the last digit, however much the interval before it is beyond limits."""
-    layers = [still_layer(layer.q) for layer in layers_of(3, [4] * 1000, spread=0.3)]
+    layers = [still_layer(layer.q) for layer in layers_of(3, [4] * 300, spread=0.3)]
     layers[0] = layers[0]._replace(q=layers[0].q + 3.0)
     # the first interval has half of the time that it takes
-    steps = [StepRules(t, "avoided") for t in (0.8, *[10.0] * 998)]
+    steps = [StepRules(t, "avoided") for t in (0.8, *[10.0] * 298)]
     chosen = choose_sequence(layers, WIDE, steps)
     assert chosen.cost[CostLevel.INFEASIBLE] > 1.0
     first = layers[1].select([chosen.index[1]])

@@ -14,7 +14,6 @@ from knotwork.robot.kinematics import (
     smallest_singular_value,
     solve_velocity_ik,
 )
-from knotwork.robot.kinematics.chain.velocity import describe_direction
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 PLANAR, UR5, PANDA = (ROBOTS[name] for name in ("planar2", "ur5", "panda"))
@@ -59,17 +58,6 @@ def test_pull_to_middle_uses_null_space() -> None:
     assert (pull_to_middle(ROBOTS["kinova"], np.ones(6))[[0, 3, 5]] == 0).all()
 
 
-def test_message_has_feasible_speed() -> None:
-    near = WRIST_STRAIGHT.copy()
-    near[4] = 5e-4
-    lost = np.linalg.svd(UR5.jacobian(near))[0][:, -1]
-    with pytest.raises(SingularityError, match="of the speed is feasible") as caught:
-        solve_velocity_ik(UR5, near, 0.1 * lost)
-    part = float(re.findall(r"([\d.e-]+) of the speed is feasible", str(caught.value))[0])
-    v = solve_velocity_ik(UR5, near, 0.999 * part * 0.1 * lost)
-    assert (np.abs(v) / UR5.velocity_limit).max() == pytest.approx(1.0, abs=0.01)
-
-
 def test_accepts_motion_and_array() -> None:
     q, twist = attainable(UR5, 53)
     expected = solve_velocity_ik(UR5, q, twist)
@@ -104,15 +92,7 @@ def test_reports_lost_direction() -> None:
     expected = 0.1 * np.linalg.norm(lost[:3]), 0.1 * np.linalg.norm(lost[3:])
     assert error.residual == pytest.approx(expected, abs=1e-9)
     assert tuple(error.joint_velocity) == UR5.joint_names
-    assert describe_direction(lost) in str(error)
-
-
-def test_stretched_arm_cannot_move_outwards() -> None:
-    q = [0.0, 0.0]
-    solve_velocity_ik(PLANAR, q, [0, 0.9, 0, 0, 0, 1.0])
-    for twist in ([0.1, 0, 0, 0, 0, 0], [0.1, 0.9, 0, 0, 0, 1.0]):
-        with pytest.raises(SingularityError, match=r"0\.1 m/s along x of the base frame"):
-            solve_velocity_ik(PLANAR, q, twist)
+    assert re.search(r"(along|about) .* of the base frame is unattainable", str(error))
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
@@ -50,33 +49,22 @@ def laughing() -> str:
     return '<!DOCTYPE COLLADA [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;">]>' + collada()
 
 
-def gltf(accessors: list[dict[str, object]]) -> str:
-    mesh = {"primitives": [{"attributes": {"POSITION": 0}}]}
-    scene = {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [mesh]}
-    return json.dumps({"asset": {"version": "2.0"}, "accessors": accessors, **scene})
-
-
 PLY = (
     "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
     "property float y\nproperty float z\nelement face 4000000000\n"
     "property list uchar int vertex_indices\nend_header\n"
 )
-HUGE_COUNT = {"componentType": 5126, "count": 4_000_000_000, "type": "VEC3"}
 
 HOSTILE = {
-    "nodes that double": ("a.dae", doubling(16), r"show 6.55e\+04 shapes; at most 5000"),
     "parts of a shape": ("a.dae", many_parts(), r"show 1\.01e\+04 shapes; at most 5000"),
     "nodes that double for ever": ("a.dae", doubling(90), "shapes; at most 5000"),
-    "long way down": ("a.dae", doubling(150), "shapes; at most 5000"),
     "itself": ("a.dae", showing_itself(), "nested too deep"),
     "nested": ("a.dae", nested(2000), "nested more than 100 deep"),
     "entities": ("a.dae", laughing(), "declares an entity"),
     "unit of nothing": ("a.dae", collada(meter=0.0), "Singular|area"),
     "index too large": ("a.dae", collada().replace("<p>0", "<p>99"), "can't be read"),
-    "index below zero": ("a.obj", obj().replace("f 1", "f -9"), "can't be read"),
     "flat": ("a.stl", ascii_stl().replace("2", "0").replace("3", "0"), "an area"),
     "not finite": ("a.obj", obj().replace("v 2.0", "v nan"), "not finite"),
-    "flat points": ("a.obj", re.sub(r"(?m)^(v \S+ \S+) \S+$", r"\1", obj()), "can't be read"),
     "bytes that are no text": (
         "a.obj",
         obj().encode().replace(b"v 2.0", b"v 2\xff\xfe"),
@@ -86,8 +74,6 @@ HOSTILE = {
     "too far": ("a.obj", obj().replace("v 2.0", "v 1e300"), "not finite or farther"),
     "more facets than it has": ("a.stl", binary_stl()[:80] + b"\xff" * 120, "can't be read"),
     "counts alone": ("a.ply", PLY, "can't be read"),
-    "counts alone in text": ("a.ply", PLY.replace("binary_little_endian", "ascii"), "can't be"),
-    "an accessor of nothing": ("a.gltf", gltf([HUGE_COUNT]), "more than 3000000 values"),
     "a suffix that is not read": ("a.blend", "BLENDER", r"read are \.dae, \.stl"),
 }
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_files import MeshPart, read_mesh
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float)
@@ -138,23 +137,3 @@ def test_a_collada_file_with_a_lost_material_keeps_its_shape(tmp_path: Path) -> 
     for part in parts:
         assert corners(part).min(axis=(0, 1)) == pytest.approx([1, 2, 3])
         assert part.colour is None
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "says"),
-    [
-        ("a.dae", b"<COLLADA><asset/></COLLADA>", "it shows no scene"),
-        ("a.dae", b"no XML", "a.dae can't be read"),
-        ("a.stl", b"", "and it has 0"),
-        ("a.stl", bytes(84), "has no triangles"),
-        ("a.stl", ascii_stl().replace("4.0", "nan").encode(), "not finite"),
-        ("a.foo", b"", "a.foo can't be read"),
-    ],
-)
-def test_a_file_that_is_no_mesh_is_refused_in_one_line(
-    tmp_path: Path, name: str, content: bytes, says: str
-) -> None:
-    (tmp_path / name).write_bytes(content)
-    with pytest.raises(InputError, match=says) as error:
-        read_mesh(tmp_path / name)
-    assert "\n" not in str(error.value)

@@ -11,7 +11,7 @@ import pytest
 
 import drawn
 import knotwork as kw
-from moving.moving_truth import links
+from moving.moving_truth import OfArm, links
 from moving.test_moving_things import check_pairs, refused
 from moving.test_shown import middles, placed, scene_of, times
 from plans import arm
@@ -121,25 +121,19 @@ def test_poses_velocities_and_paths_are_relative_to_part() -> None:
     assert efforts.verdict == "warning"
 
 
-@pytest.mark.parametrize("height", [0.05, 0.18])
-def test_objects_move_with_part_or_stay_in_cell(height: float) -> None:
-    scene = {
+def lump_and_post(height: float) -> dict[str, Any]:
+    """An object on the part, and one in the cell."""
+    return {
         "objects": {
             "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, height]},
             "post": {"box": [0.05, 0.05, 0.5], "position": [0.3, 0.35, 0.25]},
         }
     }
-    plan = kw.plan(on_table(scene=scene))
-    arm = [plan.space.joint_names.index(name) for name in kw.load_robot("ur5").joint_names]
 
-    class Arm:
-        """The six joints alone."""
 
-        start_time, end_time = plan.trajectory.start_time, plan.trajectory.end_time
-
-        @staticmethod
-        def position(t: float) -> np.ndarray:
-            return np.asarray(plan.trajectory.position(t)[arm])
+@pytest.mark.parametrize("height", [0.05, 0.18])
+def test_objects_move_with_part_or_stay_in_cell(height: float) -> None:
+    plan = kw.plan(on_table(scene=lump_and_post(height)))
 
     def others(t: float) -> dict[str, Any]:
         lump = part_and_tool(plan, t)[0] * pin.SE3(np.eye(3), np.array([0.1, -0.1, height]))
@@ -150,7 +144,7 @@ def test_objects_move_with_part_or_stay_in_cell(height: float) -> None:
         }
 
     moments = np.linspace(0.0, plan.trajectory.end_time, 150)
-    arms = links(Arm, pin.SE3.Identity())
+    arms = links(OfArm(plan), pin.SE3.Identity())
 
     def moving(t: float) -> dict[str, Any]:
         return {name: placed for name, placed in arms(t).items() if name != "base_link"}
@@ -163,13 +157,7 @@ def test_objects_move_with_part_or_stay_in_cell(height: float) -> None:
 
 
 def test_scene_is_shown_in_world_frame() -> None:
-    scene = {
-        "objects": {
-            "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, 0.05]},
-            "post": {"box": [0.05, 0.05, 0.5], "position": [0.3, 0.35, 0.25]},
-        }
-    }
-    plan = kw.plan(on_table(scene=scene))
+    plan = kw.plan(on_table(scene=lump_and_post(0.05)))
     shown = scene_of(plan)
     time = times(shown)
     for frame in (0, len(time) // 3, len(time) - 1):

@@ -54,17 +54,6 @@ def _middle(thing: dict[str, Any], places: list[pin.SE3]) -> Any:
     return 0.5 * (corners.min(axis=0) + corners.max(axis=0))
 
 
-def test_draws_object_moved_by_belt() -> None:
-    box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
-    plan = kw.plan(belt(scene={"objects": {"box": box}}))
-    scene = scene_of(plan)
-    time = times(scene)
-    for frame in (0, len(time) // 2, len(time) - 1):
-        asked = tray(float(time[frame])) * pin.SE3(np.eye(3), np.array([0, 0, -0.04]))
-        (found,) = middles(scene, "objects", frame)
-        assert found == pytest.approx(asked.translation, abs=1e-5)
-
-
 def test_draws_scene_relative_to_moving_frame() -> None:
     """Speeds on the path, the path asked for, frames and labels, against plain Pinocchio."""
     box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}

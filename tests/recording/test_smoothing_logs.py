@@ -87,21 +87,3 @@ def test_curve_equals_least_squares_spline_of_scipy(tmp_path: Path, deburring: P
         at = np.linspace(breaks[0], breaks[-1], 999)
         assert curve.trajectory(at, order) == pytest.approx(spline(at, order), abs=1e-8)
     assert curve.trajectory.continuity.order >= 2
-
-
-def test_standard_errors_equal_dense_least_squares(tmp_path: Path, deburring: Plan) -> None:
-    """The change by the last halving comes on top."""
-    samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
-    curve = curve_of(tmp_path, deburring, samples, noise=1e-4)
-    breaks = curve.trajectory.breaks
-    knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
-    unit = np.eye(len(knots) - 4)
-    from scipy.interpolate import BSpline
-
-    rows = BSpline(knots, unit, 3)(curve.log.time)
-    inverse = np.linalg.inv(rows.T @ rows)
-    for order in range(3):
-        at = BSpline(knots, unit, 3)(curve.grid, order)
-        dense = 1e-4 * np.sqrt(np.einsum("gi,ij,gj->g", at, inverse, at))
-        assert (curve.errors[order] >= 0.999 * dense[:, None]).all()
-        assert np.median(curve.errors[order] / dense[:, None]) < 2.0

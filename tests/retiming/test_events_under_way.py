@@ -103,39 +103,3 @@ def test_replacing_task_keeps_signals_on(
     assert found == said
     assert any(one.text == "feed 3" and one.time == 0 for one in new.events)
     assert new.report.ok
-
-
-def test_object_grasped_at_end_of_stop_is_not_held() -> None:
-    """The stop ends at the rest at which the tool is to take a box."""
-
-    def joints(turn: float) -> dict[str, float]:
-        angles = (turn, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8)
-        return {f"panda_joint{i}": angle for i, angle in enumerate(angles, 1)}
-
-    plan = kw.plan(
-        {
-            "robot": "panda",
-            "limits": {"acceleration": 5, "jerk": 100},
-            "times": "fastest",
-            "start": "home",
-            "tool": {
-                "holds": {
-                    "box": {
-                        "box": [0.1, 0.1, 0.1],
-                        "position": [0, 0, 0.2],
-                        "from": "pick",
-                        "to": "put",
-                    }
-                }
-            },
-            "waypoints": [
-                {"name": name, "joints": joints(turn), "wait": 0.2}
-                for name, turn in (("pick", 0.5), ("put", -0.5))
-            ],
-        }
-    )
-    rest = next(one.time for one in plan.scenario.waypoints if one.name == "pick")
-    stop = plan.stop(rest - 0.05)
-    assert stop.scenario.waypoints[-1].name == "pick"
-    assert not stop.scenario.scene.held
-    assert "box" in stop.scenario.task.scene.objects

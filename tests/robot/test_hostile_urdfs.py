@@ -55,7 +55,7 @@ HOSTILE = {
     "unknown encoding": ('<?xml version="1.0" encoding="x"?>' + robot(*ARM), "not XML"),
     "ring": (
         robot(*ARM[:2], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),
-        "form a ring, [ab] → [ab] → [ab], which",
+        "form a ring, which no root link carries: '[ab]', '[ab]'",
     ),
     "ring beside a root": (
         robot(*ARM[:3], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),

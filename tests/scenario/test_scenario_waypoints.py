@@ -123,8 +123,8 @@ def test_a_configuration_is_named_and_copied() -> None:
     assert pose is None
     for q in (start.position, space.near):
         assert q is not None
-        np.testing.assert_array_equal(q, space.configurations["home"])
-        assert q is not space.configurations["home"]
+        np.testing.assert_array_equal(q, space.robot.configurations["home"])
+        assert q is not space.robot.configurations["home"]
 
 
 def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:

@@ -30,10 +30,7 @@ def task(unit: str, *waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
     ("change", "meant"),
     [
         ({"robot": "UR5"}, "'ur5'"),
-        ({"start": "HOME"}, "'home'"),
         ({"frame": "TABLE", "frames": {"Table": {"position": [0, 0, 0]}}}, "'Table'"),
-        ({"limits": {"velocity": {"ELBOW_joint": 1}}}, "'elbow_joint'"),
-        ({"collisions": {"ignore": [["FOREARM_link", "tool0"]]}}, "'forearm_link'"),
         ({"PLANNER": "cubic"}, "'planner'"),
     ],
 )

@@ -188,7 +188,7 @@ def test_bounding_spheres_are_lower_bounds(name: str) -> None:
     pairs = SolidPairs(collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
-    spheres = pairs.least(*placed)
+    spheres = pairs.min_distances(*placed)
     for i, (turn, shift) in enumerate(zip(*pairs.axes(*placed), strict=True)):
         for c in range(len(pairs.first)):
             distance = pairs.measure(c, turn, shift)

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,6 @@ VARY: dict[str, Any] = {
     "waypoints[up].joints.lift": "uniform(0.5, 1.5)",
 }
 OPTIONS: dict[str, Any] = {"samples": 10, "seed": 5}
-ROWS = 240
 
 
 def cluster_of(workers: int, threads: int) -> Any:
@@ -88,34 +86,3 @@ def test_no_scheduler_at_an_address(monkeypatch: pytest.MonkeyPatch) -> None:
     for address in ("tcp://127.0.0.1:9", "no such address"):
         with pytest.raises(kw.InputError, match=f"scheduler {address}: can't be reached"):
             kw.sweep(TASK, VARY, scheduler=address, **OPTIONS)
-
-
-def check_nothing_is_lost(
-    folder: Path, serial: Any, break_it: Callable[[Any], None], said: str
-) -> None:
-    """A study whose cluster something is done to ends with an error, and is gone on with."""
-    with cluster_of(1, 2) as cluster:
-
-        def midway(at: kw.sweeps.SweepProgress) -> None:
-            if at.done >= ROWS // 4:
-                break_it(cluster)
-
-        with pytest.raises(kw.InputError, match=f"{said}.*continue with --resume"):
-            kw.sweep(
-                TASK,
-                VARY,
-                out=folder,
-                scheduler=cluster.scheduler_address,
-                progress=midway,
-                **OPTIONS,
-            )
-    assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS
-    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
-    assert without_time(study) == serial
-
-
-def test_lost_scheduler_costs_no_finished_row(serial: Any, tmp_path: Path) -> None:
-    def end(cluster: Any) -> None:
-        cluster.close()
-
-    check_nothing_is_lost(tmp_path / "study", serial, end, "scheduler was lost")

@@ -8,13 +8,11 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
-from tasks import LIFT, all_end, planning, without_time
+from tasks import LIFT, all_end, planning
 
-import knotwork as kw
 from patience import PATIENCE
 
 pytestmark = [
@@ -34,20 +32,6 @@ def hanging(motion, scenario, space):
 
 CHECKS["hanging"] = hanging
 """
-# A check that ends its process as a system without memory does, once.
-ENDED_ONCE = """
-import os, pathlib, signal
-from knotwork.verification import CHECKS
-
-def ended(motion, scenario, space):
-    begun = pathlib.Path(os.environ["BEGUN"])
-    if not begun.exists():
-        begun.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return ()
-
-CHECKS["ended"] = ended
-"""
 RUNS = {
     "sweep": "kw.sweep(task, {'rate': [100]}, workers=1, time_limit=10_000)",
     "plan_many": "kw.plan_many([task] * 3, workers=1, time_limit=10_000)",
@@ -61,21 +45,6 @@ CHECKS.pop("hanging", None)
 task = {task!r}
 {run}
 """
-
-
-def rows(task: Any, vary: dict[str, Any], **how: Any) -> Any:
-    return without_time(kw.sweep(task, vary, **how))
-
-
-def test_rows_are_planned_again_whose_process_others_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "sitecustomize.py").write_text(ENDED_ONCE, encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), *sys.path[1:])))
-    monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
-    vary = {"waypoints[up].after": "0.5:3:4"}
-    assert rows(LIFT, vary, workers=1) == rows(LIFT, vary, workers=0)
-    assert (tmp_path / "begun").exists()
 
 
 @pytest.mark.parametrize("name", RUNS)

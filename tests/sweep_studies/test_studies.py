@@ -64,8 +64,8 @@ def test_resuming_plans_only_missing_rows(lifted: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("task", "vary", "said"),
     [
-        (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] is 'balanced' there and 'optimal'"),
-        ({**LIFT, "rate": 50}, VARY, "scenario.rate is only here"),
+        (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] differs"),
+        ({**LIFT, "rate": 50}, VARY, "scenario.rate differs"),
     ],
 )
 def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:
@@ -181,16 +181,6 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert again.duration == made.trajectory.duration == study["duration"][row]
         made.freeze(tmp_path / "same.yaml")
         assert kw.plan(tmp_path / "same.yaml").trajectory.duration == again.duration
-
-
-def test_what_is_varied_may_be_free_itself(tmp_path: Path) -> None:
-    lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
-    task = {"limits": {"acceleration": 8, "jerk": 90}, "waypoints": lift}
-    second = {"joints": {"lift": 2}, "after": "fastest"}
-    vary = {"waypoints[1]": [second], "objective": [{"jerk": 1, "time": 1}]}
-    study = kw.sweep(task, vary, workers=0)
-    frozen = study.freeze(0, tmp_path / "best.yaml")
-    assert kw.plan(frozen).trajectory.duration == study["duration"][0]
 
 
 def test_rows_out_of_reach_are_no_motions() -> None:

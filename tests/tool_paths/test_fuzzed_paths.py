@@ -6,7 +6,7 @@ by integrating joint velocities along the path, step by step, without correction
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -171,8 +171,6 @@ def check_refused(task: Task, error: FollowingError) -> None:
             for s in places
         ]
         assert max(uses) > 0.999
-        if error.part_of_speed is not None:  # as fast as that it can be done
-            replace(task, speed=error.part_of_speed * task.speed).follow()
         return
     lower, upper = limits(arm)
     assert error.cause == "joint limit"

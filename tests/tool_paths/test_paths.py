@@ -150,16 +150,3 @@ def test_twist_and_acceleration_equal_differences(make):
         np.testing.assert_allclose(
             rotation @ np.swapaxes(rotation, 1, 2), np.tile(np.eye(3), (t.size, 1, 1)), atol=1e-12
         )
-
-
-def test_stop_keeps_acceleration_of_each_side():
-    motion = timed(hook(), start_speed=0.0, end_speed=0.0)
-    stop = motion.breaks[[3]]
-    for side, rate in (("left", math.pi / 2 / 0.2), ("right", -math.pi / 2 / 0.3)):
-        position, _, twist, _ = motion.state(stop, side=side)
-        np.testing.assert_allclose(position, [[0.2, 0, 0]], atol=1e-12)
-        np.testing.assert_allclose(twist, np.zeros((1, 6)), atol=1e-9)
-        step = 0.05 if side == "right" else -0.05
-        _, _, twist, _ = motion.state(stop + step, at=stop, side=side)
-        speed = motion.speed(stop + step)[0]
-        np.testing.assert_allclose(twist[0, 3:], [0, 0, rate * speed], atol=1e-9)

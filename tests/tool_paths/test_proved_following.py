@@ -48,15 +48,15 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
     timed = tp.TimedPath(path, tp.speed_profile([path.length], [speed], acceleration=1.0))
     whole = timed.start_time, timed.end_time
     limits = PathLimits(
-        allowed["tolerance"], allowed["orientation_tolerance"], allowed["speed_tolerance"] * speed
+        allowed["tolerance"],
+        allowed["orientation_tolerance"],
+        allowed["speed_tolerance"] * speed,
+        speed,
+        whole,
     )
-    found = path_bounds(ARM, motion.polynomial, timed, whole, whole, speed, limits)
-    pairs = (
-        (found.position, limits.position),
-        (found.orientation, limits.orientation),
-        (found.speed, limits.speed),
-    )
-    return [one for one, limit in pairs if one is None or not one.bound <= limit]
+    found = path_bounds(ARM, motion.polynomial, timed, whole, limits).bounds
+    assert {"path_deviation", "path_orientation", "path_speed"} <= found.keys()
+    return [one for one in found.values() if not one.bound <= one.limit]
 
 
 @pytest.mark.parametrize("count", first_of(4, 60))

@@ -41,21 +41,6 @@ def test_tangent_is_constant_in_tool_axes(seed):
     np.testing.assert_allclose(orientation.rotations[-1], truth, atol=3e-6)
 
 
-def test_tangent_orientation_along_blend():
-    blend = tp.Blend([0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], 0.02)
-    curves = [tp.Line([0, 0, 0], blend.start), blend, tp.Line(blend.end, [0.1, 0.1, 0])]
-    stretches, R = [], np.eye(3)
-    for curve in curves:
-        stretches.append(tp.tangent_orientation(curve, R))
-        R = stretches[-1].rotations[-1]
-    path = tp.ToolPath(curves, tp.OrientationCurve.joined(stretches))
-    quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()
-    np.testing.assert_allclose(path.pose(path.length).rotation, quarter, atol=1e-6)
-    # rates are zero at both ends of the blend: no transition takes place on the lines
-    off = path.rotation(np.linspace(0, path.starts[1], 20)) - np.eye(3)
-    assert np.abs(off).max() < 1e-4
-
-
 def test_refuses_invalid_rotation():
     with pytest.raises(PathError, match="not a rotation matrix"):
         tp.tangent_orientation(wave(1), 2 * np.eye(3))

@@ -88,7 +88,7 @@ def test_free_times_next_to_absurd_one_are_not_searched(given: str) -> None:
 def test_unexamined_clearances_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the check that finds the broken limit is taken out."""
     plan = kw.plan(mistyped("kinova_dispense", 1e-3))
-    monkeypatch.delitem(CHECKS, "joint_limits")
+    monkeypatch.setitem(CHECKS, "joint_limits", lambda *_: ())
     (said,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearances")
     assert not said.ok
 
@@ -98,17 +98,4 @@ def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> N
     task["waypoints"][3]["pose"]["position"] = [0, 0, -0.06]  # in the scales, not above
     report = kw.plan(task).report
     assert any(one.group == "Collisions" for one in report.failures)
-    assert len(motions) == 1
-
-
-def test_too_fast_sequences_try_no_other(motions: list[Any]) -> None:
-    """The best one collides, another one does not."""
-    task = shipped("ur5_valve")
-    assert not kw.plan(task).report.failures
-    assert len(motions) > 1
-    motions.clear()
-    task["waypoints"][4]["after"] = 0.15
-    report = kw.plan(task).report
-    assert any("is sufficient for the mean" in one.message for one in report.failures)
-    assert any(one.quantity == "clearance" for one in report.failures)
     assert len(motions) == 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from command_line import Command
 from drawn import scene, thing, vertices
 from judge.bodies import Surroundings
 from judge.motion import Motion
@@ -283,20 +281,6 @@ def test_waypoints_below_floor_collide() -> None:
     assert worst.remedy == "waypoint 'low' itself collides"
 
 
-def test_reports_distance_of_clear_pair(knotwork: Command, tmp_path: Path) -> None:
-    task = {**REACH_OVER, "scene": {"objects": {"post": {"sphere": 50, "position": [500, 0, 900]}}}}
-    report = kw.plan(task).report
-    assert report.ok
-    post = [found for found in report.select(quantity="clearance") if "post" in found.name]
-    assert len(post) == 8  # seven links that move have shapes, and the tool
-    shown = [found for found in post if not found.detail]
-    assert shown == [min(post, key=lambda found: found.value or 0.0)]
-    for found in post:
-        assert "comes within" in found.message
-        assert found.value is not None
-        assert found.margin == pytest.approx(found.value - found.excess)
-
-
 # Tool, held objects, pairs that are not checked
 
 
@@ -353,8 +337,6 @@ def test_allowed_and_ignored_pairs_are_not_checked() -> None:
     told = [one.message for one in allowed.select(quantity="pairs_not_checked")]
     listed = "wrist_2_link and wall; wrist_3_link and wall; ee_link and wall; tool and wall"
     assert f"not checked, as the scenario allows it: {listed}" in told
-    (warned,) = allowed.warnings
-    assert "objects.wall.allow: 'tool0' has no collision shapes" in warned.message
     ignored = kw.plan({**REACH_OVER, "collisions": {"ignore": [["tool", "wall"]]}}).report
     assert "tool, wall" not in pairs(ignored)
     told = [one.message for one in ignored.select(quantity="pairs_not_checked")]
@@ -430,15 +412,12 @@ def test_names_contact_on_path_before_later_joint_limit() -> None:
 def test_reports_every_contact_of_pair() -> None:
     plan = kw.plan(REACH_OVER)
     contact = pairs(plan.report)["tool, wall"]
-    said = contact.message
-    times = re.findall(r"from (\d+\.\d+) s to (\d+\.\d+) s", said)
-    found = [(float(start), float(end)) for start, end in times]
     # by distances at 3001 times
-    assert found[0] == pytest.approx((1.018, 1.324), abs=5e-3)
-    assert found[1] == pytest.approx((4.512, 4.824), abs=5e-3)
-    assert len(found) == 2
-    np.testing.assert_allclose(contact.intervals, found, rtol=0, atol=5e-4)
+    expected = [(1.018, 1.324), (4.512, 4.824)]
+    np.testing.assert_allclose(contact.intervals, expected, rtol=0, atol=5e-3)
     assert contact.interval in contact.intervals
+    start, end = contact.interval or (0.0, 0.0)
+    assert f"too near from {start:.3f} s to {end:.3f} s and 1 more time;" in contact.message
     drawn = scene_of(plan)
     np.testing.assert_allclose(drawn["strip"]["broken"], contact.intervals, atol=0.02)
     red = vertices(thing(drawn, "limits broken"))
@@ -545,15 +524,6 @@ def test_finds_every_part_of_mesh_inside_another(order: int, tmp_path: Path) -> 
         ],
     }  # fmt: skip
     assert not pairs(kw.plan(task).report)["tool, shell"].ok
-
-
-@pytest.mark.parametrize(("edge", "factor"), [(3.0, "1000"), (10_000.0, "0.001")])
-def test_warns_of_mesh_in_plausibly_wrong_unit(edge: float, factor: str, tmp_path: Path) -> None:
-    shell_of([(edge, 0, False)], tmp_path / "part.stl")
-    part = {"mesh": str(tmp_path / "part.stl"), "position": [0, 0, 9000]}
-    report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
-    (said,) = report.warnings
-    assert f"it may be in another unit; a scale {factor} times as large makes it" in said.message
 
 
 @pytest.mark.parametrize(

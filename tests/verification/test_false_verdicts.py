@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import gantry
 import numpy as np
 import pytest
 
@@ -127,28 +126,6 @@ def test_refuses_too_high_degree(knotwork: Command, tmp_path: Path) -> None:
     assert "at most" in ran.err
 
 
-@pytest.mark.parametrize("width", [2.0**-20, 2.0**-34, 2.0**-46])
-def test_spike_does_not_widen_jump_tolerance(width: float) -> None:
-    """A bump of 1e-4 rad within a microsecond or less, and a corner of 0.21 rad/s."""
-    loose = {"joint_position": 10, "joint_velocity": 10}
-    height = 1e-4
-    half = width / 2
-    c = np.zeros((4, 5))
-    c[-2:, 0] = [0.5, 0.0]
-    c[-2:, 1] = [0.71, 0.25]
-    up = [-2 * height / half**3, 3 * height / half**2, 0.71, 0.25 + 0.71 * 0.5]
-    top = moved(np.array([up]).T, np.array([half]))[:, 0]
-    down = [2 * height / half**3, -3 * height / half**2, 0.71, top[3]]
-    after = moved(np.array([down]).T, np.array([half]))[:, 0]
-    c[:, 2], c[:, 3] = up, down
-    c[-2:, 4] = [0.71, after[3]]
-    x = [0.0, 0.5, 1.0, 1.0 + half, 1.0 + width, 2.0]
-    for continuity in (1, 2):
-        report = kw.check(motion(c, x), one_joint(tolerances=loose, continuity=continuity))
-        assert not report.ok
-        assert any("velocity jumps" in text for text in map(str, report.failures))
-
-
 @pytest.mark.parametrize("where", ["tolerances", "limits"])
 def test_refuses_values_that_are_zero_in_si(knotwork: Command, tmp_path: Path, where: str) -> None:
     """In the file's unit the number is so small that it is zero in radians: 45° off passed."""
@@ -193,30 +170,3 @@ def test_self_motion_at_stop_of_tool_fails() -> None:
     )
     (found,) = kw.check(moved, task).failures
     assert (found.name, found.quantity) == ("end", "joint_velocity")
-
-
-@pytest.mark.parametrize(
-    ("points", "warned"),
-    [
-        ([[100, 0, 0], [100, 1e-4, 0], [200, 0, 0]], True),  # a straight seam, one point twice
-        ([[500, 0, 0], [500, 1, 0], [0, 1, 0]], True),
-        ([[100, 0, 0], [150, 0, 0], [200, 0, 0]], False),
-        ([[25, 43.3, 0], [75, 43.3, 0], [100, 0, 0], [75, -43.3, 0], [25, -43.3, 0]], False),
-    ],
-)
-def test_warns_of_curve_bulging_between_points(
-    tmp_path: Path, points: list[list[float]], warned: bool
-) -> None:
-    """The tool keeps to the curve, and the curve not to what its points seem to mean."""
-    task = gantry.scenario(tmp_path, {"points": points}, points[-1], 50)
-    report = kw.plan(task).report
-    assert report.ok
-    curve = task.paths[0].motion.path
-    found = report.select(quantity="curve_between_points")
-    assert [one.verdict for one in found] == ["warning"] * warned
-    if warned:
-        places = 1e3 * curve.position(np.linspace(0, curve.length, 5001))
-        assert (
-            np.abs(places[:, 1]).max() > 38
-        )  # none of the points is more than 1 mm off the x axis
-        assert "leaves the straight line between points" in found[0].message

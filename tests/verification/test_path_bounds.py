@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 import seams
+from judge.cases import bumped
+from judge.motion import Motion
 from judged import judged
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.verification.bounds.path_criteria import PathLimits
-from knotwork.verification.bounds.stretch_bounds import PathBound, path_bounds
+from knotwork.verification.bounds.path_criteria import PathBound, PathLimits
+from knotwork.verification.bounds.stretch_bounds import path_bounds
 from sweeps import examples
 
 
@@ -46,25 +48,12 @@ def disturbed(plan: kw.Plan, change: Any) -> JointTrajectory:
 
 
 def bump(plan: kw.Plan, time: float, width: float, height: float) -> JointTrajectory:
-    """A bump of the second joint with a continuous second derivative, of degree 6, at a time."""
-    start = time - 0.5 * width
+    """A bump of the second joint with a continuous second derivative at a time."""
 
     def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        curve = PiecewisePolynomial(c, x)
-        new = np.union1d(x, [start, start + width])
-        local = [
-            np.array([curve(t, k) / np.prod(range(1, k + 1), initial=1) for k in (3, 2, 1, 0)])
-            for t in new[:-1]
-        ]
-        full = np.zeros((7, len(new) - 1, c.shape[2]))
-        full[3:] = np.array(local).transpose(1, 0, 2)
-        for i, t in enumerate(new[:-1]):
-            if start <= t < start + width:
-                # 64 h u³ (1 - u)³ about the start of this piece
-                poly = np.poly1d([-1.0 / width, 1.0]) ** 3 * np.poly1d([1.0 / width, 0.0]) ** 3
-                shifted = (poly * (64.0 * float(height)))(np.poly1d([1.0, t - start]))
-                full[7 - len(shifted.c) :, i, 1] += shifted.c
-        return full, new
+        motion = Motion(plan.trajectory.joint_names, x, c)
+        made = bumped(motion, 1, time, 0.5 * width, height)
+        return made.c, made.x
 
     return disturbed(plan, change)
 
@@ -146,13 +135,11 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     stretch = path.stretches[0]
 
     def bound(tolerance: float) -> PathBound:
-        limits = PathLimits(tolerance, 0.01, 0.01)
+        limits = PathLimits(tolerance, 0.01, 0.01, stretch.speed, stretch.full_speed)
         interval, robot = (stretch.start, stretch.end), line.space.robot
         assert robot is not None
-        return path_bounds(
-            robot, line.trajectory.polynomial, path.motion, interval, stretch.full_speed,
-            stretch.speed, limits,
-        ).position  # fmt: skip
+        found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
+        return found.bounds["path_deviation"]
 
     tolerance = bound(1e-4).value
     for _ in range(20):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from math import factorial
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 
 import knotwork as kw
+from judge.cases import bumped
+from judge.motion import Motion
 
 ARM = kw.load_robot("ur5")
 TURNED = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
@@ -37,19 +36,12 @@ def moved(seconds: float, **keys: Any) -> dict[str, Any]:
 
 def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
     """A motion of which one joint accelerates to and fro for a moment, by so much [rad/s², s]."""
-    curve, made = plan.trajectory.polynomial, plan.trajectory
-    knots = 0.4 * made.duration + width / 4.0 * np.arange(5)
-    bump = BSpline.basis_element(knots, extrapolate=False)
-    x = np.unique(np.concatenate((curve.x, knots)))
-    left = x[:-1]
-    c = []
-    for order in (3, 2, 1, 0):
-        values = curve(left, order)
-        shape = np.where((left < knots[0]) | (left >= knots[-1]), 0.0, bump(left, order))
-        values[:, 2] += size * (width / 4.0) ** 2 / 2.0 * shape
-        c.append(values / factorial(order))
+    made = plan.trajectory
+    motion = Motion(made.joint_names, made.polynomial.x, made.polynomial.c)
+    middle, height = 0.4 * made.duration + width / 2.0, size * (width / 4.0) ** 2 / 3.0
+    shaken = bumped(motion, 2, middle, width / 2.0, height)
     return kw.JointTrajectory(
-        made.joint_names, kw.PiecewisePolynomial(np.array(c), x), joint_units=made.joint_units
+        made.joint_names, kw.PiecewisePolynomial(shaken.c, shaken.x), joint_units=made.joint_units
     )
 
 

@@ -59,20 +59,6 @@ def test_the_exact_extrema_are_among_the_points(seed: int, order: int, degree: i
     assert float(drawn.value.min()) == pytest.approx(float(extrema.minimum[0]), abs=1e-9 * scale)
 
 
-def test_a_jump_parts_the_line_and_is_drawn_upright() -> None:
-    curve = PiecewisePolynomial([[[1.0], [-1.0]], [[0.0], [1.0]]], [0.0, 1.0, 2.0])
-    drawn = strokes(curve, 0, 1, 1.0)
-    time, value = drawn.line()
-    np.testing.assert_array_equal(time, [0, 1, 1, 1, 2])
-    np.testing.assert_array_equal(value, [1, 1, np.nan, -1, -1])
-    time, value = drawn.jump_lines()
-    np.testing.assert_array_equal(time, [1, 1, 1])
-    np.testing.assert_array_equal(value, [1, -1, np.nan])
-    time, value = drawn.line(steps=True)
-    np.testing.assert_array_equal(time, [0, 1, 1, 2])
-    np.testing.assert_array_equal(value, [1, 1, -1, -1])
-
-
 def test_rounding_makes_no_jump() -> None:
     """One cubic, cut into pieces, continues at the cuts but for rounding."""
     cubic = np.poly1d([0.3, -1.0, 2.0, 1e3])

@@ -48,17 +48,3 @@ def test_other_suffixes_are_refused(name: str, figure: Figure, tmp_path: Path) -
     with pytest.raises(InputError, match=r"give \.png, \.svg, \.pdf"):
         save_figure(figure, tmp_path / name)
     assert (tmp_path / name).read_text() == "kept"
-
-
-def test_files_that_can_not_be_written_are_errors(figure: Figure, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    (tmp_path / "folder.png").mkdir()
-    for path, says in (
-        (tmp_path / "file" / "a.png", "can't write a picture"),
-        (tmp_path / "file" / "deeper" / "a.png", "Not a directory"),
-        (tmp_path / "folder.png", "is a folder"),
-        (tmp_path / "a\0b.png", "can't write a picture"),
-    ):
-        with pytest.raises(InputError, match=says):
-            save_figure(figure, path)
-    assert {entry.name for entry in tmp_path.iterdir()} == {"file", "folder.png"}

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from knotwork import Plan
 
 PNG = b"\x89PNG"
 
@@ -66,18 +65,3 @@ def test_angles_are_in_the_units_of_the_scenario(
     other = {"deg/s": "rad/s", "rad/s": "deg/s"}[unit]
     assert f"[{unit}]" in text
     assert f"[{other}]" not in text
-
-
-def test_a_stored_trajectory_is_drawn(
-    knotwork: Command, tmp_path: Path, deburring: Plan, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "run"
-    deburring.save(folder)
-    monkeypatch.chdir(tmp_path)
-    assert knotwork("plot", folder).out == "wrote run.png\n"
-    ran = knotwork("plot", "run/trajectory.json", "-s", "ur5_deburring", "-o", "b.pdf", "--tool")
-    assert (ran.code, ran.err, ran.out) == (0, "", "wrote b.pdf\n")
-    ran = knotwork("plot", "run", "--scenario", "kinova_dispense", "-o", "c.png")
-    assert ran.code == 2
-    assert "joint" in ran.err
-    assert not (tmp_path / "c.png").exists()

@@ -12,7 +12,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.view import plot_joints, plot_tool
-from plans import arm, planned
+from plans import arm
 
 
 def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
@@ -66,19 +66,6 @@ def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:
         assert boxes
         gaps = [above.y0 - below.y1 for below, above in pairwise(boxes)]
         assert all(gap > 0.3 * boxes[0].height for gap in gaps)
-
-
-def test_planners_lie_over_each_other(deburring: Plan) -> None:
-    figure = plot_tool([deburring, planned("ur5_deburring", planner="trapezoidal")])
-    for axis in figure.axes:
-        assert [str(line.get_gid()).split(":")[1] for line in lines(axis, "curve")] == [
-            "modified-hermite",
-            "trapezoidal",
-        ]
-    passed, failed = figure.legends[0].get_texts()
-    assert passed.get_text() == "modified-hermite"
-    assert failed.get_text().startswith("trapezoidal: ")
-    assert failed.get_color() != passed.get_color()
 
 
 def test_a_trajectory_needs_its_scenario(deburring_by_waypoints: Plan, paper_case: Plan) -> None:

@@ -35,7 +35,6 @@ OUTSIDE = """() => {
   return found;
 }"""
 SHOWN = [name for name in QUICK if not name.startswith("paper_case")]  # that has no robot
-ALWAYS = {"ur5_turntable_rim"}  # in which the task is small
 
 
 def is_ground(thing: dict[str, Any], size: float) -> bool:
@@ -44,10 +43,8 @@ def is_ground(thing: dict[str, Any], size: float) -> bool:
     return thing["name"] == "objects" and bool(extent > size)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(one, marks=[] if one in ALWAYS else pytest.mark.exhaustive) for one in SHOWN],
-)
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", SHOWN)
 def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Path) -> None:
     plan = kw.plan(name)
     page = plan.view()

@@ -10,38 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-import knotwork as kw
 from knotwork.view import report_page
 from knotwork.view.page import Page
+from walls import through_wall
 
 READY = "html[data-ready=true]"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 DESK, UPRIGHT, ACROSS, SMALL = (1280, 800), (390, 844), (844, 390), (480, 320)
 
 
-@cache
-def failing() -> kw.Plan:
-    """A motion that breaks limits and collides, past a tool path."""
-    return kw.plan(
-        {
-            "robot": "ur5",
-            "units": {"length": "mm"},
-            "limits": {"tool_speed": 150},
-            "scene": {"objects": {"post": {"box": [40, 40, 150], "position": [450, -175, 40]}}},
-            "waypoints": [
-                {"name": "a", "stop": True, "pose": {"position": [450, -250, 100], "rpy": DOWN}},
-                {"name": "b", "after": 1.5, "pose": {"position": [450, -100, 100], "rpy": DOWN}},
-                {"name": "c", "along": "line", "speed": 90, "pose": {"position": [450, 60, 100]}},
-                {"name": "d", "after": 2, "stop": True, "joints": "home"},
-            ],
-        }
-    )
-
-
-DOWN = [np.pi, 0, 0]
 PAGES: dict[str, Callable[[], Page]] = {
-    "scene": cache(lambda: failing().view()),
-    "report": cache(lambda: report_page(failing())),
+    "scene": cache(lambda: through_wall().view()),
+    "report": cache(lambda: report_page(through_wall())),
 }
 
 

@@ -74,22 +74,6 @@ def test_space_plays_and_pauses_while_the_slider_has_the_focus(scene: Any) -> No
     assert press(scene, "Shift") == paused
 
 
-def test_arrow_keys_move_by_one_frame_and_with_another_key_are_the_browsers(scene: Any) -> None:
-    for sought in (7.975, 1.2):
-        scene.evaluate("(time) => knotwork.seek(time)", sought)
-        times = [time_in(scene), *(press(scene, "ArrowRight") for _ in range(3))]
-        times += [press(scene, "ArrowLeft") for _ in range(2)]
-        frames = [0, 1, 2, 3, 2, 1]
-        assert times == pytest.approx([sought + k / FRAMES for k in frames], abs=1e-5)
-    before = time_in(scene)
-    prevented = scene.evaluate("""() => ["ctrlKey", "altKey", "metaKey"].map((held) =>
-      !document.body.dispatchEvent(new KeyboardEvent("keydown", {
-        key: "ArrowRight", [held]: true, bubbles: true, cancelable: true,
-      })))""")
-    assert prevented == [False, False, False]
-    assert press(scene, "Shift") == before
-
-
 def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
     """One page shows them all: each key and click does what its words say."""
     times = [waypoint.time for waypoint in plan.scenario.waypoints]

@@ -44,9 +44,6 @@ SEEKS = [("Home", 0.15), ("End", 0.5), ("Home", 0.5), ("End", 0.85)]
 # Pixels: an address has the time to a microsecond.
 ROUNDED = 8
 
-# Words stay on their side of a point while a scene turns: where they are tells how it came there.
-WITHOUT_LABELS = "document.querySelector('#switches input[name=labels]').click()"
-
 
 class Scene:
     """A page whose pixels are looked at as the screen has them: `capture_image` would draw."""
@@ -110,47 +107,3 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(
         scene.click(share)
         assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
     assert min(differ(*two) for two in pairwise(opened.values())) > 1000
-    scene.key("ArrowLeft")
-    assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED
-
-
-@pytest.mark.exhaustive
-def test_a_paused_scene_follows_the_night_the_window_and_its_switches(
-    tabs: Any, address: str
-) -> None:
-    def changes(scene: Scene) -> Any:
-        """Each of the changes, undone by the next one or at last."""
-        tab = scene.tab
-        for scheme in ("dark", "light"):
-            tab.emulate_media(color_scheme=scheme)
-            yield scheme
-        for width in (640, 800):
-            tab.set_viewport_size({"width": width, "height": 600})
-            tab.wait_for_function(
-                f"document.querySelector('#scene canvas').clientWidth === {width}"
-            )
-            yield f"width {width}"
-        names = tab.evaluate(
-            "[...document.querySelectorAll('#switches input:checked')].map((box) => box.name)"
-        )
-        for name in names:
-            tab.evaluate(f"document.querySelector('#switches input[name=\"{name}\"]').click()")
-            yield f"{name} hidden"
-            tab.evaluate(f"document.querySelector('#switches input[name=\"{name}\"]').click()")
-            yield f"{name} shown"
-
-    scene = Scene(tabs, address, "t=1.5")
-    scene.tab.evaluate(WITHOUT_LABELS)
-    seen = scene.pixels()
-    done = []
-    for change in changes(scene):
-        shown = scene.pixels()
-        scene.tab.evaluate("viewer.set_dirty()")
-        assert differ(shown, scene.pixels()) == 0, change
-        done.append(change)
-    assert {"dark", "width 640", "held hidden", "objects shown"} <= set(done)
-    assert differ(seen, scene.pixels()) == 0
-    dark = Scene(tabs, address, "t=1.5", color_scheme="dark")
-    dark.tab.evaluate(WITHOUT_LABELS)
-    scene.tab.emulate_media(color_scheme="dark")
-    assert differ(scene.pixels(), dark.pixels()) == 0

@@ -119,13 +119,6 @@ def test_the_joints_on_a_page_are_the_robot_s(name: str) -> None:
         assert place.isApprox(true, 1e-9)
 
 
-def test_the_scale_of_speeds_has_those_asked_for_that_are_not_reached() -> None:
-    plan = planned("planar2_closed_form", planner="trapezoidal")
-    assert not plan.report.ok
-    legend = scene(plan.view())["legend"]
-    assert legend["high"] >= max(legend["marks"]) == pytest.approx(np.hypot(0.25, 0.3))
-
-
 def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) -> None:
     plan = planned("planar2_closed_form")
     name = "</script><b onload=x>&"
@@ -189,23 +182,6 @@ def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> 
     per_arrow = len(arrows) / found
     assert found > 1
     assert per_arrow == round(per_arrow)  # and none else
-
-
-@pytest.mark.parametrize("name", ["ur5", "panda"])
-def test_colours_are_those_of_the_meshes_materials(name: str) -> None:
-    robot = kw.load_robot(name)
-    names = re.findall(r'<mesh filename="package://([^"]*\.dae)"', robot.urdf.read_text("utf-8"))
-    root = next(folder for folder in robot.urdf.parents if folder.name == "example-robot-data")
-    given = set()
-    for mesh in names:
-        text = (root.parent / mesh).read_text(encoding="utf-8")
-        for part in re.findall(r"<diffuse>\s*<color[^>]*>([^<]*)<", text):
-            given.add(tuple(round(255 * float(number)) for number in part.split()[:3]))
-    page = at_rest(robot)
-    assert not shape_warnings(page)
-    drawn = {tuple(mesh["colours"]) for parts in scene(page)["shapes"] for mesh in parts}
-    assert drawn <= given
-    assert len(drawn) > 2
 
 
 def test_a_frame_and_an_object_of_one_name_have_one_label() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -56,26 +55,6 @@ def test_takes_clear_motion_if_fastest_collides(
 
 
 @pytest.mark.exhaustive
-def test_proposal_for_passed_poses_is_accepted() -> None:
-    """Ways through them are one motion, which takes no times."""
-    passed = [
-        {"name": name, "pose": {"position": [450, y, 300], "rpy": DOWN}, "velocity": "free"}
-        for name, y in (("over", -100), ("beyond", 100))
-    ]
-    given = across()
-    given["waypoints"][1:1] = passed
-    for waypoint in given["waypoints"][1:]:
-        waypoint["after"] = 1
-    (line,) = told(given)
-    said = "way: clear at 'over' and 'beyond' and 'there' without times may avoid the collisions"
-    assert said in line
-    for waypoint in given["waypoints"][1:]:
-        waypoint["way"] = "clear"
-        del waypoint["after"]
-    assert kw.plan(given).report.ok
-
-
-@pytest.mark.exhaustive
 def test_reports_missing_clear_motion() -> None:
     given = fastest()
     given["scene"]["objects"] = {
@@ -119,22 +98,3 @@ def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
     checked = knotwork("check", tmp_path / "out", "--scenario", file)
     assert checked.code == 1
     assert "way: clear" not in checked.out
-
-
-def test_page_lists_failures_then_advice() -> None:
-    plan = kw.plan(across(at("back", -250, after=3)))
-    head = plan.view().html.partition('<ul class="failures">')[2].partition("</header>")[0]
-    entries = [unescape(one) for one in head.split("<li>")[1:]]
-    assert len(entries) == len(plan.report.failures) > 1
-    for entry, found in zip(entries, plan.report.failures, strict=True):
-        assert found.at is not None
-        assert f'data-at="{found.at}"' in entry
-        assert "in wall at" in entry
-        assert "between 'here' and 'there'</button>" in entry
-        (_, (low, high)) = found.spans  # it collides on the way back, too
-        words = f"also {low:.3f} to {high:.3f} s, between 'there' and 'back'</button>"
-        assert f'data-at="{low}" title="go there">{words}' in entry
-    # advice stands once, after what it is about; what was tried is among the details
-    assert head.count("(not attempted)") == 1
-    line, advice, tried = (entries[0].index(word) for word in ("in wall", "clear", "tried: "))
-    assert line < advice < entries[0].index("<details>") < tried

@@ -68,16 +68,6 @@ def test_straight_clear_motion_is_optimal() -> None:
     assert made.chosen.status == "optimal"
 
 
-@pytest.mark.exhaustive
-def test_rest_between_clear_motions_is_given() -> None:
-    """The time between equal stops is given; nothing is to be found there."""
-    for more in ({"way": "clear"}, {}):
-        given = past(None, {"name": "still", "after": 0.5, "stop": True, **more}, ways="clear")
-        given["waypoints"][2]["pose"] = given["waypoints"][1]["pose"]
-        made = planned(given)
-        assert [one.kind for one in made.trajectory.segments] == ["way", "free motion"]
-
-
 def test_consecutive_clear_motions_meet() -> None:
     back = {
         "name": "back",
@@ -231,13 +221,6 @@ def test_reports_clearance_without_objects() -> None:
     (way,) = planned(given).report.select(quantity="way")
     assert way.value is not None
     assert way.value > 0
-
-
-@pytest.mark.exhaustive
-def test_tool_speed_limit_costs_time() -> None:
-    given = past()
-    given["limits"] = {**given["limits"], "tool_speed": 600}
-    assert led().trajectory.duration < planned(given).trajectory.duration < 2.5
 
 
 @pytest.mark.exhaustive

@@ -15,11 +15,13 @@ from .base import did_you_mean as did_you_mean
 from .base import shown as shown
 from .base import together as together
 from .path_errors import CornerError as CornerError
+from .path_errors import FollowingError as FollowingError
+from .path_errors import LimitingConstraint as LimitingConstraint
 from .path_errors import PathError as PathError
 from .path_errors import RampError as RampError
 from .path_errors import StretchTimeError as StretchTimeError
 from .tasks import BranchError as BranchError
-from .tasks import FollowingError as FollowingError
+from .tasks import FastJoint as FastJoint
 from .tasks import NoWayFoundError as NoWayFoundError
 from .tasks import OutOfReachError as OutOfReachError
 from .tasks import OutsideLimitsError as OutsideLimitsError

@@ -1,12 +1,18 @@
-"""Errors of infeasible tool paths, independent of the arm."""
+"""Errors of infeasible tool paths."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from knotwork.errors.base import InputError
+from knotwork.errors.tasks import TaskError
+from knotwork.units import SI, Units
+
+NEARLY_SINGULAR = 0.05
+"""Smallest singular value below which a singularity explains high joint speeds."""
 
 
 class PathError(InputError):
@@ -78,3 +84,85 @@ class StretchTimeError(PathError):
     stretch: int = 0
     least: float = 0.0
     most: float = 0.0
+
+
+class LimitingConstraint(NamedTuple):
+    """The constraint that prevents an arm from following a path.
+
+    Attributes:
+        kind: `"joint limit"`, `"velocity limit"`, `"collision"`, or `"singularity"` where the tool
+            can't stay on the path with any joint motion.
+        time: Time at which it begins [s].
+        joint: Name of the joint that exceeds its limit; empty without one.
+        unit: Unit of its position, `"rad"` or `"m"`.
+        value: Its worst position or speed [rad or m, or per second].
+        bound: Limit that it exceeds, likewise.
+        smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
+        bodies: Names of two bodies that collide.
+    """
+
+    kind: str
+    time: float
+    joint: str = ""
+    unit: str = "rad"
+    value: float = 0.0
+    bound: float = 0.0
+    smallest_singular_value: float = math.nan
+    bodies: tuple[str, str] = ("", "")
+
+    def text(self, units: Units) -> str:
+        """The constraint as a clause."""
+        smallest = f"smallest singular value {self.smallest_singular_value:.3g}"
+        if self.kind == "singularity":
+            return f"the arm is stretched out or singular and can't continue ({smallest})"
+        if self.kind == "collision":
+            return "{} comes too near to {}".format(*self.bodies)
+        unit = self.unit if self.kind == "joint limit" else f"{self.unit}/s"
+        value, bound = (units.text(number, unit, ".4g") for number in (self.value, self.bound))
+        if self.kind == "joint limit":
+            return f"{self.joint} reaches its limit {bound}; it would have to move to {value}"
+        is_near = self.smallest_singular_value < NEARLY_SINGULAR
+        near = f" (close to a singularity, {smallest})" if is_near else ""
+        return f"{self.joint} would have to turn at {value}, and its limit is {bound}{near}"
+
+
+class FollowingError(TaskError):
+    """A tool path that the arm can't follow.
+
+    Attributes:
+        arc_length: Length that can be followed [m].
+        cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
+        joint: Name of the joint that would be beyond its limit; empty without one.
+        value: Position or speed that the joint would have [rad or m, or per second], or `None`.
+        bound: Limit that it exceeds [rad or m, or per second], or `None`.
+    """
+
+    arc_length: float = 0.0
+    cause: str = ""
+    joint: str = ""
+    value: float | None = None
+    bound: float | None = None
+
+    def __init__(
+        self,
+        waypoint: str,
+        constraint: LimitingConstraint,
+        *,
+        beginning: str,
+        remedy: str,
+        distance: float,
+        arc_length: float,
+        where: str = "",
+        units: Units = SI,
+    ) -> None:
+        along = units.text(distance, "m", ".4g")
+        super().__init__(
+            waypoint,
+            f"{beginning} {along} along it {constraint.text(units)}. {remedy}",
+            where=where,
+            arc_length=arc_length,
+            cause=constraint.kind,
+            joint=constraint.joint,
+            value=constraint.value if constraint.joint else None,
+            bound=constraint.bound if constraint.joint else None,
+        )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from knotwork.errors.base import InputError
 from knotwork.errors.plain_text import waypoint_text
@@ -15,6 +16,12 @@ POINT_SHARE = 1e-5
 
 SMALL_EXCESS = 1e-4
 """An excess of a joint below this is printed, because the printed position hides it [rad or m]."""
+SMALL_RESIDUAL = 1e-12
+"""A residual of a velocity up to this is rounding [m/s or rad/s]."""
+SMALL_PART = 1e-3
+"""A linear or angular part of a twist below this is not printed, relative to the twist."""
+AXIS_COSINE = 0.999
+"""Cosine of the angle up to which a direction is printed as an axis."""
 
 
 class TaskError(InputError):
@@ -143,25 +150,96 @@ class SingularityError(TaskError):
     residual: tuple[float, float] = (0.0, 0.0)
     joint_velocity: Mapping[str, float] = MappingProxyType({})
 
+    def __init__(
+        self,
+        waypoint: str,
+        direction: Sequence[float],
+        fast_joints: Sequence[FastJoint],
+        *,
+        smallest_singular_value: float,
+        residual: tuple[float, float],
+        joint_velocity: Mapping[str, float],
+        where: str = "",
+        units: Units = SI,
+    ) -> None:
+        """Write the message.
 
-class FollowingError(TaskError):
-    """A tool path that the arm can't follow.
+        Args:
+            waypoint: Name of the waypoint.
+            direction: Twist of the unattainable component or, with fast joints, of the direction
+                in which the arm is singular: linear, then angular, shape (6,).
+            fast_joints: Joints that would be too fast; none if the velocity is unattainable.
+            smallest_singular_value: The attribute.
+            residual: The attribute.
+            joint_velocity: The attribute.
+            where: Location of its definition.
+            units: Units of speeds.
+        """
+        smallest, along = f"smallest singular value {smallest_singular_value:.3g}", _axes(direction)
+        if fast_joints:
+            needed = ", ".join(joint.text(units) for joint in fast_joints)
+            share = min(joint.plausible / joint.speed for joint in fast_joints)
+            message = (
+                f"the arm is close to a singularity ({smallest}, {along}) and would need {needed}; "
+                f"{share:.3g} of the speed is feasible"
+            )
+        else:
+            amounts = [
+                units.text(amount, unit, ".3g")
+                for amount, unit in zip(residual, ("m/s", "rad/s"), strict=True)
+                if amount > SMALL_RESIDUAL
+            ]
+            message = (
+                f"the arm can't give the tool this velocity: a component of "
+                f"{' and '.join(amounts)} {along} is unattainable here ({smallest})"
+            )
+        super().__init__(
+            waypoint,
+            message,
+            where=where,
+            smallest_singular_value=smallest_singular_value,
+            residual=residual,
+            joint_velocity=joint_velocity,
+        )
+
+
+class FastJoint(NamedTuple):
+    """A joint that would have to be too fast near a singularity.
 
     Attributes:
-        arc_length: Length that can be followed [m].
-        cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
-        joint: Name of the joint that would be beyond its limit; empty without one.
-        value: Position or speed that the joint would have [rad or m, or per second], or `None`.
-        bound: Limit that it exceeds [rad or m, or per second], or `None`.
-        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
+        name: Name of the joint.
+        unit: Unit of its speed, `"rad/s"` or `"m/s"`.
+        speed: Speed that it would have.
+        limit: Velocity limit, infinite without one.
+        plausible: The limit, or the speed above which no joint is plausible.
     """
 
-    arc_length: float = 0.0
-    cause: str = ""
-    joint: str = ""
-    value: float | None = None
-    bound: float | None = None
-    part_of_speed: float | None = None
+    name: str
+    unit: str
+    speed: float
+    limit: float
+    plausible: float
+
+    def text(self, units: Units) -> str:
+        """The joint, its speed and its limit."""
+        limit = "no limit given"
+        if math.isfinite(self.limit):
+            limit = f"limit {units.shown(self.limit, self.unit)[0]:.4g}"
+        return f"{self.name} at {units.text(self.speed, self.unit, '.4g')} ({limit})"
+
+
+def _axes(twist: Sequence[float]) -> str:
+    """Text of the base axes along and about which a twist is, for example `along z`."""
+    parts, size = [], math.hypot(*twist)
+    for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
+        norm = math.hypot(*vector)
+        if norm < SMALL_PART * size:
+            continue
+        unit = [value / norm for value in vector]
+        axis = max(range(3), key=lambda i: abs(unit[i]))
+        values = ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in unit)
+        parts.append(f"{verb} {'xyz'[axis] if abs(unit[axis]) > AXIS_COSINE else f'({values})'}")
+    return f"{' and '.join(parts)} of the base frame"
 
 
 class NoWayFoundError(InputError):

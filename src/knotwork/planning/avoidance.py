@@ -132,9 +132,9 @@ def _detour_ends(plan: Plan) -> list[int]:
     free velocity keep it, so that the motions to them and from them are replaced together.
     """
     scenario, free = plan.scenario, _free_times(plan)
-    asked = scenario if plan.chosen is None else plan.chosen.asked
-    planner, _ = planner_and_rule(asked.si.planner)
-    if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
+    requested = scenario if plan.chosen is None else plan.chosen.requested
+    planner, _ = planner_and_rule(requested.si.planner)
+    if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
     fixed |= set(plan.space.waits) | {end - 1 for end in (free.ways if free else ())}
@@ -155,7 +155,7 @@ def _detour_ends(plan: Plan) -> list[int]:
 
 def _free_times(plan: Plan) -> FreeTimes | None:
     """Unknowns that were chosen for a plan."""
-    return None if plan.chosen is None else plan.chosen.asked.free
+    return None if plan.chosen is None else plan.chosen.requested.free
 
 
 def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:

@@ -76,9 +76,9 @@ def check_alone(
             f"{', '.join(moved.joint_names)}"
         )
     task = _task_of(motion, data, places).replace(name=Path(path).name)
-    asked = resolve_task(task, places)
-    space = joint_space(asked)
-    report = check(motion, asked, space=space, defects=defects)
+    scenario = resolve_task(task, places)
+    space = joint_space(scenario)
+    report = check(motion, scenario, space=space, defects=defects)
     # the ends of the motion are its own waypoints
     findings = tuple(
         finding
@@ -86,7 +86,7 @@ def check_alone(
         if finding.subject not in ("waypoint", "segment")
         and finding.quantity not in ("time_span", "no_start")
     )
-    return motion, asked, space, replace(report, findings=findings)
+    return motion, scenario, space, replace(report, findings=findings)
 
 
 def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:

@@ -132,7 +132,7 @@ def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
         planned.trajectory,
         polynomial=motion,
         waypoint_times=times,
-        events=tuple(asked.event for asked in scenario.events),
+        events=tuple(event.event for event in scenario.events),
         loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
         segments=segments(scenario)
         if clock is None

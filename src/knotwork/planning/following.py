@@ -13,10 +13,9 @@ from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolP
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import finite_number
+from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
 from knotwork.robot import Robot, load_robot
-from knotwork.robot.kinematics.following.insertion import with_waypoints_inserted
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.robot.kinematics.following.path_proof import PathTolerance
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 from knotwork.task import Tolerances
 from knotwork.task.scenario import SMALLEST_PATH_TOLERANCE
@@ -107,7 +106,7 @@ def _follow(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
-    joints.check_curve(trajectory.polynomial)
+    joints.check(trajectory.polynomial)
     return trajectory
 
 

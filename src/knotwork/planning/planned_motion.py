@@ -161,8 +161,8 @@ class Plan:
             from knotwork.planning.choosing import saved_text
 
             # whose name differs from that of the new file
-            asked = self.scenario if self.chosen is None else self.chosen.scenario
-            named = replace(asked, task=asked.task.replace(name=asked.name))
+            scenario = self.scenario if self.chosen is None else self.chosen.scenario
+            named = replace(scenario, task=scenario.task.replace(name=scenario.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
             **self.report_to_dict(),

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
-
-from numpy.typing import ArrayLike
+from typing import Any
 
 from knotwork.curves.interpolation import (
     PLANNER_SPECS,
@@ -21,8 +19,6 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import JointWaypoints
-
-Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
 # Fields of a file with the options.
 _FIELDS: dict[str, tuple[str, ...]] = {
@@ -90,56 +86,41 @@ def supported_options(
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
 
 
-def _with_option(scenario: Scenario, **option: Any) -> Scenario:
-    """A scenario with an option in place of its own; the task as given stays."""
-    return replace(scenario, si=scenario.si.model_copy(update=option))
-
-
 @dataclass(frozen=True, eq=False)
 class Interpolation:
     """A scenario's planner and its options.
 
     Attributes:
-        scenario: The task, with the planner and the knots that were given instead of its own.
+        scenario: The task, with the planner that was given instead of its own.
         space: Its joints.
         options: Options of the planner, in SI.
         left_out: Names of the scenario's options that the planner does not support.
-        replaced: Names of the arguments that were given.
+        replaced: Whether a planner was given.
     """
 
     scenario: Scenario
     space: JointSpace
     options: PlannerOptions
     left_out: tuple[str, ...]
-    replaced: frozenset[str]
+    replaced: bool
 
     @classmethod
-    def read(cls, scenario: Scenario, planner: str | None, knots: Knots) -> Interpolation:
-        """Read the options of a scenario; arguments as of `knotwork.plan`.
+    def read(cls, scenario: Scenario, planner: str | None) -> Interpolation:
+        """Read the options of a scenario; `planner` as of `knotwork.plan`.
 
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
         original, left_out = scenario.si.planner, tuple[str, ...]()
-        arguments = {"planner": planner, "knots": knots}
-        replaced = frozenset(name for name, value in arguments.items() if value is not None)
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
-        scenario = _with_option(scenario, planner=planner or original)
+        si = scenario.si.model_copy(update={"planner": planner or original})
+        scenario = replace(scenario, si=si)  # the task as given stays
         space = joint_space(scenario)
         options = planner_options(scenario, space)
         if scenario.si.planner != original:
             options, left_out = supported_options(options, original, scenario.si.planner)
-        if knots is not None:
-            if "knots" in planner_and_rule(scenario.si.planner)[1]:
-                raise InputError(
-                    f"{scenario.name}: knots: given together with those of "
-                    f"{scenario.si.planner!r}; give one of the two"
-                )
-            placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
-            scenario = _with_option(scenario, knots=placed)
-            options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
-        return cls(scenario, space, options, left_out, replaced)
+        return cls(scenario, space, options, left_out, planner is not None)
 
     @property
     def knots_along_paths(self) -> Any:
@@ -166,8 +147,8 @@ class Interpolation:
                 error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
             if isinstance(error, KnotError | OptionError):
                 field = _FIELDS.get(getattr(error, "option", "knots"), field)
-            if field[0] in self.replaced:
-                error.locate(f"{self.scenario.name}: {field[0]}")
+            if self.replaced and field == ("planner",):
+                error.locate(f"{self.scenario.name}: planner")
                 raise
             with self.scenario.error_context(*field):
                 raise

@@ -7,11 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
-from knotwork.errors import InputError
 from knotwork.planning.avoidance import best_of_sequences
 from knotwork.planning.planned_motion import Plan
-from knotwork.planning.planner_options import Knots
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
@@ -24,7 +21,6 @@ def plan(
     scenario: str | Path | Mapping[str, Any] | Task | Scenario,
     *,
     planner: str | None = None,
-    knots: Knots = None,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Plan:
@@ -43,8 +39,6 @@ def plan(
         planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.left_out` names them.
-        knots: Knots in place of the scenario's: `"paper"`, `"balanced"`, `BalancedKnots` or their
-            constant, the knot times [s], or `"optimal"` for chosen knots.
         budget: Computing time for free times [s], by default unlimited. Segments that are not
             solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
@@ -59,35 +53,16 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if isinstance(knots, str) and knots == "optimal":
-        scenario, knots = _with_optimal_knots(scenario, planner or scenario.si.planner), None
     if scenario.free is None:
-        return best_of_sequences(ScenarioPlanner(scenario, planner, knots))
+        return best_of_sequences(ScenarioPlanner(scenario, planner))
     from knotwork.planning.choosing import with_times_met
     from knotwork.planning.timing.budget import Budget
 
     free = scenario.free
     met = tuple(scenario.waypoints[i].name for i in free.meets if free.duration[i - 1])
-    timed = ScenarioPlanner(scenario, planner, knots, Budget(seconds=budget), progress, met)
+    timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, met)
     if free.meets:
         scenario = with_times_met(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )
     return best_of_sequences(replace(timed, scenario=scenario))
-
-
-def _with_optimal_knots(scenario: Scenario, planner: str) -> Scenario:
-    """The scenario with knots to be chosen.
-
-    Raises:
-        InputError: The planner does not support chosen knots, or has its own knots.
-    """
-    from knotwork.planning.choosing import with_optimal_knots
-
-    base, ruled = planner_and_rule(planner)
-    if "chosen" not in PLANNER_SPECS[base].supports or "knots" in ruled:
-        raise InputError(
-            f"{scenario.name}: knots: optimal are those of modified-hermite, which "
-            f"{planner!r} does not take; give one of the two"
-        )
-    return with_optimal_knots(scenario)

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 def held_at(scenario: Scenario, at: float) -> list[str]:
     """Names of the objects held at a time [s]."""
-    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
-    held = scenario.scene.held
+    held, times = scenario.scene.held, scenario.times
     return [item.name for item in held if times[item.take] <= at < times[item.leave]]
 
 
@@ -59,24 +58,24 @@ def scene_from(
     """
     task, (first, last) = scenario.task, span
     times = [waypoint.time for waypoint in scenario.waypoints]
-    index = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
 
-    def shift_appearance(item: Any, name: str | None) -> Any:
-        """An object that appears at a waypoint; `None` if that is later."""
-        since = first if name is None else times[index[name]]
-        return None if last < since else item.replace(appears=name if first < since else None)
+    def shift_appearance(item: Any, i: int | None) -> Any:
+        """An object that appears at waypoint i; `None` if that is later."""
+        since = first if i is None else times[i]
+        appears = scenario.waypoints[i].name if i is not None and first < since else None
+        return None if last < since else item.replace(appears=appears)
 
-    for name, item in task.scene.objects.items():
-        objects[name] = shift_appearance(item, item.appears)
+    for item in scenario.scene.objects:
+        objects[item.name] = shift_appearance(task.scene.objects[item.name], item.appears)
     for held in scenario.scene.held:
-        take, leave = index[held.take], index[held.leave]
-        asked = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
+        take, leave = held.take, held.leave
+        grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
         if times[take] < last - SAME_WAYPOINT_TIME and first < times[leave]:
-            holds[held.name] = shift_appearance(asked, held.appears).replace(
-                take=held.take if first < times[take] else ends[0],
-                leave=held.leave if times[leave] <= last else ends[1],
+            holds[held.name] = shift_appearance(grasp, held.appears).replace(
+                take=grasp.take if first < times[take] else ends[0],
+                leave=grasp.leave if times[leave] <= last else ends[1],
             )
             continue
         i = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
@@ -112,14 +111,14 @@ def _put_down(
     scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
 ) -> SceneObject:
     """A held object at its pose where the tool takes or releases it, at waypoint i."""
-    task, carrier = scenario.task, held.carriers[scenario.waypoints[i].name == held.leave]
-    asked = task.tool.holds[held.name]  # type: ignore[union-attr]
+    task, carrier = scenario.task, held.carriers[i == held.leave]
+    grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"
     if carrier is not None:
         waypoint = task.waypoints[scenario.index[i]]
         parent = getattr(waypoint, "frame", None) or task.frame or "base"
         placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
-    shape = {key: getattr(asked, key) for key in (*SHAPES, "scale", "exact")}
+    shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
     place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()
     return SceneObject(

@@ -40,16 +40,16 @@ def scenario_from(
             is for another robot, or it is wrong.
     """
     task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
-    asked = resolve_task(_task_from(motion, at, task, current))
-    if asked.task.robot is not None:
-        with asked.error_context("robot"):
-            names = moved_robot(asked).joint_names
+    resolved = resolve_task(_task_from(motion, at, task, current))
+    if resolved.task.robot is not None:
+        with resolved.error_context("robot"):
+            names = moved_robot(resolved).joint_names
             if set(names) != set(motion.joint_names):
                 raise InputError(
                     f"has the joints {', '.join(names)}; the motion that it continues has "
                     f"{', '.join(motion.joint_names)}"
                 )
-    return replace(asked, under_way=(motion, at))
+    return replace(resolved, under_way=(motion, at))
 
 
 def _task_from(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.planning.infeasibility import infeasible
 from knotwork.planning.planned_motion import Plan
-from knotwork.planning.planner_options import Interpolation, Knots
+from knotwork.planning.planner_options import Interpolation
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import found_ways, segments
@@ -30,14 +30,13 @@ class ScenarioPlanner:
     """Plans a scenario with a sequence of solutions; unknown times are chosen first.
 
     Attributes:
-        scenario, planner, knots, progress: As of `plan`.
+        scenario, planner, progress: As of `plan`.
         time: Budget of all plans together, if times are chosen.
         met: Waypoints in moving frames, by name, whose times were chosen first.
     """
 
     scenario: Scenario
     planner: str | None
-    knots: Knots
     time: Budget | None = None
     progress: Callable[[Progress], None] | None = None
     met: tuple[str, ...] = ()
@@ -54,7 +53,7 @@ class ScenarioPlanner:
 
     @cached_property
     def _interpolation(self) -> Interpolation:
-        return Interpolation.read(self.scenario, self.planner, self.knots)
+        return Interpolation.read(self.scenario, self.planner)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
@@ -101,7 +100,7 @@ class ScenarioPlanner:
         starts = {i for indices, _ in detours for i in indices[:-1]}
         trajectory = replace(
             trajectory,
-            events=tuple(asked.event for asked in scenario.events),
+            events=tuple(event.event for event in scenario.events),
             loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
             segments=segments(scenario, starts),
         )
@@ -115,7 +114,7 @@ class ScenarioPlanner:
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
         if detours:
-            from knotwork.planning.choosing.clear_motion_findings import clear_motion_findings
+            from knotwork.planning.choosing.findings import clear_motion_findings
 
             known += clear_motion_findings(detours, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)

@@ -77,10 +77,12 @@ def change_speed(
     return motion, clock, []
 
 
-def _slow_down(asked: Profile, cap: float, factor: float) -> Profile:
+def _slow_down(requested: Profile, cap: float, factor: float) -> Profile:
     """An override that never exceeds a cap, with changes that take longer."""
-    times, rates = [0.0], [min(float(asked.rates[0]), cap)]
-    for begin, end, rate in zip(asked.times, asked.times[1:], asked.rates[1:], strict=False):
+    times, rates = [0.0], [min(float(requested.rates[0]), cap)]
+    for begin, end, rate in zip(
+        requested.times, requested.times[1:], requested.rates[1:], strict=False
+    ):
         if min(rate, cap) == rates[-1]:
             continue
         if begin - times[-1] > SAME_WAYPOINT_TIME:

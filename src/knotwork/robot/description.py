@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
-from knotwork.robot.joint_limits import LimitTables
+from knotwork.errors import RobotError, UnknownNameError
+from knotwork.robot.joint_limits import LimitTables, limit_tables
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
@@ -86,3 +88,64 @@ class Description:
     virtual: tuple[VirtualJoint, ...] = ()
     standing: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)
+
+    def with_tool(self, frame: str | None, offset: Any, payload: Payload | None) -> Description:
+        """Change the tool; see `Robot.with_tool`."""
+        changed = self
+        if frame is not None and frame != self.tool_frame:
+            no_offset = pin.SE3.Identity()
+            changed = replace(self, tool_frame=frame, tool_offset=no_offset, payload=None, held=())
+        if offset is not None:
+            if not (isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()):
+                raise RobotError(self.name, f"tool offset must be a finite pin.SE3, not {offset!r}")
+            changed = replace(changed, tool_offset=offset.copy())
+        return changed if payload is None else replace(changed, payload=payload)
+
+    def with_rest(self, name: str, planned: Sequence[str]) -> Description:
+        """Set the joints that are not planned to a named configuration; see `Robot.with_rest`."""
+        rest = dict(self.rest)
+        for joint, value in self.configurations[name].items():
+            if joint in planned or joint in self.locked or joint in self.urdf.mimics:
+                continue
+            if rest.setdefault(joint, value) != value:
+                raise RobotError(
+                    self.name,
+                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
+                    f"task at {rest[joint]:g}, and nothing in the task moves it; accepted: the "
+                    "same position in both, or a pose on what it carries",
+                    joint=joint,
+                )
+        return replace(self, rest=rest)
+
+    def with_weights(
+        self, weights: Mapping[str, float], planned: Sequence[str], locked: Mapping[str, float]
+    ) -> Description:
+        """Change weights; see `Robot.with_weights`."""
+        for name in weights:
+            if name in locked:
+                raise RobotError(
+                    self.name,
+                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
+                    f"carries; joints that move: {', '.join(planned)}",
+                    joint=name,
+                )
+            if name not in planned:
+                raise UnknownNameError("joint", name, planned, where=f"robot {self.name!r}")
+        return replace(self, weights=dict(weights))
+
+    def with_limits(self, limits: Mapping[str, Any], planned: Sequence[str]) -> Description:
+        """Override limits; see `Robot.with_limits`."""
+        new, old = limit_tables(limits, planned, self.urdf, self.name), self.limits
+        merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
+        return replace(self, limits={**old, **merged})
+
+    def no_tool_error(self, links: Sequence[str]) -> RobotError:
+        """The error for a use of the tool before one of the links is chosen for it."""
+        leaves = self.urdf.leaves
+        inner = ", ".join(name for name in links if name not in leaves)
+        return RobotError(
+            self.name,
+            "needs a tool frame; name the link that carries the tool with `tool: {frame: "
+            "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
+            f"(links: {inner}; links at the end of a chain: {', '.join(leaves)})",
+        )

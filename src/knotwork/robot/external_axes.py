@@ -14,7 +14,7 @@ from xml.dom.minidom import Element
 import numpy as np
 from pydantic import model_validator
 
-from knotwork.errors import InputError, did_you_mean
+from knotwork.errors import InputError
 from knotwork.files.documents import StrictModel, Text
 from knotwork.files.documents.values import Interval, Positive, Vector3, optional
 from knotwork.robot.urdf_rules import child_elements, elements_by_name, link_of
@@ -99,8 +99,7 @@ def add_axes(
         The other URDFs.
 
     Raises:
-        InputError: An axis duplicates a link or joint name, is mounted on an unknown link or on one
-            that it carries itself, or its URDF has no moving joint.
+        InputError: The URDF of an axis has no moving joint, or a name that is used.
     """
     names = {kind: set(elements_by_name(robot, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
@@ -125,23 +124,6 @@ def add_axes(
         for name, axis in axes
         if axis.urdf is not None
     ]
-    for name, axis in axes:
-        if axis.parent not in names["link"]:
-            known = did_you_mean(axis.parent, sorted(names["link"]))
-            raise InputError(f"{name}: in: there is no link {axis.parent!r}; {known}")
-    above = {
-        link_of(joint, "child"): link_of(joint, "parent")
-        for joint in child_elements(robot, "joint")
-    }
-    for name, axis in axes:
-        link, below = axis.parent, {axis.parent}
-        while link != CELL and (link := above[link]) not in below:
-            below.add(link)
-        if link != CELL:
-            raise InputError(
-                f"{name}: in: {axis.parent!r} is carried by what {name!r} carries; accepted: "
-                f"{CELL}, or a link that it does not carry"
-            )
     return tuple(files)
 
 
@@ -149,14 +131,6 @@ def _add_joint(
     robot: Element, name: str, axis: ExternalAxis, root: str, names: Mapping[str, set[str]]
 ) -> None:
     link = axis.carries or name
-    key = "carries: " if axis.carries else ""
-    if name in names["joint"]:
-        raise InputError(f"{name}: there is a joint {name!r} already; accepted: another name")
-    if link in names["link"]:
-        raise InputError(
-            f"{name}: {key}there is a link {link!r} already; accepted: the name of a new link, "
-            f"{ROBOT} for what carries the arm, or, to stand on that link, in: {link}"
-        )
     names["joint"].add(name)
     if link == ROBOT:
         link = root

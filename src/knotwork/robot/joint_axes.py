@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 from typing import TypeVar
-from weakref import WeakKeyDictionary, ref
+from weakref import WeakKeyDictionary
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.errors import RobotError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
-
-# Maximum number of configurations evaluated by Pinocchio.
-PINOCCHIO_COUNT = 16
 
 
 class JointAxes:
@@ -41,7 +37,7 @@ class JointAxes:
         self._joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
         if len(self._joints.path(int(tool.parentJoint))) < robot.dof:
             raise RobotError(robot.name, "is not a serial chain: a joint does not move the tool")
-        self._robot, self._base = ref(robot), robot.base_placement.inverse()
+        self._base = robot.base_placement.inverse()
         across = self._joints.alignment[-1].T
         # Rows are the weights of the columns of the last joint's frame.
         placement = tool.placement
@@ -106,26 +102,9 @@ class JointAxes:
         return self.place(q)[2].transpose(2, 0, 1)
 
     def place(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`.
-
-        For a few configurations single calls of Pinocchio are faster than arrays.
-        """
-        robot = self._robot()
-        if len(q) > PINOCCHIO_COUNT or robot is None:
-            tip, turned, points, axes = self.forward(q)
-            return tip, turned, self.jacobian(tip, points, axes)
-        model, data, frame = robot.model, robot.data, robot.require_tool()
-        place, turn = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
-        J = np.empty((len(q), 6, q.shape[1]))
-        columns = J if q.shape[1] > 1 else J[:, :, 0]  # a single column comes as a vector
-        tool, axes = data.oMf[frame], pin.LOCAL_WORLD_ALIGNED
-        for i, configuration in enumerate(q):
-            columns[i] = pin.computeFrameJacobian(model, data, configuration, frame, axes)
-            place[i], turn[i] = tool.translation, tool.rotation
-        base = self._base.rotation
-        J = (base @ J.reshape(-1, 2, 3, q.shape[1])).reshape(J.shape)
-        tip = base @ place.T + self._base.translation[:, None]
-        return tip, (base @ turn).transpose(2, 1, 0), np.ascontiguousarray(J.transpose(1, 2, 0))
+        """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`."""
+        tip, rotation, points, axes = self.forward(q)
+        return tip, rotation, self.jacobian(tip, points, axes)
 
 
 T = TypeVar("T")

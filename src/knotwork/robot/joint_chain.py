@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.robot.description import Description
 from knotwork.robot.urdf import Urdf
 
 MAX_JOINTS = 200
@@ -34,39 +35,23 @@ class JointChain(NamedTuple):
     followers: Mapping[str, str]
 
 
-def select_chain(
-    urdf: Urdf,
-    robot: str,
-    *,
-    base_frame: str | None,
-    tool_frame: str | None,
-    locked: Mapping[str, float],
-    rest: Mapping[str, float],
-) -> JointChain:
+def select_chain(description: Description) -> JointChain:
     """Lock every joint that is not between the base and the tool.
 
-    Args:
-        urdf: The whole model.
-        robot: Name of the robot, for errors.
-        base_frame: Link; by default the root.
-        tool_frame: Link; without one all supported joints are kept.
-        locked: Positions of the joints that the description locks [rad or m].
-        rest: Positions of other locked joints, by default 0 [rad or m].
+    Without a tool frame all supported joints are kept.
 
     Raises:
         UnknownNameError: The robot has no such link or joint.
         RobotError: The base does not carry the tool, no joint moves the tool, a joint between them
             is not supported, or a joint can't be locked at its position.
     """
+    urdf, robot, locked = description.urdf, description.name, description.locked
+    tool_frame = description.tool_frame
     full = urdf.model
-    base = urdf.root if base_frame is None else base_frame
+    base = description.base_frame or urdf.root
     for link in (base, tool_frame):
         if link is not None and link not in urdf.links:
             raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot!r}")
-    for joint in locked:
-        if joint not in urdf.types or urdf.types[joint] == "fixed":
-            known = [name for name, kind in urdf.types.items() if kind != "fixed"]
-            raise UnknownNameError("joint", joint, known, where=f"robot {robot!r}: locked")
     if tool_frame is None:
         moving = [i for i in range(1, full.njoints) if _why_not_serial(urdf, i) is None]
         moving = [i for i in moving if full.names[i] not in locked]
@@ -80,7 +65,7 @@ def select_chain(
         )
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
-    reference, values = _reference(urdf, robot, still, {**rest, **locked})
+    reference, values = _reference(urdf, robot, still, {**description.rest, **locked})
     names = tuple(full.names[i] for i in moving)
     masters = {full.names[i]: _masters(urdf, full.names[i], locked) for i in still}
     return JointChain(

@@ -65,7 +65,14 @@ def _check_limit(kind: str, value: Any, robot: str, joint: str | None = None) ->
 
 
 def chain_limits(
-    urdf: Urdf, tables: LimitTables, joints: Sequence[str], robot: str, *, planned: bool
+    urdf: Urdf,
+    tables: LimitTables,
+    joints: Sequence[str],
+    robot: str,
+    *,
+    planned: bool,
+    virtual: Sequence[tuple[float, float]] = (),
+    has_efforts: bool = True,
 ) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
     """Collect the limits of a chain's joints.
 
@@ -77,6 +84,8 @@ def chain_limits(
         joints: The chain's joints.
         robot: Name of the robot, for errors.
         planned: Whether the joints are planned, so that each must have a range.
+        virtual: Lower and upper limits of further joints, which have no other limits.
+        has_efforts: Whether efforts are known; otherwise they have no limits.
 
     Returns:
         Lower and upper limits of position, and magnitudes by quantity: read-only arrays of shape
@@ -98,18 +107,27 @@ def chain_limits(
             position[1, i] = full.upperPositionLimit[joint.idx_q]
         lower, upper = position[:, i]
         if planned and not lower < upper:
-            raise RobotError(
-                robot,
-                f"position limits of joint {name!r} are [{lower:g}, {upper:g}], which "
-                f"leaves it no range; give others under `limits: {{position: {{{name}: [lower, "
-                f"upper]}}}}` or lock it with `locked: {{{name}: {lower:g}}}`",
-                joint=name,
-            )
+            raise _no_range(robot, name, lower, upper)
         for kind, array in magnitudes.items():
             if name in tables.get(kind, {}):
                 array[i] = tables[kind][name]
             elif kind in from_urdf and from_urdf[kind][joint.idx_v] > 0:
                 array[i] = from_urdf[kind][joint.idx_v]
+    if not has_efforts:
+        magnitudes["effort"][:] = np.inf
+    endless = np.full(len(virtual), np.inf)
+    position = np.hstack((position, np.reshape(virtual, (-1, 2)).T))
+    magnitudes = {kind: np.append(values, endless) for kind, values in magnitudes.items()}
     for array in (position, *magnitudes.values()):
         array.setflags(write=False)
     return position[0], position[1], magnitudes
+
+
+def _no_range(robot: str, joint: str, lower: float, upper: float) -> RobotError:
+    return RobotError(
+        robot,
+        f"position limits of joint {joint!r} are [{lower:g}, {upper:g}], which leaves it no range; "
+        f"give others under `limits: {{position: {{{joint}: [lower, upper]}}}}` or lock it with "
+        f"`locked: {{{joint}: {lower:g}}}`",
+        joint=joint,
+    )

@@ -184,28 +184,17 @@ def _check_configuration(robot: Robot, name: str) -> None:
 
 def _file(reference: str, folder: Path, robot: str, kind: str) -> Path:
     """The file of a reference, `"URDF"` or `"SRDF"`."""
-    if not reference.startswith(EXAMPLE_ROBOT_DATA):
-        path = _path(reference, folder, robot)
-        if not os.path.isfile(path):
-            raise RobotError(robot, f"there is no {kind} file {path}")
-        return path
-    data = example_robot_data(robot)
-    path = data / reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
+    path = _path(reference, folder, robot)
     if not os.path.isfile(path):
-        package = "".join(path.relative_to(data).parts[:1])
-        package = package if package and (data / package).is_dir() else "*"
-        files = data.glob(f"{package}/*/*.{kind.lower()}")
-        raise UnknownNameError(
-            f"example-robot-data {kind}",
-            str(path.relative_to(data)),
-            sorted(file.relative_to(data).as_posix() for file in files),
-            where=f"robot {robot!r}",
-        )
+        raise RobotError(robot, f"there is no {kind} file {path}")
     return path
 
 
 def _path(reference: str, folder: Path, robot: str) -> Path:
     """Path of a reference, relative to a folder or in an installed Python package."""
+    if reference.startswith(EXAMPLE_ROBOT_DATA):
+        inside = reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
+        return example_robot_data(robot) / inside
     path = folder / os.path.expanduser(reference)
     match = _IN_PACKAGE.fullmatch(reference)
     if match is None or path.exists():

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import importlib
-import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.robot.chain_model import ChainModel
 from knotwork.robot.description import Description, VirtualJoint
 from knotwork.robot.joint_chain import select_chain
-from knotwork.robot.joint_limits import chain_limits, limit_tables
 from knotwork.robot.payload import Payload
-from knotwork.robot.urdf import read_urdf
+from knotwork.robot.planned_joints import PlannedJoints
+from knotwork.robot.urdf import carrying_joints, read_urdf
 from knotwork.waypoints import FloatArray, read_only
 
-_TCP = "knotwork: tool centre point"
-_VIRTUAL = {
-    "rad": {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ},
-    "m": {"x": pin.JointModelPX, "y": pin.JointModelPY, "z": pin.JointModelPZ},
-}
 _KINEMATICS = f"{__package__}.kinematics"
 
 
@@ -34,12 +28,14 @@ class Robot:
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
-    base frame. All arrays over joints have shape (d,) and are read-only. A robot may be shared by
-    threads: each has its own working memory.
+    base frame. All arrays over joints have shape (d,) and are read-only. Arguments q are joint
+    positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. A
+    `WaypointDataError` refuses values that are not finite and wrong shapes, and a `RobotError`
+    kinematics without a tool frame. A robot may be shared by threads: each has its own working
+    memory.
 
     Attributes:
-        name: Name of the robot.
-        description: Description of the robot.
+        name, description: Name and description of the robot.
         source: File of the description.
         urdf: File with its links, masses and shapes.
         urdf_files: URDF files of the robot and of positioners, each with its links.
@@ -48,12 +44,12 @@ class Robot:
         joint_units: `"rad"` or `"m"` for each joint.
         lower_position_limit, upper_position_limit: Position limits [rad or m], infinite where there
             are none.
-        velocity_limit: Velocity limits [rad/s or m/s], infinite where not given.
-        acceleration_limit: Acceleration limits [rad/s² or m/s²], infinite where not given.
-        jerk_limit: Jerk limits [rad/s³ or m/s³], infinite where not given.
-        effort_limit: Effort limits [N m or N], infinite where not given.
-        limits: The limits from `velocity_limit` on, by name of the quantity.
+        velocity_limit, acceleration_limit, jerk_limit, effort_limit: Other limits [rad/s or m/s, …;
+            N m or N], infinite where not given.
+        limits: These other limits by name of the quantity.
+        dof: Number of joints, d.
         base_frame: Link of the frame of poses.
+        base_placement: Base frame in the axes of the URDF's root, as `pin.SE3`.
         standing_frame: Link of the world frame: the base frame, unless joints move it.
         base_moves: Whether joints move the base frame. Then efforts are unknown.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
@@ -64,14 +60,17 @@ class Robot:
         virtual: Whether each joint is a virtual one, shape (d,).
         virtual_joints: The virtual joints, which are the last joints.
         weights: Weight of each joint's motion, shape (d,).
+        tcp_frame_id: Index of the frame of the TCP in `model`, or `None`.
+        frame_names: Names of the links, each of which may be the base or the tool frame.
         tool_candidates: Links without children, possible tool frames.
         configurations: Named configurations with all joints [rad or m].
         locked: Positions of the joints that do not move [rad or m].
         followers: Locked joints that mimic a moving joint, with that joint.
+        external_axes: Names of the joints that the robot's file adds to its URDF.
+        joined_links: Pairs of parent and child links of the joints of the URDF.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
         model: Pinocchio model of the chain, nq = nv = d.
-        data: Pinocchio's working memory, one per thread.
 
     >>> from knotwork import load_robot
     >>> arm = load_robot("planar2")
@@ -93,152 +92,44 @@ class Robot:
         self.tool_offset = description.tool_offset.copy()
         self.tool_candidates = description.urdf.leaves
         self.payload, self.held = description.payload, description.held
-        chain = select_chain(
-            description.urdf,
-            description.name,
-            base_frame=description.base_frame,
-            tool_frame=description.tool_frame,
-            locked=description.locked,
-            rest=description.rest,
-        )
-        self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
+        self.external_axes = description.urdf.added
+        self.joined_links = description.urdf.joined_links
+        chain = select_chain(description)
+        self.base_frame = chain.base_frame
         self.standing_frame = description.standing or chain.base_frame
         self.base_moves = description.standing is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
-        self.model = chain.model
-        self._add_frames(description.gravity, description.virtual)
-        names = self.joint_names
-        self.joint_units = tuple(
-            "m" if description.urdf.types[name] == "prismatic" else "rad" for name in names
-        )
-        self._set_limits()
-        extra = self.virtual_joints = description.virtual
-        self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.joint_names += tuple(joint.name for joint in extra)
-        self.joint_units += tuple(joint.unit for joint in extra)
-        weights = [description.weights.get(name, 1.0) for name in self.joint_names]
-        self.weights = read_only(weights, (self.dof,), "weights")
-        self.configurations = MappingProxyType(
-            {
-                name: read_only(
-                    [*(values[j] for j in names), *(0.0 for _ in extra)], (self.dof,), name
-                )
-                for name, values in description.configurations.items()
-                if all(joint in values for joint in names)
-            }
-        )
-
-    def _add_frames(self, gravity: FloatArray | None, virtual: Sequence[VirtualJoint]) -> None:
-        """Add the TCP, the payload and the gravity (by default the URDF's) to `model`."""
-        model = self.model
-        base = model.frames[model.getFrameId(self.base_frame, pin.BODY)].placement
-        self._base_from_world = base.inverse()
-        self.tcp_frame_id: int | None = None
-        if self.tool_frame is not None:
-            tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
-            placement = tool.placement * self.tool_offset
-            carrier = tool.parentJoint
-            carried = [(load, placement) for load in self.held]
-            carried += [] if self.payload is None else [(self.payload, tool.placement)]
-            for load, axes in carried:
-                body = pin.Inertia(load.mass, load.centre_of_mass, load.inertia)
-                model.appendBodyToJoint(carrier, body, axes)
-            for joint in virtual:
-                axes = pin.SE3.Identity()
-                axes.rotation = axes.rotation if joint.axes is None else joint.axes
-                kind = _VIRTUAL[joint.unit][joint.axis]()
-                carrier = model.addJoint(carrier, kind, placement * axes, joint.name)
-                placement = axes.inverse()
-            frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
-            self.tcp_frame_id = model.addFrame(frame)
-        if gravity is not None:
-            model.gravity.linear = base.rotation @ gravity
-        self.gravity = read_only(base.rotation.T @ model.gravity.linear, (3,), "gravity")
-        self._memory = threading.local()
-
-    def _set_limits(self) -> None:
-        description = self._description
-        planned = self.tool_frame is not None
-        lower, upper, magnitudes = chain_limits(
-            description.urdf, description.limits, self.joint_names, self.name, planned=planned
-        )
-        if description.virtual:
-            lower = np.append(lower, [joint.lower for joint in description.virtual])
-            upper = np.append(upper, [joint.upper for joint in description.virtual])
-            endless = np.full(len(description.virtual), np.inf)
-            magnitudes = {kind: np.append(most, endless) for kind, most in magnitudes.items()}
-        if self.base_moves:
-            magnitudes = {**magnitudes, "effort": np.full(len(lower), np.inf)}
-        self.lower_position_limit, self.upper_position_limit = lower, upper
-        self.limits = MappingProxyType(magnitudes)
-        self.velocity_limit = magnitudes["velocity"]
-        self.acceleration_limit = magnitudes["acceleration"]
-        self.jerk_limit, self.effort_limit = magnitudes["jerk"], magnitudes["effort"]
-
-    @property
-    def joined_links(self) -> frozenset[frozenset[str]]:
-        """Pairs of parent and child links of the joints of the URDF."""
-        return frozenset(map(frozenset, self._description.urdf.parents.items()))
-
-    @property
-    def external_axes(self) -> tuple[str, ...]:
-        """Names of the joints that the robot's file adds to its URDF.
-
-        >>> kw.load_robot("ur5_rail").external_axes
-        ('rail',)
-        """
-        return self._description.urdf.added
+        self._chain = ChainModel(chain.model, chain.base_frame, description)
+        self.model, self.base_placement = chain.model, self._chain.base_placement
+        self.tcp_frame_id, self.gravity = self._chain.tcp, self._chain.gravity
+        self.frame_names = self._chain.links
+        self._joints = joints = PlannedJoints(description, chain.joint_names)
+        self.joint_names, self.joint_units = joints.names, joints.units
+        self.dof, self.weights = len(joints.names), joints.weights
+        self.virtual, self.virtual_joints = joints.virtual, description.virtual
+        self.lower_position_limit, self.upper_position_limit = joints.lower, joints.upper
+        self.limits, self.configurations = joints.limits, joints.configurations
+        self.velocity_limit = joints.limits["velocity"]
+        self.acceleration_limit = joints.limits["acceleration"]
+        self.jerk_limit, self.effort_limit = joints.limits["jerk"], joints.limits["effort"]
 
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
-        """For each joint of its URDF, planned or not, the joints that carry it, including itself.
-
-        >>> sorted(kw.load_robot("ur5_rail").carrying_joints["shoulder_pan_joint"])
-        ['rail', 'shoulder_pan_joint']
-        """
-        urdf = self._description.urdf
-        tree = read_urdf(urdf.files[0].path, self.name, urdf.axes).model
-        return {
-            name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
-            for joint, name in enumerate(tree.names[1:], 1)
-        }
+        """For each joint of the URDF the joints that carry it, including itself."""
+        return carrying_joints(self._description.urdf, self.name)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._description,)  # each copy gets its own working memory
 
     def __repr__(self) -> str:
-        return (
-            f"<Robot {self.name!r}: {self.dof} joints from {self.base_frame!r} "
-            f"to {self.tool_frame!r}>"
-        )
+        chain = f"{self.dof} joints from {self.base_frame!r} to {self.tool_frame!r}"
+        return f"<Robot {self.name!r}: {chain}>"
 
     @property
     def data(self) -> Any:
         """Pinocchio's working memory, one per thread."""
-        memory = self._memory
-        try:
-            return memory.data
-        except AttributeError:
-            memory.data = self.model.createData()
-            return memory.data
-
-    @property
-    def dof(self) -> int:
-        """Number of joints, d."""
-        return len(self.joint_names)
-
-    @property
-    def base_placement(self) -> Any:
-        """Base frame in the axes of the URDF's root, as `pin.SE3`."""
-        return self._base_from_world.inverse()
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """Names of the links, each of which may be the base or the tool frame."""
-        return tuple(
-            str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY
-        )
+        return self._chain.data
 
     def frame_index(self, name: str) -> int:
         """Index in `model` of a link's frame.
@@ -257,84 +148,31 @@ class Robot:
             RobotError: No tool frame has been chosen.
         """
         if self.tcp_frame_id is None:
-            leaves = self.tool_candidates
-            links = ", ".join(name for name in self.frame_names if name not in leaves)
-            raise RobotError(
-                self.name,
-                "needs a tool frame; name the link that carries the tool with `tool: {frame: "
-                "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
-                f"(links: {links}; links at the end of a chain: {', '.join(leaves)})",
-            )
+            raise self._description.no_tool_error(self.frame_names)
         return self.tcp_frame_id
 
     def forward(self, q: ArrayLike) -> Any:
-        """Pose of the TCP in the base frame (eq 1), as `pin.SE3`.
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-
-        Raises:
-            WaypointDataError: `q` is not finite or has a wrong shape.
-            RobotError: No tool frame has been chosen.
-
-        >>> kw.load_robot("planar2").forward([0.0, np.pi / 2]).translation.round(6)
-        array([0.5, 0.4, 0. ])
-        """
-        frame = self.require_tool()
-        pin.forwardKinematics(self.model, self.data, self._check_array(q, "q"))
-        return self._base_from_world * pin.updateFramePlacement(self.model, self.data, frame)
+        """Pose of the TCP in the base frame (eq 1), as `pin.SE3`."""
+        self.require_tool()
+        return self._chain.pose(q)
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
         """Jacobian of the TCP (eq 2), shape (6, d): twist = J(q) v.
 
         Rows are linear [m/s], then angular [rad/s], at the TCP, in base axes
         (`local_world_aligned`).
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-
-        Raises:
-            WaypointDataError: A value is not finite, or an array has a wrong shape.
-            RobotError: No tool frame has been chosen.
-
-        >>> arm = kw.load_robot("planar2")
-        >>> arm.jacobian([0.0, 0.0]) @ [1.0, 0.0]
-        array([0. , 0.9, 0. , 0. , 0. , 1. ])
         """
         return self.forward_and_jacobian(q)[1]
 
     def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
         """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
-        frame = self.require_tool()
-        pin.computeJointJacobians(self.model, self.data, self._check_array(q, "q"))
-        pose = self._base_from_world * pin.updateFramePlacement(self.model, self.data, frame)
-        J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
-        J = J.reshape(6, self.dof)  # a single column comes as a vector
-        base = self._base_from_world.rotation
-        return pose, np.vstack([base @ J[:3], base @ J[3:]])
+        self.require_tool()
+        return self._chain.pose_and_jacobian(q)
 
     def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
-        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`.
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-            v: Joint velocities [rad/s or m/s], shape (d,).
-
-        Raises:
-            WaypointDataError: A value is not finite, or an array has a wrong shape.
-            RobotError: No tool frame has been chosen.
-
-        >>> twist = kw.load_robot("planar2").twist([0.0, 0.0], [1.0, 0.0])
-        >>> twist.linear, twist.angular
-        (array([0. , 0.9, 0. ]), array([0., 0., 1.]))
-        """
-        frame = self.require_tool()
-        q, v = self._check_array(q, "q"), self._check_array(v, "v")
-        pin.forwardKinematics(self.model, self.data, q, v)
-        pin.updateFramePlacement(self.model, self.data, frame)
-        twist = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
-        turn = self._base_from_world.rotation
-        return pin.Motion(turn @ twist.linear, turn @ twist.angular)
+        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`."""
+        self.require_tool()
+        return self._chain.twist(q, v)
 
     def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
@@ -342,13 +180,7 @@ class Robot:
         Payload, held objects and `gravity` are included, friction and other loads that are not in
         the URDF are not.
 
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-            v: Joint velocities [rad/s or m/s], shape (d,).
-            a: Joint accelerations [rad/s² or m/s²], shape (d,).
-
         Raises:
-            WaypointDataError: An array is not finite or has a wrong shape.
             RobotError: Joints move the base frame.
 
         >>> still = np.zeros(6)
@@ -357,24 +189,12 @@ class Robot:
         """
         if self.base_moves:
             raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
-        q, v, a = self._check_array(q, "q"), self._check_array(v, "v"), self._check_array(a, "a")
-        return np.array(pin.rnea(self.model, self.data, q, v, a))
-
-    def _check_array(self, values: ArrayLike, name: str) -> FloatArray:
-        array = np.asarray(values)
-        fine = array.shape == (self.model.nq,) and array.dtype == np.float64
-        # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
-        if fine and np.isfinite(array.dot(array)):
-            return array
-        return read_only(values, (self.dof,), name)
-
-    def _replace(self, **changes: Any) -> Robot:
-        return Robot(replace(self._description, **changes))
+        return self._chain.efforts(q, v, a)
 
     def with_held(self, *held: Payload) -> Robot:
         """The arm with objects held by its tool, in the axes of the TCP; they count in `torque`."""
         self.require_tool()
-        return self._replace(held=held)
+        return Robot(replace(self._description, held=held))
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
         """The chain with virtual joints after the TCP, which move its frame.
@@ -382,16 +202,13 @@ class Robot:
         They are last in all arrays, and have no mass and only position limits.
         """
         self.require_tool()
-        return self._replace(virtual=joints)
+        return Robot(replace(self._description, virtual=joints))
 
     def with_weights(self, weights: Mapping[str, float]) -> Robot:
         """Set weights of the motion of joints.
 
         They affect the minimum norm of joint velocities of a redundant arm, and the travel by which
-        solutions are chosen. A joint with a weight of 0.2 moves more.
-
-        Args:
-            weights: Weight of each joint; 1 for others.
+        solutions are chosen. A joint with a weight of 0.2 moves more; by default weights are 1.
 
         Raises:
             UnknownNameError: There is no such joint.
@@ -403,19 +220,7 @@ class Robot:
         >>> [kw.solve_velocity_ik(one, q, twist)[:2].round(3) for one in (arm, eager)]
         [array([0.067, 0.068]), array([0.098, 0.004])]
         """
-        for name in weights:
-            if name in self.locked:
-                raise RobotError(
-                    self.name,
-                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
-                    f"carries; joints that move: {', '.join(self.joint_names)}",
-                    joint=name,
-                )
-            if name not in self.joint_names:
-                raise UnknownNameError(
-                    "joint", name, self.joint_names, where=f"robot {self.name!r}"
-                )
-        return self._replace(weights=dict(weights))
+        return Robot(self._description.with_weights(weights, self.joint_names, self.locked))
 
     def with_rest(self, name: str) -> Robot:
         """Set the joints that are not planned to a named configuration.
@@ -426,23 +231,8 @@ class Robot:
             RobotError: Another configuration of the task has a joint at another position, or a
                 position is outside the limits.
         """
-        description, rest = self._description, dict(self._description.rest)
-        for joint, value in description.configurations[name].items():
-            if (
-                joint in self.joint_names
-                or joint in description.locked
-                or joint in description.urdf.mimics
-            ):
-                continue
-            if rest.setdefault(joint, value) != value:
-                raise RobotError(
-                    self.name,
-                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task at {rest[joint]:g}, and nothing in the task moves it; accepted: the "
-                    "same position in both, or a pose on what it carries",
-                    joint=joint,
-                )
-        return self if rest == description.rest else self._replace(rest=rest)
+        changed = self._description.with_rest(name, self.joint_names)
+        return self if changed.rest == self._description.rest else Robot(changed)
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.
@@ -458,7 +248,8 @@ class Robot:
         >>> hanging.torque(still, still, still)[1:3].round(1)
         array([59.2, 15.7])
         """
-        return self._replace(gravity=read_only(gravity, (3,), "gravity"))
+        given = read_only(gravity, (3,), "gravity")
+        return Robot(replace(self._description, gravity=given))
 
     def with_limits(
         self,
@@ -479,22 +270,21 @@ class Robot:
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
         array([3. , 0.5])
         """
-        limits, old = {"position": position, **magnitudes}, self._description.limits
-        new = limit_tables(limits, self.joint_names, self._description.urdf, self.name)
-        merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
-        return self._replace(limits={**old, **merged})
+        limits = {"position": position, **magnitudes}
+        return Robot(self._description.with_limits(limits, self.joint_names))
 
     def with_tool(
         self, frame: str | None = None, offset: Any = None, payload: Payload | None = None
     ) -> Robot:
         """Choose the tool, which determines the planned joints.
 
+        What is not given is unchanged; a new frame begins without offset and payload.
+
         Args:
-            frame: Link that carries the tool; by default unchanged.
-            offset: TCP in the tool frame, `pin.SE3`; by default unchanged, or none for a new
-                frame.
-            payload: Payload of the tool frame, in its axes, in addition to the masses of the URDF;
-                by default unchanged, or none for a new frame. It counts in `torque`.
+            frame: Link that carries the tool.
+            offset: TCP in the tool frame, `pin.SE3`.
+            payload: Payload of the tool frame, in its axes, in addition to the masses of the URDF.
+                It counts in `torque`.
 
         Raises:
             UnknownNameError: There is no such link.
@@ -506,18 +296,7 @@ class Robot:
         >>> longer.forward([0.0, 0.0]).translation
         array([1., 0., 0.])
         """
-        changes: dict[str, Any] = {}
-        if frame is not None and frame != self.tool_frame:
-            changes = {"tool_frame": frame, "tool_offset": pin.SE3.Identity()}
-            changes |= {"payload": None, "held": ()}
-        if offset is not None:
-            finite = isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()
-            if not finite:
-                raise RobotError(self.name, f"tool offset must be a finite pin.SE3, not {offset!r}")
-            changes["tool_offset"] = offset.copy()
-        if payload is not None:
-            changes["payload"] = payload
-        robot = Robot(replace(self._description, **changes))
+        robot = Robot(self._description.with_tool(frame, offset, payload))
         if payload is not None:
             robot.require_tool()
         return robot
@@ -526,10 +305,7 @@ class Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
         The chain then consists of the inverse joints from that link to the world frame, and of the
-        joints of the arm. All of these joints are planned.
-
-        Args:
-            link: Link of the URDF or of an external axis.
+        joints of the arm. All of these joints are planned. The link may be one of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.
@@ -549,21 +325,12 @@ class Robot:
         return self.with_base(self.standing_frame) if self.base_moves else self
 
     def in_frame(self, *, standing: bool) -> tuple[Robot, list[int]]:
-        """The robot with poses in the base or the world frame, and the indices of its joints.
-
-        Args:
-            standing: Whether poses are in the world frame.
-        """
+        """The robot with poses in the base or world frame (`standing`), and its joints' indices."""
         robot = self._at_rest if standing else self
         return robot, [self.joint_names.index(name) for name in robot.joint_names]
 
     def tool_seen(self, q: FloatArray, *, standing: bool) -> Any:
-        """Pose of the TCP in the base or the world frame, `pin.SE3`.
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-            standing: Whether the pose is in the world frame.
-        """
+        """Pose of the TCP in the base or the world frame (`standing`), `pin.SE3`."""
         robot, joints = self.in_frame(standing=standing)
         return robot.forward(q[joints])
 
@@ -574,24 +341,9 @@ class Robot:
             UnknownNameError: No configuration has this name.
             RobotError: The configuration has no position for a joint of the chain.
         """
-        known = self._description.configurations
-        if name not in known:
-            raise UnknownNameError("configuration", name, known, where=f"robot {self.name!r}")
-        if name not in self.configurations:
-            missing = next(joint for joint in self.joint_names if joint not in known[name])
-            raise RobotError(
-                self.name,
-                f"configuration {name!r} gives no position for joint {missing!r}",
-                joint=missing,
-            )
-        return self.configurations[name]
+        return self._joints.configuration(name)
 
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
-        """Find every branch that takes the TCP to a pose, as `Branch`.
-
-        Args:
-            pose: Pose of the TCP in the base frame, `pin.SE3`.
-            options: See `knotwork.solve_pose_ik_all`.
-        """
+        """Find every `Branch` that takes the TCP to a pose; see `knotwork.solve_pose_ik_all`."""
         # imported on call: `kinematics` imports `robot`
         return tuple(importlib.import_module(_KINEMATICS).solve_pose_ik_all(self, pose, **options))

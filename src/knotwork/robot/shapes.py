@@ -167,7 +167,9 @@ def _shape(element: Element) -> LinkShape:
     return LinkShape(kind, tuple(size), mesh, scale=scale)
 
 
-def _numbers(element: Element, name: str, least: int, most: int | None = None) -> list[float]:
+def _numbers(
+    element: Element, name: str, min_count: int, max_count: int | None = None
+) -> list[float]:
     """Numbers of an attribute.
 
     Raises:
@@ -178,11 +180,11 @@ def _numbers(element: Element, name: str, least: int, most: int | None = None) -
         numbers = [float(part) for part in text.split()]
     except ValueError:
         numbers = []
-    most = least if most is None else most
-    if not least <= len(numbers) <= most or not all(
+    max_count = min_count if max_count is None else max_count
+    if not min_count <= len(numbers) <= max_count or not all(
         abs(number) <= LARGEST_LENGTH for number in numbers
     ):
-        count = f"{least}" if least == most else f"{least} or {most}"
+        count = f"{min_count}" if min_count == max_count else f"{min_count} or {max_count}"
         many = "number" if count == "1" else "numbers"
         raise InputError(
             f"{element.tagName} has {name} {shown(text)}; it must be {count} {many} of at most "

@@ -76,6 +76,11 @@ class Urdf(NamedTuple):
     axes: Axes = ()
     added: tuple[str, ...] = ()
 
+    @property
+    def joined_links(self) -> frozenset[frozenset[str]]:
+        """Pairs of parent and child links of all joints."""
+        return frozenset(map(frozenset, self.parents.items()))
+
 
 def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> Urdf:
     """Read a URDF file, cached by its text; the result is never changed.
@@ -95,6 +100,15 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
     texts = tuple(read_text(file, max_bytes=MAX_URDF_BYTES) for file in paths)
     read = _parse_cached if sum(map(len, texts)) <= MAX_CACHED_LENGTH else _parse
     return read(texts, path, robot, axes, seen_from)
+
+
+def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
+    """For each joint of a robot's URDF the joints that carry it, including itself."""
+    tree = read_urdf(urdf.files[0].path, robot, urdf.axes).model
+    return {
+        name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
+        for joint, name in enumerate(tree.names[1:], 1)
+    }
 
 
 @lru_cache(maxsize=32)

@@ -111,12 +111,8 @@ def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]
             del unvisited[link]
         level = [child for link in level for child in below.get(link, ())]
     if unvisited:  # not connected to a root
-        ring = [next(iter(unvisited))]
-        while ring[-1] not in ring[:-1]:
-            ring.append(above[ring[-1]])
-        ring = ring[ring.index(ring[-1]) :]
-        shown = " → ".join(reversed(ring[:6]))
-        raise InputError(f"its links form a ring, {shown}, which no root link carries")
+        some = ", ".join(map(repr, [*unvisited][:5]))
+        raise InputError(f"its links form a ring, which no root link carries: {some}")
 
 
 def _check_inertia(link: Element) -> None:
@@ -132,9 +128,9 @@ def _check_inertia(link: Element) -> None:
                     _check_not_negative(inertia, moment, quantity, MIN_MOMENT)
 
 
-def _check_not_negative(element: Element, attribute: str, name: str, least: float = 0.0) -> None:
+def _check_not_negative(element: Element, attribute: str, name: str, minimum: float = 0.0) -> None:
     text = element.getAttribute(attribute)
-    if not least <= _number(text) < math.inf:
+    if not minimum <= _number(text) < math.inf:
         raise InputError(f"{name} is {shown(text)}; it must be a number from 0 on")
 
 

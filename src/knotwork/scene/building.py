@@ -18,12 +18,12 @@ from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
+from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, joint_tree, serial
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, NoteKind, joint_of_frame
+from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, joint_of_frame
+from knotwork.scene.link_bodies import link_bodies
 from knotwork.scene.other_robots import in_one_cell, other_motion
 from knotwork.scene.pairing import Pairing
-from knotwork.scene.robot_geometry import robot_geometry
 from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
 from knotwork.task.scenario import (
@@ -44,12 +44,6 @@ SMALLEST_FLOAT = np.finfo(float).tiny
 
 SAME_TCP_PLACE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
-
-DOUBTFUL_UNIT_RATIO = 4.0
-"""Ratio of mesh size and reach of the arm above which the unit may be wrong.
-
-It may also be wrong below a fiftieth of it.
-"""
 
 
 def robot_collision_model(robot: Robot) -> CollisionModel:
@@ -130,13 +124,10 @@ def collision_model(
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
     scene = scenario.scene
-    place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
     seen = times, poses, [waypoint.standing for waypoint in scenario.waypoints]
-    holds = {
-        held.name: hold_between(place[held.take], place[held.leave], *seen) for held in scene.held
-    }
+    holds = {held.name: hold_between(held.take, held.leave, *seen) for held in scene.held}
     items: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
-    since = {item.name: times[place[item.appears]] for item in items if item.appears is not None}
+    since = {item.name: times[item.appears] for item in items if item.appears is not None}
     return _Builder(robot, scene, scenario.places, holds, since).model()
 
 
@@ -152,13 +143,11 @@ class _Builder:
         since: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
-        self.geometry = robot_geometry(robot)
-        self.joints, self.links = self.geometry.joints, self.geometry.links
+        self.joints, self.links = joint_tree(robot.model), link_bodies(robot)
         self.holds, self.since = holds, since
         self.known: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
-        self.notes: list[tuple[NoteKind, str]] = []
         self.moved: set[str] = set()
 
     def model(self) -> CollisionModel:
@@ -179,9 +168,8 @@ class _Builder:
         bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        rules = given_rules(scene, self.robot, bodies, self.places)
-        pairing = Pairing(self.robot, self.joints, scene, self.geometry, rules.reasons)
-        pairs, ignored = pairing.pairs(bodies)
+        given = given_rules(scene, self.robot, bodies, self.places)
+        pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
         return CollisionModel(
             self.joints,
             tuple(bodies),
@@ -189,7 +177,6 @@ class _Builder:
             tuple(ignored),
             self.links.missing,
             self.links.bare,
-            tuple(dict.fromkeys([*self.notes, *rules.notes, *pairing.notes])),
             tuple(self.known),
             self.carriers,
             self.robots,
@@ -323,28 +310,22 @@ class _Builder:
         return placed
 
     def _check_size(self, solid: Solid, shape: PlacedShape) -> None:
-        """Refuse a file whose unit is plausibly wrong, and warn if it may be wrong."""
+        """Refuse a file whose unit is plausibly wrong."""
         size, reach = 2.0 * solid.radius, self._reach
         excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, SMALLEST_FLOAT), 1e3))
-        if (
-            excess <= DOUBTFUL_UNIT_RATIO
-            or not reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
-        ):
-            return
-        text = (
-            f"{'mesh' if shape.kind == 'mesh' else 'point cloud'} {shape.path} is {size:.4g} m "
-            f"across, and the arm reaches {reach:.2g} m: it "
-            f"{'is plausibly' if excess > WRONG_UNIT_RATIO else 'may be'} in another unit; a scale "
-            f"{factor:g} times as large makes it {size * factor:.4g} m"
-        )
-        if excess > WRONG_UNIT_RATIO:
-            raise InputError(text)
-        self.notes.append(("warning", text))
+        explains = reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
+        if excess > WRONG_UNIT_RATIO and explains:
+            kind = "mesh" if shape.kind == "mesh" else "point cloud"
+            raise InputError(
+                f"{kind} {shape.path} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
+                f"it is plausibly in another unit; a scale {factor:g} times as large makes it "
+                f"{size * factor:.4g} m"
+            )
 
     @cached_property
     def _reach(self) -> float:
         """Largest reach of the arm [m]."""
-        return float(np.linalg.norm(self.geometry.joints.translation, axis=1).sum()) + 0.1
+        return float(joint_tree(self.robot.model).offset.sum()) + 0.1
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:

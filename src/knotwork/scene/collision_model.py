@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -18,8 +18,6 @@ from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
 from knotwork.waypoints import FloatArray
-
-NoteKind = Literal["warning", "information"]
 
 TOOL_BODY = "tool"
 
@@ -85,8 +83,6 @@ class CollisionModel:
         ignored: Excluded pairs of bodies, with the reason.
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
-        notes: Plausible mistakes, and excluded pairs: `"warning"` or `"information"`, and
-            the sentence.
         known: Positions of the joints after the robot's.
         carriers: For each moving frame, by its `key`, its joint and the `pin.SE3` of
             its link in that joint's axes.
@@ -100,7 +96,6 @@ class CollisionModel:
     ignored: tuple[IgnoredPair, ...]
     missing: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
-    notes: tuple[tuple[NoteKind, str], ...] = ()
     known: tuple[ExtendedCurve, ...] = ()
     carriers: Carriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
@@ -120,15 +115,6 @@ class CollisionModel:
             time: Times [s], shape (k,).
         """
         return place_joints(self.joints, np.hstack((q, *(known(time) for known in self.known))))
-
-    def joint_of_frame(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
-        """The joint that carries a moving frame, and the transform of base poses into its axes.
-
-        Args:
-            frame: Frame that carries an object of the scene.
-            time: Time of the poses [s]; by default with the frame's joints at 0.
-        """
-        return joint_of_frame(self.carriers, frame, time)
 
     @property
     def bare_links_note(self) -> str:

@@ -68,14 +68,14 @@ class DistanceMeter:
         self._first, self._second = coal.Transform3s(), coal.Transform3s()
         self._here, self._point = coal.Transform3s(), coal.Sphere(0.0)
 
-    def distance(self, first: Placed, second: Placed, most: float = math.inf) -> float:
+    def distance(self, first: Placed, second: Placed, max_distance: float = math.inf) -> float:
         """Distance between two solids [m], at most 0 if they overlap.
 
         Args:
             first: A solid.
             second: Another one.
-            most: Upper bound of relevant distances [m]. For exact meshes and cells that are farther
-                apart, the result is between this and the distance.
+            max_distance: Upper bound of relevant distances [m]. For exact meshes and cells that are
+                farther apart, the result is between this and the distance.
         """
         if _cells_second(first, second):
             first, second = second, first
@@ -88,24 +88,25 @@ class DistanceMeter:
             # There are many triangles and cells, so the hull is measured first. It is never farther
             # away than they are.
             near = self._coal_distance(a.around or a.geometry, b.around or b.geometry)
-            most = max(most, DISTANCE_ERROR)  # Coal skips the measurement if 0 is known already
-            if near >= most:
+            # Coal skips the measurement if 0 is known already.
+            max_distance = max(max_distance, DISTANCE_ERROR)
+            if near >= max_distance:
                 return near
             if near > DISTANCE_ERROR:
                 points = self._result.getNearestPoint1(), self._result.getNearestPoint2()
                 off = self._off(a, self._first, points[0]) + self._off(b, self._second, points[1])
                 if off <= SURFACE_TOLERANCE:
                     return near
-                most = min(most, near + off + DISTANCE_ERROR)
-            return self._coal_distance(a.geometry, b.geometry, most)
+                max_distance = min(max_distance, near + off + DISTANCE_ERROR)
+            return self._coal_distance(a.geometry, b.geometry, max_distance)
         return self._coal_distance(a.geometry, b.geometry)
 
-    def _coal_distance(self, first: Any, second: Any, most: float = math.inf) -> float:
-        """Coal's distance between two geometries [m], or `most` if that is less."""
+    def _coal_distance(self, first: Any, second: Any, max_distance: float = math.inf) -> float:
+        """Coal's distance between two geometries [m], or `max_distance` if that is less."""
         result = self._result
         result.clear()
-        if most < math.inf:
-            result.min_distance = most
+        if max_distance < math.inf:
+            result.min_distance = max_distance
         coal.distance(first, self._first, second, self._second, self._request, result)
         return float(result.min_distance)
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY, NoteKind
+from knotwork.scene.collision_model import TOOL_BODY
 from knotwork.task.scenario import Scene
 
 ALLOWED = "the scenario allows it"
@@ -19,19 +18,7 @@ Reasons = dict[frozenset[str], str]
 Place = tuple[str | int, ...]
 
 
-class GivenRules(NamedTuple):
-    """Exclusions of a scenario.
-
-    Attributes:
-        reasons: Reason of each excluded pair, by the identities of its bodies.
-        notes: Names without effect.
-    """
-
-    reasons: Reasons
-    notes: list[tuple[NoteKind, str]]
-
-
-def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> GivenRules:
+def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
     """Resolve the names in `allow` and `ignore`.
 
     Raises:
@@ -57,7 +44,7 @@ def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Plac
             raise names.wrong(at, f"names {pair[0]!r} twice", "two names")
         if len(meant) == len(pair):
             reasons[frozenset(meant)] = IGNORED
-    return GivenRules(reasons, names.notes)
+    return reasons
 
 
 class _Names:
@@ -65,7 +52,6 @@ class _Names:
 
     def __init__(self, robot: Robot, bodies: Sequence[Body], places: Places) -> None:
         self.places = places
-        self.notes: list[tuple[NoteKind, str]] = []
         self.meanings: dict[str, set[str]] = {}
         for body in bodies:
             for name in (body.link or body.name, body.identity):
@@ -74,7 +60,7 @@ class _Names:
         self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
 
     def meant(self, named: Sequence[str], place: Place, also: str = "") -> list[str]:
-        """Identities of the named bodies; warns of bodies without shapes.
+        """Identities of the named bodies; a link without shapes has none.
 
         Args:
             named: The names.
@@ -89,10 +75,7 @@ class _Names:
                 fault = f"{name!r} is a link of the robot and something of the scenario"
                 raise self.wrong(place, fault, " or ".join(map(repr, meanings)))
             identities += meanings
-            if not meanings and name in self.bare:
-                fault = f"{name!r} has no collision shapes, so naming it has no effect"
-                self.notes.append(("warning", f"{where}: {fault}" if where else fault))
-            elif not meanings and name != also:
+            if not meanings and name != also and name not in self.bare:
                 names = dict.fromkeys([*self.listed, also] if also else self.listed)
                 raise UnknownNameError("link or object", name, list(names), where=where)
         return identities

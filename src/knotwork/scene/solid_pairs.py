@@ -84,7 +84,7 @@ class SolidPairs:
         turned = rotation[:, self.joint] @ self._corners
         return np.asarray(turned + origin[:, self.joint, :, None])
 
-    def least(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
+    def min_distances(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
         """Distances of bounding spheres, or of a sphere and a plane [m], shape (k, c).
 
         These are lower bounds of the distances of the solids.
@@ -96,12 +96,12 @@ class SolidPairs:
         centre = (rotation[:, self.joint] @ self._centre[:, :, None])[..., 0]
         centre += origin[:, self.joint]
         gap = centre[:, self.first] - centre[:, self.second]
-        least = np.linalg.norm(gap, axis=2) - self._radius[self.first] - self._radius[self.second]
+        bounds = np.linalg.norm(gap, axis=2) - self._radius[self.first] - self._radius[self.second]
         for columns, plane in self._planes:
             seconds = self.second[columns]
             height = centre[:, seconds] @ plane[:3] - plane[3]
-            least[:, columns] = height - self._radius[seconds]
-        return np.asarray(least)
+            bounds[:, columns] = height - self._radius[seconds]
+        return np.asarray(bounds)
 
     @property
     def normal(self) -> FloatArray:
@@ -109,7 +109,7 @@ class SolidPairs:
         return self._meter.normal
 
     def measure(
-        self, combo: int, turn: FloatArray, shift: FloatArray, most: float = math.inf
+        self, combo: int, turn: FloatArray, shift: FloatArray, max_distance: float = math.inf
     ) -> float:
         """Distance of a pair of solids [m], at most 0 if they overlap.
 
@@ -117,9 +117,9 @@ class SolidPairs:
             combo: Index of the pair.
             turn: Rotations of the solids' own axes, shape (s, 3, 3).
             shift: Their origins [m], shape (s, 3).
-            most: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
+            max_distance: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
         """
-        return self._meter.distance(*self.placed_pair(combo, turn, shift), most)
+        return self._meter.distance(*self.placed_pair(combo, turn, shift), max_distance)
 
     def gaps(
         self,
@@ -161,38 +161,35 @@ class SolidPairs:
             *self.placed_pair(combo, turn, shift)
         )
 
-    def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
+    def clearance(self, q: FloatArray, time: float, max_distance: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
 
-        The arguments are those of `clearances`, with one time for all configurations.
+        The arguments are those of `nearest`, with one time for all configurations.
         """
-        return np.array(list(self.clearances(q, np.full(len(q), time), most)))
+        return np.array([gap for gap, _ in self.nearest(q, np.full(len(q), time), max_distance)])
 
-    def clearances(self, q: FloatArray, time: FloatArray, most: float = 0.0) -> Iterator[float]:
+    def nearest(
+        self, q: FloatArray, time: FloatArray, max_distance: float = math.inf
+    ) -> Iterator[tuple[float, int]]:
         """The minimum distance beyond the required margin, one configuration after the other [m].
+
+        Each with its pair of solids, or -1 if none is nearer.
 
         Args:
             q: Joint positions [rad or m], shape (m, d).
             time: Times [s], shape (m,); bodies that are absent then are ignored.
-            most: Upper bound of the given values [m]. With 0 only the sign
-                is meaningful.
+            max_distance: Upper bound of the given values [m]. With 0 only the sign is meaningful.
         """
-        return (gap for gap, _ in self.nearest(q, time, most))
-
-    def nearest(
-        self, q: FloatArray, time: FloatArray, most: float = math.inf
-    ) -> Iterator[tuple[float, int]]:
-        """`clearances`, each with its pair of solids, or -1 if none is nearer."""
         low, high = self.windows[self.pair].T
         is_present = (low <= time[:, None]) & (time[:, None] <= high)
         rotation, origin = self.model.joint_placements(np.asarray(q, dtype=float), time)
 
-        least = self.least(rotation, origin) - self.margin
+        bounds = self.min_distances(rotation, origin) - self.margin
         turn, shift = self.axes(rotation, origin)
-        for i, row in enumerate(np.where(is_present, least, np.inf)):
-            result, nearest = most, -1
+        for i, row in enumerate(np.where(is_present, bounds, np.inf)):
+            result, nearest = max_distance, -1
             for c in np.argsort(row).tolist():
-                if row[c] > result or (most == 0.0 and result < 0.0):
+                if row[c] > result or (max_distance == 0.0 and result < 0.0):
                     break
                 margin = float(self.margin[c])
                 apart = (

@@ -1,5 +1,4 @@
 from .actions import Action as Action
-from .masses import Inertia as Inertia
 from .open_values import AtMost as AtMost
 from .open_values import ChosenMotion as ChosenMotion
 from .open_values import ClearWay as ClearWay
@@ -16,18 +15,19 @@ from .poses import Pose as Pose
 from .poses import SeamTorch as SeamTorch
 from .poses import Torch as Torch
 from .poses import Velocity as Velocity
-from .repeat_blocks import PlacesFile as PlacesFile
-from .repeat_blocks import Repeat as Repeat
 from .scene_shapes import Collisions as Collisions
 from .scene_shapes import HalfSpace as HalfSpace
 from .scene_shapes import HeldObject as HeldObject
+from .scene_shapes import Inertia as Inertia
 from .scene_shapes import OtherRobot as OtherRobot
 from .scene_shapes import PointCloud as PointCloud
 from .scene_shapes import SceneObject as SceneObject
 from .scene_shapes import SolidOfRevolution as SolidOfRevolution
 from .scene_shapes import Surroundings as Surroundings
 from .scene_shapes import ToolShape as ToolShape
+from .task import PlacesFile as PlacesFile
 from .task import PlainTask as PlainTask
+from .task import Repeat as Repeat
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits
 from .task_options import Balanced as Balanced

@@ -18,7 +18,6 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
-from knotwork.task.masses import Inertia, Mass
 from knotwork.task.poses import Placement
 from knotwork.task.task_part import DefaultsInSI, TaskPart
 
@@ -201,3 +200,17 @@ class Collisions(DefaultsInSI):
         unit="length",
         si_default=1e-4,
     )
+
+
+Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
+
+
+class Inertia(TaskPart):
+    """Moments of inertia about the centre of mass, named as in a URDF."""
+
+    ixx: Number = required("Moment about x", unit="kg m²")
+    iyy: Number = required("Moment about y", unit="kg m²")
+    izz: Number = required("Moment about z", unit="kg m²")
+    ixy: Number = optional("Product of inertia", 0.0, unit="kg m²")
+    ixz: Number = optional("Product of inertia", 0.0, unit="kg m²")
+    iyz: Number = optional("Product of inertia", 0.0, unit="kg m²")

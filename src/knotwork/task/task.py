@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, Tag
 
 from knotwork.files import storage
 from knotwork.files.documents import Document, Text, apply_edits, validate
@@ -26,8 +26,7 @@ from knotwork.task.actions import Output, one_name_each
 from knotwork.task.open_values import ChosenMotion, Way, Weights
 from knotwork.task.places import moved_paths, read_document
 from knotwork.task.poses import Frame
-from knotwork.task.repeat_blocks import Step
-from knotwork.task.scene_shapes import Collisions, Surroundings
+from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
 from knotwork.task.task_options import (
     Balanced,
     Branch,
@@ -37,7 +36,14 @@ from knotwork.task.task_options import (
     Tolerances,
 )
 from knotwork.task.task_part import TaskPart
-from knotwork.task.task_waypoints import Waypoint
+from knotwork.task.task_waypoints import (
+    KINDS,
+    JointWaypoint,
+    PathWaypoint,
+    PoseWaypoint,
+    Waypoint,
+    by_key,
+)
 from knotwork.task.tool_and_limits import Limits, Tool
 
 
@@ -239,3 +245,48 @@ class PlainTask(Task):
         """
         steps = enumerate(self.waypoints)
         return self.replace(waypoints=[step.replace(**changes.get(i, {})) for i, step in steps])
+
+
+class PlacesFile(TaskPart):
+    """Locations in a CSV file."""
+
+    file: Text = required(
+        "Path of a CSV file, relative to this file, with the columns x, y, z, and "
+        "qx, qy, qz, qw for orientations; its numbers are in this file's unit of "
+        "length"
+    )
+    parent: Text = optional("base or the name of a frame", "base", key="in")
+
+
+class Repeat(TaskPart):
+    """Waypoints that are repeated, once at each location."""
+
+    over: Annotated[
+        Text
+        | PlacesFile
+        | Several[
+            Annotated[
+                Text | Frame,
+                Forms("the name of a frame, or a mapping with a position"),
+            ]
+        ],
+        Forms("the name of a frame with a grid, a list of frames and places, or a file"),
+    ] = required(
+        "Places: a frame with a grid, a list of frame names and of places, or a CSV "
+        "file; inside the block, the frame place is the current place"
+    )
+    holds: dict[Text, HeldObject] = optional(
+        "Objects held by the tool in each repetition, as holds of the tool", {}
+    )
+    repeat: Several[Waypoint] = required(
+        "Waypoints of one repetition; its number is added to all names in it"
+    )
+
+
+Step = Annotated[
+    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
+    | Annotated[PathWaypoint, Tag("PathWaypoint")]
+    | Annotated[JointWaypoint, Tag("JointWaypoint")]
+    | Annotated[Repeat, Tag("Repeat")],
+    by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, or with repeat"),
+]

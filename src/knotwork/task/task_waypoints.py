@@ -171,28 +171,30 @@ class AlongPoints(TaskPart):
     )
 
 
-def _along_kind(value: Any) -> str | None:
-    if value == "line":
-        return "line"
-    if isinstance(value, dict) and len({"line", "arc", "points"} & value.keys()) > 1:
-        return None
-    if isinstance(value, AlongArc) or (isinstance(value, dict) and "arc" in value):
-        return "arc"
-    if isinstance(value, AlongPoints) or (isinstance(value, dict) and "points" in value):
-        return "points"
-    return None
+def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
+    """Discriminator of the kinds of waypoints, by a key that each has."""
+
+    def kind_of(value: Any) -> str | None:
+        if isinstance(value, TaskPart):
+            return type(value).__name__
+        if not isinstance(value, dict) or ("pose" in value and "joints" in value):
+            return None
+        return next((kind for key, kind in kinds.items() if key in value), None)
+
+    return Discriminator(
+        kind_of,
+        custom_error_type="waypoint_kind",
+        custom_error_message=f"must be a mapping with {accepted}",
+    )
 
 
 Along = Annotated[
-    Annotated[Literal["line"], Tag("line")]
-    | Annotated[AlongArc, Tag("arc")]
-    | Annotated[AlongPoints, Tag("points")],
-    Discriminator(
-        _along_kind,
-        custom_error_type="along_kind",
-        custom_error_message="must be one of line, {arc: {through, centre or radius}}, "
-        "{points: a file}",
-    ),
+    Literal["line"]
+    | Annotated[
+        Annotated[AlongArc, Tag("AlongArc")] | Annotated[AlongPoints, Tag("AlongPoints")],
+        by_key({"arc": "AlongArc", "points": "AlongPoints"}, "arc or points"),
+    ],
+    Forms("line, {arc: {through, centre or radius}} or {points: a file}"),
 ]
 
 
@@ -244,30 +246,6 @@ class JointWaypoint(_Waypoint):
         | None
     ) = optional(
         "By joint, zero for joints left out; free: it is chosen", unit="angle/s or length/s"
-    )
-
-
-def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
-    """Discriminator of the kinds of waypoints, by a key that each has."""
-
-    def kind_of(value: Any) -> str | None:
-        if isinstance(value, TaskPart):
-            return type(value).__name__
-        if not isinstance(value, dict) or ("pose" in value and "joints" in value):
-            return None
-        for key, kind in kinds.items():
-            if key in value:
-                return kind
-        # a similar key is probably a typing error, which is then reported
-        from difflib import get_close_matches
-
-        slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
-        return next((kinds[slip[0]] for slip in slips if slip), None)
-
-    return Discriminator(
-        kind_of,
-        custom_error_type="waypoint_kind",
-        custom_error_message=f"must be a mapping with {accepted}",
     )
 
 

@@ -17,10 +17,9 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
-from knotwork.task.masses import Inertia, Mass
 from knotwork.task.open_values import FreePose
 from knotwork.task.poses import Placement
-from knotwork.task.scene_shapes import HeldObject, Shapes
+from knotwork.task.scene_shapes import HeldObject, Inertia, Mass, Shapes
 from knotwork.task.task_part import TaskPart
 
 

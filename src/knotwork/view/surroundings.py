@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -84,7 +84,7 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
 
 def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw a scenario's scene: objects, tool and held objects."""
-    times = {waypoint.name: waypoint.time for waypoint in shown.scenario.waypoints}
+    times = [waypoint.time for waypoint in shown.scenario.waypoints]
     for item in shown.scenario.scene.objects:
         between = None if item.appears is None else [times[item.appears], None]
         plane = item.shape.kind == "half_space"
@@ -105,7 +105,7 @@ def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> Non
 
 
 def _draw_carried(
-    parts: SceneParts, shown: ShownMotion, times: Mapping[str, float], size: float
+    parts: SceneParts, shown: ShownMotion, times: Sequence[float], size: float
 ) -> None:
     """Draw the tool's shapes, and held objects: before they are taken, carried, and released."""
     robot, curve, scene = shown.robot, shown.curve, shown.scenario.scene

@@ -46,7 +46,7 @@ _ERROR_WORDS = {
     "recursion_loop": "contains itself",
 }
 # Errors with a text of this package.
-_OWN = ("kind", "waypoint_kind", "along_kind", "value_error")
+_OWN = ("kind", "waypoint_kind", "value_error")
 SAY_WHAT_IS_ACCEPTED = (*_OWN, "literal_error")
 
 

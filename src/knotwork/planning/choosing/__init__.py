@@ -1,7 +1,6 @@
 """Choice of the unknowns of a scenario: durations, speeds and knots, as numbers in its place."""
 
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
-from knotwork.planning.choosing.free_task import with_optimal_knots
 from knotwork.planning.choosing.freezing import frozen_text, saved_text
 from knotwork.planning.choosing.meeting import with_times_met
 
@@ -10,6 +9,5 @@ __all__ = [
     "choose_times",
     "frozen_text",
     "saved_text",
-    "with_optimal_knots",
     "with_times_met",
 ]

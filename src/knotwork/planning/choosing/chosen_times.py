@@ -42,7 +42,7 @@ class ChosenTimes:
     """The choice of a scenario's unknowns, and its quality.
 
     Attributes:
-        asked: The scenario with free times.
+        requested: The scenario with free times.
         scenario: The scenario with numbers in place of its unknowns.
         solution: The choice of the solutions of the poses, made before the times.
         segments: Result for each segment.
@@ -52,7 +52,7 @@ class ChosenTimes:
         met: Names of waypoints in moving frames. Their times were chosen first.
     """
 
-    asked: Scenario
+    requested: Scenario
     scenario: Scenario
     solution: TaskSolution
     segments: tuple[TimedMotion, ...] = ()
@@ -224,7 +224,7 @@ def _adjacent_stretches(segments: Iterable[FreeSegment], paths: TimedPaths) -> s
     }
 
 
-def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[FreeSegment]) -> None:
+def _check_given(task: FreeTask, free: FreeTimes, segments: Sequence[FreeSegment]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, as segments begin and end with them.
@@ -232,7 +232,7 @@ def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[FreeSegmen
     Raises:
         InputError: A given value is infeasible.
     """
-    errors = paths_beyond_limits(task, asked)
+    errors = paths_beyond_limits(task, free)
     if errors:
         raise together(errors)
     for segment in segments:

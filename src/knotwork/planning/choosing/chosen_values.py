@@ -52,8 +52,8 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
     timed = resolve_task(numbers, scenario.places)
     if not motions:
         return timed
-    runs = [_chosen_motion(task, timed, *pair) for pair in motions]
-    return replace(timed, task=numbers.replace(chosen=runs))
+    sections = [_chosen_motion(task, timed, *pair) for pair in motions]
+    return replace(timed, task=numbers.replace(chosen=sections))
 
 
 def solutions_near(
@@ -117,10 +117,7 @@ def _chosen_motion(
     """
     length, angle = si_factors(timed.task.units)
     x = motion.trajectory.breaks
-    times = x.copy()
-    for k, i in enumerate(segment.waypoints):
-        later = x >= motion.time[k] - 1e-12
-        times[later] = timed.waypoints[i].time + (x[later] - motion.time[k])
+    times = np.interp(x, motion.time, timed.times[list(segment.waypoints)])
     velocities = {
         timed.waypoints[i].name: by_joint(task.space, motion.velocity[k], length, angle)
         for k, i in enumerate(segment.waypoints)

@@ -31,15 +31,6 @@ def knots_of(scenario: Scenario) -> Any:
     return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
 
-def with_optimal_knots(scenario: Scenario) -> Scenario:
-    """The scenario with knots to be chosen.
-
-    Raises:
-        InputError: Its motion was chosen already.
-    """
-    return resolve_task(scenario.task.replace(knots="optimal"), scenario.places)
-
-
 def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
     waypoints = list(scenario.task.waypoints)

@@ -16,7 +16,6 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.planning.choosing.free_task import FreeTask, knots_of
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.following.joint_field import Guide
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
@@ -174,19 +173,14 @@ class SharesAlongPath:
         task: The task.
         path: One of its paths.
         shares: Shares of its limits.
-        full_speed: Largest speed along the path [m/s], which only affects the self-motion of a
-            redundant arm pulled to the middle of its ranges.
     """
 
-    def __init__(
-        self, task: FreeTask, path: ScenarioPath, shares: LimitShares, full_speed: float
-    ) -> None:
-        self._shares, lengths = shares, path.asked.lengths
+    def __init__(self, task: FreeTask, path: ScenarioPath, shares: LimitShares) -> None:
+        self._shares, lengths = shares, path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
         robot, start, pull = task.start(path)
-        pull = pull if isinstance(pull, Guide) else pull / full_speed
         self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
         q, d1, d2, d3 = (values[:, : shares.robot.dof] for values in states)
         zero = np.zeros_like(q)

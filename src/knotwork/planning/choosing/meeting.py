@@ -196,13 +196,9 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
             changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)
     ends: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
-        ends = {"times": None, "objective": None}
+        ends = {"objective": None}
         if free.optimal_knots:  # minimum jerk would continue end accelerations
             terms = {name: value for name, value in free.objective.items() if name != "time"}
-            ends = {
-                "times": None,
-                "knots": "optimal",
-                "objective": terms or {"acceleration": 1.0},
-            }
+            ends = {"knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
     return _with_expected_times(scenario, task.replace(**ends), {})

@@ -85,12 +85,10 @@ class PathSpeeds:
         path: ScenarioPath,
         caps: Mapping[int, tuple[float, Limit | SpeedBound]],
     ) -> None:
-        self.path, self.asked, self.caps = path, path.asked, dict(caps)
+        self.path, self.requested, self.caps = path, path.requested, dict(caps)
         self.unit = task.scenario.shown_length[0]
         self.shares = LimitShares(task, path)
-        speeds = (*path.asked.speeds, *(cap for cap, _ in caps.values()))
-        fastest = max((speed for speed in speeds if speed and math.isfinite(speed)), default=1.0)
-        self.along = SharesAlongPath(task, path, self.shares, fastest)
+        self.along = SharesAlongPath(task, path, self.shares)
         self._ratio = np.ones((len(path.stretches), 3, len(self.shares.limits)))
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
@@ -115,11 +113,11 @@ class PathSpeeds:
         while (used := self._expected_shares()).max() > 1.0:
             self._slow_down(used)
             self._fit()
-        return self.asked.timed(self.speeds)[0].duration
+        return self.requested.timed(self.speeds)[0].duration
 
     def _expected_shares(self) -> FloatArray:
         """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""
-        used = self.along.used_shares(self.asked.timed(self.speeds)[0])
+        used = self.along.used_shares(self.requested.timed(self.speeds)[0])
         return np.asarray((used * self._ratio / EXPECTED_SHARE).max(axis=1))
 
     def _slow_down(self, used: FloatArray) -> None:
@@ -138,7 +136,7 @@ class PathSpeeds:
             stretches = before[-1:] + after[:1]
         if not stretches:
             raise NoSpeedsError(self.path, k, limit)
-        speeds = self.asked.timed(self.speeds)[1]
+        speeds = self.requested.timed(self.speeds)[1]
         for j in stretches:
             lower = factor * speeds[j]
             if lower < MIN_SPEED:
@@ -159,7 +157,7 @@ class PathSpeeds:
         for _ in range(FIT_ROUNDS):
             rounded = {k: round_speed(self.unit * v) / self.unit for k, v in self.speeds.items()}
             try:
-                self.speeds = self.asked.fitted(rounded)
+                self.speeds = self.requested.fitted(rounded)
             except PathError as error:
                 stretch = getattr(error, "stretch", None) or 0
                 raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from error

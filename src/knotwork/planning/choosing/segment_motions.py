@@ -75,7 +75,7 @@ def solve_segments(
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
-        raise _total_too_short(task, shortest, budget if stopped else None)
+        raise _total_too_short(task, shortest, stopped=stopped)
     factor = (free.total - outside) / (shortest - outside)
     totals = {segment: factor * motion.duration for segment, motion in fastest.items()}
     try:
@@ -122,26 +122,20 @@ def _motions(
     return motions
 
 
-def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> InputError:
+def _total_too_short(task: FreeTask, shortest: float, *, stopped: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
         task: The task.
         shortest: Duration of that motion [s].
-        budget: Budget, if it ended before a shorter one could be found.
+        stopped: Whether the budget ended before a shorter one could be found.
     """
-    total, enough = f"{task.free.total:g} s", f"{sufficient_duration(shortest):.6g} s"
-    message = (
-        f"{total} is shorter than the minimum time found within the limits, "
-        f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
+    error = TimingError(
+        f"{task.free.total:g} s is shorter than the minimum time found within the limits, "
+        f"{rounded_up(shortest):.6g} s; accepted: {sufficient_duration(shortest):.6g} s or more"
+        f"{', or a larger budget' if stopped else ''}",
+        limit="budget" if stopped else "duration",
     )
-    error = InputError(message)
-    if budget is not None:
-        message = (
-            f"no motion of {total} was found within the budget of {budget.seconds:.3g} s, the "
-            f"shortest lasts {enough}; allow more time"
-        )
-        error = TimingError(message, limit="budget")
     error.locate(task.scenario.where("duration"))
     return error
 

@@ -184,12 +184,9 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
     bounded = np.isfinite(limits.acceleration)
     if space.robot is not None:
         bounded |= np.isfinite(limits.effort)
-    units = dict(zip(space.joint_names, space.joint_units, strict=True))
     loose = [name for name, fine in zip(space.joint_names, bounded, strict=True) if not fine]
     if not loose:
         return
-    example = ", ".join(f"{name}: {10 if units[name] == 'rad' else 2}" for name in loose)
-    shown = dict.fromkeys(scenario.units.shown(1.0, f"{unit}/s²")[1] for unit in units.values())
     reason = (
         "neither a limit of acceleration nor one of torque is known"
         if space.robot is not None
@@ -198,6 +195,5 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
     with scenario.error_context("limits"):
         raise InputError(
             f"times are chosen, but no limit bounds the acceleration of {', '.join(loose)}: "
-            f"{reason}; accepted: acceleration: {{{example}}}, with values for this robot "
-            f"[{' or '.join(shown)}]"
+            f"{reason}; accepted: acceleration: {{joint: value, …}}, with values for this robot"
         )

@@ -79,13 +79,13 @@ def with_max_speeds(
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
     problems = {}
     for number, path in enumerate(scenario.paths):
-        if path.asked.at_most:
+        if path.requested.at_most:
             bounds = {
                 k: min(
-                    (most, SpeedBound.AT_MOST),
+                    (max_speed, SpeedBound.AT_MOST),
                     (caps.get(path.first + 1 + k, math.inf), SpeedBound.NEIGHBOURS),
                 )
-                for k, most in path.asked.at_most.items()
+                for k, max_speed in path.requested.at_most.items()
             }
             problems[number] = PathSpeeds(task, path, bounds)
     try:
@@ -144,8 +144,6 @@ def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
             for k, speed in problem.speeds.items()
         }
     )
-    if not task.free.duration.any():  # with these speeds every waypoint has a time
-        changed = changed.replace(times=None)
     scenario = resolve_task(changed, scenario.places)
     space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
@@ -164,16 +162,16 @@ def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
     return TimedPaths(task, speeds, tuple(binding))
 
 
-def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> list[InputError]:
+def paths_beyond_limits(task: FreeTask, free: FreeTimes) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
         task: The task.
-        asked: The unknowns; given speeds on paths with a chosen one are feasible.
+        free: The unknowns; given speeds on paths with a chosen one are feasible.
     """
     errors: list[InputError] = []
     for path in task.scenario.paths:
-        if any(i + 1 in asked.path_speed for i in range(path.first, path.last)):
+        if any(i + 1 in free.path_speed for i in range(path.first, path.last)):
             continue
         shares = LimitShares(task, path)
         used = shares.of_motion(task, path).max(axis=1)
@@ -217,8 +215,8 @@ def _path_error(
     """
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
-    chosen, text = k in path.asked.at_most, scenario.units.text
-    given = path.asked.speeds[k] or path.stretches[k].speed
+    chosen, text = k in path.requested.at_most, scenario.units.text
+    given = path.requested.speeds[k] or path.stretches[k].speed
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
         woven = path.stretches[k].kind.startswith("woven")
@@ -228,7 +226,7 @@ def _path_error(
     else:
         accepted = "speed: fastest"
     if limit == SpeedBound.RAMPS:
-        shown = text(path.asked.acceleration, "m/s²")
+        shown = text(path.requested.acceleration, "m/s²")
         reason = f"there is no {limit} at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
     elif isinstance(limit, SpeedBound):

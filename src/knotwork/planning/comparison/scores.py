@@ -122,9 +122,9 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
         values = {score.planner: size(getattr(score, column)) for score in scores if score.passed}
         known = {name: value for name, value in values.items() if value is not None}
         if known:
-            least = max(min(known.values()), 0.0 if column == "time_to_plan" else 1e-9)
-            most = least * (1 + TIE_TOLERANCE)
-            winners[column] = {name for name, value in known.items() if value <= most}
+            lowest = max(min(known.values()), 0.0 if column == "time_to_plan" else 1e-9)
+            highest = lowest * (1 + TIE_TOLERANCE)
+            winners[column] = {name for name, value in known.items() if value <= highest}
     return winners
 
 

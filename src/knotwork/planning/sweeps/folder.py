@@ -156,8 +156,8 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
     old, new = data.get("study"), json.loads(json.dumps(spec.to_dict()))
     if old != new:
         raise InputError(
-            f"{path} has another study: {first_difference(old, new)}; give the same scenario "
-            "and values, or another folder"
+            f"{path} has another study: {first_difference(old, new)} differs; give the same "
+            "scenario and values, or another folder"
         )
     folder = open_study(path)
     lines = "".join(json.dumps(record) + "\n" for record in folder.rows.values())

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import InputError, shown
-from knotwork.files.documents import REMOVED, Document, Edits, Location, field_path, read, resources
+from knotwork.errors import InputError
+from knotwork.files.documents import Document, Edits, Location, field_path, read, resources
 from knotwork.files.documents.edits import differences, flow
 from knotwork.planning.sweeps.field_path import location_of
 from knotwork.planning.sweeps.figures import FIGURES
@@ -139,15 +139,6 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
     return Document(scenario.task.to_dict(), scenario.source)
 
 
-def first_difference(stored: Any, requested: Any) -> str | None:
-    """Describe the first difference between two studies."""
-    for location, value in differences(stored, requested).items():
-        old = stored
-        for key in location:
-            if isinstance(old, Mapping) and key not in old:
-                return f"{field_path(location)} is only here"
-            old = old[key]
-        if value is REMOVED:
-            return f"{field_path(location)} is only there"
-        return f"{field_path(location)} is {shown(old)} there and {shown(value)} here"
-    return None
+def first_difference(stored: Any, requested: Any) -> str:
+    """Location of the first difference between two studies."""
+    return field_path(next(iter(differences(stored, requested))))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial.distinct import distinct
-from knotwork.errors import FollowingError
+from knotwork.errors import FollowingError, LimitingConstraint
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
 from knotwork.planning.task_to_joint.requested_branch import is_in_branch
@@ -18,10 +18,7 @@ from knotwork.planning.task_to_joint.solution import PathStart
 from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, whole_turns
 from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
 from knotwork.robot.kinematics.following.joint_field import Guide, Pull
-from knotwork.robot.kinematics.following.limiting_constraint import (
-    LimitingConstraint,
-    following_error,
-)
+from knotwork.robot.kinematics.following.limiting_constraint import following_error
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
@@ -109,32 +106,25 @@ class GroupSolution(NamedTuple):
     tracks: list[PathTrack]
 
 
+@dataclass(eq=False)
 class _BlockedPathError(Exception):
     """No candidate can follow a path.
 
     Attributes:
         track: The path.
         continuation: Continuations of the candidates.
-        start: Candidates at its start, m of them.
-        branches: Index of the continuation of each candidate, shape (m,).
+        branches: Index of the continuation of each of m candidates, shape (m,).
         turns: Offset of each candidate from its continuation [rad], shape (m, d).
         tried: Whether each is in the requested branch, shape (m,).
         contacts: Step of the first collision, by index of the continuation.
     """
 
-    def __init__(
-        self,
-        track: PathTrack,
-        continuation: Continuation,
-        start: Candidates,
-        branches: IndexArray,
-        turns: FloatArray,
-        tried: BoolArray,
-        contacts: Mapping[int, int],
-    ) -> None:
-        self.track, self.continuation, self.start = track, continuation, start
-        self.branches, self.turns = branches, turns
-        self.tried, self.contacts = tried, contacts
+    track: PathTrack
+    continuation: Continuation
+    branches: IndexArray
+    turns: FloatArray
+    tried: BoolArray
+    contacts: Mapping[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +230,7 @@ class GroupSolver:
         contacts = self._contacts(track, continuation, distinct(branches[feasible]))
         feasible &= ~np.isin(branches, list(contacts))
         if not feasible[tried].any():
-            raise _BlockedPathError(track, continuation, start, branches, turns, tried, contacts)
+            raise _BlockedPathError(track, continuation, branches, turns, tried, contacts)
         rows, owner, onward = start.select(feasible), branches[feasible], []
         for step in continuation.at[1:]:
             q = track.chain.scatter(continuation.position[step][owner] + turns[feasible])
@@ -269,10 +259,9 @@ class GroupSolver:
     def _following_error(self, blocked: _BlockedPathError) -> FollowingError:
         """The error for a path that can't be followed.
 
-        It names the start for which a lower speed may be sufficient, or else the start that gets
-        farthest.
+        It names the start that gets farthest; one that is only too fast counts as farther.
         """
-        path, robot = blocked.track.path, blocked.track.chain.robot
+        path = blocked.track.path
         tried = np.flatnonzero(blocked.tried)
         untested = np.setdiff1d(blocked.branches[tried], list(blocked.contacts))
         contacts = {
@@ -289,7 +278,6 @@ class GroupSolver:
             solution += " in the requested branch"
             remedy = "try branch: free"
         return following_error(
-            robot,
             path.motion,
             best,
             f"the path from {begin.name!r} can't be followed: with {solution} at "
@@ -310,10 +298,7 @@ class GroupSolver:
         limits = continuation.limiting_constraint(robot, branch, turns)
         constraints = [] if limits is None else [limits]
         if branch in contacts and self.obstacles is not None:
-            time, text = self.obstacles.describe_contact(continuation, branch, contacts[branch])
-            constraints.append(
-                LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
-            )
+            constraints.append(self.obstacles.first_contact(continuation, branch, contacts[branch]))
         return min(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
 
 

@@ -149,7 +149,6 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
         lower_position_limit=robot.lower_position_limit,
         upper_position_limit=robot.upper_position_limit,
         limits=robot.limits,
-        configurations=robot.configurations,
         robot=robot,
         targets=tuple(
             None
@@ -177,11 +176,11 @@ def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
         ]
     elif freedom.tilt:
         # two turns within this bound keep the axis within the cone: cos²(t/√2) >= cos t
-        most = freedom.tilt / np.sqrt(2.0)
-        joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
-    least, greatest = freedom.turn
-    if least < greatest:
-        joints.append(VirtualJoint("free turn", "z", -greatest, -least, soft=False))
+        limit = freedom.tilt / np.sqrt(2.0)
+        joints += [VirtualJoint(f"free tilt {k}", k, -limit, limit) for k in "xy"]
+    lower, upper = freedom.turn
+    if lower < upper:
+        joints.append(VirtualJoint("free turn", "z", -upper, -lower, soft=False))
     for name, axis, (low, high) in turned:
         if low < high:
             joints.append(

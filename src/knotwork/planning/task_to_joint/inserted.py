@@ -26,7 +26,7 @@ class JointRows(NamedTuple):
         name: Names, shape (k,).
         position, velocity: Joint positions and velocities, shape (k, d).
         acceleration: Joint accelerations, NaN where unknown, shape (k, d).
-        asked: Whether each is a waypoint of the scenario, shape (k,).
+        requested: Whether each is a waypoint of the scenario, shape (k,).
     """
 
     time: FloatArray
@@ -34,7 +34,7 @@ class JointRows(NamedTuple):
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
-    asked: BoolArray
+    requested: BoolArray
 
     def slice(self, start: int, stop: int) -> JointRows:
         """The rows from `start` up to `stop`."""
@@ -76,8 +76,8 @@ def complete_waypoints(
     for i in space.waits:
         accelerations[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
-    times, asked = scenario.expected_times, np.ones(count, dtype=bool)
-    rows = JointRows(times, names, positions.copy(), velocities, accelerations, asked)
+    times, requested = scenario.expected_times, np.ones(count, dtype=bool)
+    rows = JointRows(times, names, positions.copy(), velocities, accelerations, requested)
     parts: list[JointRows] = []
     done = 0
     for path in scenario.paths:
@@ -100,7 +100,7 @@ def complete_waypoints(
         names=tuple(map(str, rows.name)),
         joint_units=space.joint_units,
         acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
-        task_rows=tuple(np.flatnonzero(rows.asked).tolist()),
+        task_rows=tuple(np.flatnonzero(rows.requested).tolist()),
     )
 
 
@@ -126,9 +126,8 @@ def _insert_waypoints(
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
-    from knotwork.robot.kinematics.following.insertion import with_waypoints_inserted
+    from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
-    from knotwork.robot.kinematics.following.path_proof import PathTolerance
 
     tolerances = scenario.si.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
@@ -141,15 +140,15 @@ def _insert_waypoints(
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
         raise
-    asked = np.isin(followed.time, followed.time[np.searchsorted(followed.time, ends)])
+    requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, ends)])
     scale, unit = scenario.shown_length
     along = scale * path.motion.arc_length(followed.time)
     names, k = np.empty(len(along), dtype=object), path.first - 1
-    for row, is_asked in enumerate(asked):
-        if is_asked:
+    for row, is_requested in enumerate(requested):
+        if is_requested:
             k, passed = k + 1, along[row]
         name = scenario.waypoints[k].name
-        names[row] = name if is_asked else f"{name} + {along[row] - passed:.4g} {unit}"
+        names[row] = name if is_requested else f"{name} + {along[row] - passed:.4g} {unit}"
     velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
     for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
@@ -158,5 +157,5 @@ def _insert_waypoints(
     position = scatter(followed.position)
     position[0] = start  # without a rounding difference from a wait before the path
     return JointRows(
-        followed.time, names, position, scatter(velocity), scatter(acceleration), asked
+        followed.time, names, position, scatter(velocity), scatter(acceleration), requested
     )

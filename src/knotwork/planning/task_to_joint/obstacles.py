@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.curves.polynomial.distinct import distinct
-from knotwork.errors import CollisionError
+from knotwork.errors import CollisionError, LimitingConstraint
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import Continuation
 from knotwork.robot.kinematics.sequence.candidates import Candidates
@@ -119,14 +119,18 @@ class Obstacles:
         """Whether a configuration collides."""
         return not self.are_clear(q[None], time)[0]
 
-    def _branch_clearance(self, index: int, candidates: Candidates, most: float) -> FloatArray:
+    def _branch_clearance(
+        self, index: int, candidates: Candidates, max_clearance: float
+    ) -> FloatArray:
         """Clearance of candidates, computed once per branch: turns do not change it."""
         if self._pairs is None:
-            return np.full(len(candidates.q), most)
+            return np.full(len(candidates.q), max_clearance)
         _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
         return np.asarray(
-            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, most)[branches]
+            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, max_clearance)[
+                branches
+            ]
         )
 
     def _arm_positions(self, q: FloatArray) -> FloatArray:
@@ -145,11 +149,11 @@ class Obstacles:
         steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
         steps = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._arm_positions(path.position[steps, start])
-        gaps = self._pairs.clearances(q, path.time[steps])
+        gaps = (gap for gap, _ in self._pairs.nearest(q, path.time[steps], 0.0))
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
-    def describe_contact(self, path: Continuation, start: int, contact: int) -> tuple[float, str]:
-        """Time at which a contact begins [s], and a description of the contact.
+    def first_contact(self, path: Continuation, start: int, contact: int) -> LimitingConstraint:
+        """The collision that a contact is part of, from its beginning on.
 
         Args:
             path: The continuations along the path.
@@ -159,9 +163,9 @@ class Obstacles:
         q, time = path.position[:, start], path.time.tolist()
         step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
         _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
-        text = f"{second.name} comes too near to {first.name}"
+        begins = LimitingConstraint("collision", time[step], bodies=(second.name, first.name))
         if step == 0 or not time[step - 1] < time[step]:
-            return time[step], text
+            return begins
         from scipy.interpolate import CubicHermiteSpline
         from scipy.optimize import bisect
 
@@ -171,7 +175,7 @@ class Obstacles:
         def sign(t: float) -> float:
             return -1.0 if self.collides(motion(t), t) else 1.0
 
-        return float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)), text
+        return begins._replace(time=float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)))
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair minus its required margin, and the pair."""

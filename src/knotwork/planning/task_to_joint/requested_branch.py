@@ -83,7 +83,7 @@ def no_branch(
     target = scenario.waypoints[index]
     branches = () if candidates is None else branch_names(robot, candidates)
     wanted = scenario.branch
-    asked = (
+    requested = (
         "the branch of the waypoints before it"
         if isinstance(wanted, str)
         else "branch " + ", ".join(f"{k}: {v}" for k, v in wanted.items())
@@ -91,7 +91,7 @@ def no_branch(
     reached = f"; it is reached in: {'; '.join(branches)}" if branches else ""
     return BranchError(
         target.name,
-        f"can't be reached in {asked}{reached}",
+        f"can't be reached in {requested}{reached}",
         branches=branches,
         where=target.where,
     )

@@ -55,8 +55,9 @@ class ChosenSequence(NamedTuple):
 
 def home(space: JointSpace) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
-    if HOME_CONFIGURATION in space.configurations:
-        return np.array(space.configurations[HOME_CONFIGURATION])
+    robot = space.robot
+    if robot is not None and HOME_CONFIGURATION in robot.configurations:
+        return np.array(robot.configurations[HOME_CONFIGURATION])
     return middle((space.lower_position_limit, space.upper_position_limit))
 
 
@@ -198,7 +199,7 @@ class SolutionSearch:
             # and then follow the motion, so that joints do not unwind.
             gap = difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
-        elif self.scenario.prefers_clearance and self.obstacles is not None:
+        elif self.scenario.task.prefer == "clearance" and self.obstacles is not None:
             distance = self.obstacles.shortfall(index, candidates)[rows]
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)

@@ -40,8 +40,8 @@ def lower_bound(problem: TimingProblem) -> float:
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
-    least = np.maximum(min_durations(problem), problem.at_least)
-    return np.where(problem.free, least, problem.duration)
+    bounds = np.maximum(min_durations(problem), problem.at_least)
+    return np.where(problem.free, bounds, problem.duration)
 
 
 def min_durations(problem: TimingProblem) -> FloatArray:
@@ -55,10 +55,10 @@ def min_durations(problem: TimingProblem) -> FloatArray:
 
 def slowest(problem: TimingProblem, i: int) -> str:
     """Text of the limit that determines the lower bound of an interval, with the joint quoted."""
-    alone, least = _of_joints(problem)[i], min_durations(problem)[i]
-    if alone.max() >= least:
+    alone, bound = _of_joints(problem)[i], min_durations(problem)[i]
+    if alone.max() >= bound:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"
-    if _straight_lines(problem)[i] >= least:
+    if _straight_lines(problem)[i] >= bound:
         return "the tool, on the straight line,"
     return "all joints together"
 
@@ -79,11 +79,11 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
 
 def _straight_lines(problem: TimingProblem) -> FloatArray:
     """Minimum durations under the limit of tool speed alone [s], shape (n-1,)."""
-    most = problem.limits.tool_speed
-    if np.isinf(most):
+    limit = problem.limits.tool_speed
+    if np.isinf(limit):
         return np.zeros(len(problem.position) - 1)
     places = [problem.arm.robot.forward(q).translation for q in problem.position]
-    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / most)
+    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / limit)
 
 
 def _common_duration(problem: TimingProblem, i: int) -> float:

@@ -70,13 +70,13 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
         ("velocity", 1, "a", problem.velocity_known),
         ("acceleration", 2, "an", problem.acceleration_known),
     ):
-        most, values = getattr(limits, name), getattr(problem, name)
-        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + GIVEN_ROUNDING))):
+        limit, values = getattr(limits, name), getattr(problem, name)
+        for i, k in np.argwhere(known[:, None] & (np.abs(values) > limit * (1.0 + GIVEN_ROUNDING))):
             value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
-            bound = math.copysign(float(most[k]), value)
+            bound = math.copysign(float(limit[k]), value)
             message = (
                 f"is given {article} {name} of {text(value, unit)}; its limit is "
-                f"{limits.text(float(most[k]), unit, problem.units)}{_advice(name, bound / value)}"
+                f"{limits.text(float(limit[k]), unit, problem.units)}{_advice(name, bound / value)}"
             )
             yield name, _fault(problem, i, k, name, value, bound, message)
 
@@ -129,11 +129,11 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
         v[-1 if sign > 0.0 else 0] = 0.0  # no motion after the last or before the first
         room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
         with np.errstate(invalid="ignore"):
-            most = np.sqrt(2.0 * limits.acceleration * room)
-        for i, k in np.argwhere(np.abs(v) > most * (1.0 + 1e-9) + GIVEN_ROUNDING):
+            max_velocity = np.sqrt(2.0 * limits.acceleration * room)
+        for i, k in np.argwhere(np.abs(v) > max_velocity * (1.0 + 1e-9) + GIVEN_ROUNDING):
             unit, value = problem.joint_units[k], float(problem.velocity[i, k])
             needed = 0.5 * value**2 / float(limits.acceleration[k])
-            bound = math.copysign(float(most[i, k]), value)
+            bound = math.copysign(float(max_velocity[i, k]), value)
             message = (
                 f"moves at {text(value, rate_unit(unit, 1))} and can't {verb} its position limit, "
                 f"{text(float(room[i, k]), unit, '.4g')} away; it needs at least "

@@ -153,11 +153,11 @@ def _given_durations(
         prefix: Beginning of the reason.
         direct: See `infeasible_values`.
     """
-    rests, least = resting_motion(with_longer(problem), "resting"), min_durations(problem)
+    rests, shortest = resting_motion(with_longer(problem), "resting"), min_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
     errors = []
     for i in np.flatnonzero(wrong).tolist():
-        bound = float(least[i])
+        bound = float(shortest[i])
         reason = (
             f"under the limits of velocity and acceleration {slowest(problem, i)} takes more "
             f"than {rounded_up(bound):.6g} s"
@@ -190,8 +190,8 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     if problem.total is None:
         wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
         return _given_durations(problem, wrong, f"{NO_MOTION}; ")
-    least = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
-    if problem.total >= least:
+    sufficient = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
+    if problem.total >= sufficient:
         return []
-    reason = f"{NO_MOTION}; with {least:.6g} s there is one that rests"
-    return [_short_total(problem.total, reason, least)]
+    reason = f"{NO_MOTION}; with {sufficient:.6g} s there is one that rests"
+    return [_short_total(problem.total, reason, sufficient)]

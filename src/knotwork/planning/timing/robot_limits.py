@@ -6,10 +6,9 @@ these points they are sampled and proved afterwards, and tightened where they ar
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
-from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -33,43 +32,6 @@ Tool speed may vary much faster than effort.
 """
 
 
-@dataclass(frozen=True, eq=False)
-class _Inside:
-    """Symbols of a piece.
-
-    Attributes:
-        tau: Duration of the piece.
-        variables: Scaled variables of the piece.
-        units: Units of a state.
-        states: Positions, velocities and accelerations within the piece, in SI units.
-        inner: Symbols of these states, and their expressions in the variables.
-    """
-
-    tau: Any
-    variables: Any
-    units: Any
-    states: list[tuple[Any, ...]]
-    inner: tuple[Any, Any]
-
-
-def _inside(d: int, parts: Sequence[float]) -> _Inside:
-    import casadi as ca
-
-    tau, ends = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d)
-    units = ca.SX.sym("units", 3 * d)
-    split = ca.vertsplit(ends, d)
-    at = [inner_state(tau, split, part) for part in parts]
-    meant = [ca.vertcat(*state) * units for state in at]
-    symbols = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
-    return _Inside(
-        tau,
-        ca.vertcat(tau, ends),
-        units,
-        [tuple(ca.vertsplit(state, d)) for state in symbols],
-        (ca.vertcat(*symbols), ca.vertcat(*meant)),
-    )
-
-
 def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
     """State after a fraction of a piece, from its duration and the states at its ends."""
     q0, v0, a0, _, _, a1 = states
@@ -79,6 +41,29 @@ def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
         v0 + t * ((2 - part) * a0 + part * a1) / 2,
         (1 - part) * a0 + part * a1,
     )
+
+
+def _inside_kernel(
+    d: int, parts: Sequence[float], parameters: Any, terms: Callable[[Any, list[Any]], Any]
+) -> Kernel:
+    """Kernel of a piece for terms of the states inside it.
+
+    Args:
+        d: Number of joints.
+        parts: Positions of the states in the piece, as fractions.
+        parameters: Parameters after the units of a state, a symbolic column.
+        terms: Gives constraints and cost, from the duration of the piece and the positions,
+            velocities and accelerations of the states in SI units.
+    """
+    import casadi as ca
+
+    tau, ends, units = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d), ca.SX.sym("units", 3 * d)
+    split = ca.vertsplit(ends, d)
+    values = [ca.vertcat(*inner_state(tau, split, part)) * units for part in parts]
+    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
+    rows, cost = terms(tau, [ca.vertsplit(state, d) for state in states])
+    inner = ca.vertcat(*states), ca.vertcat(*values)
+    return Kernel(ca.vertcat(tau, ends), ca.vertcat(units, parameters), rows, cost, inner)
 
 
 @lru_cache(maxsize=32)
@@ -98,50 +83,46 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
         return ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse)
 
     if inside:
-        piece = _inside(d, ROBOT_LIMITS[name])
-        rows = ca.vertcat(*(use(*state) for state in piece.states))
-        return Kernel(piece.variables, ca.vertcat(piece.units, inverse), rows, inner=piece.inner)
+        return _inside_kernel(
+            d,
+            ROBOT_LIMITS[name],
+            inverse,
+            lambda tau, states: (ca.vertcat(*(use(*state) for state in states)), 0.0),
+        )
     state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
     return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
 
 
-class HeldLimit(NamedTuple):
-    """A limit of `ROBOT_LIMITS` in the solver, alternately at each break and inside each piece.
-
-    Attributes:
-        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
-        active: Whether they are constraints, shape (2 pieces + 1,). They are not where a value is
-            given.
-    """
-
-    allowed: FloatArray
-    active: BoolArray
-
-
 def held_blocks(
     problem: TimingProblem,
-    limits: Mapping[str, HeldLimit],
+    allowed: Mapping[str, FloatArray],
     margin: float,
     scale: Scale,
     layout: Layout,
 ) -> Iterator[Block]:
-    """Blocks of each limit at the points where it is a constraint.
+    """Blocks of limits at the breaks where values are unknown, and inside the pieces.
 
     Args:
         problem: The problem.
-        limits: The limits, by name.
+        allowed: Allowed fractions of each limit of `ROBOT_LIMITS` in the program, alternately at
+            each break and inside each piece, shape (2 pieces + 1, d or 1).
         margin: Relative margin to each.
         scale: Units of the program.
         layout: Its variables.
     """
     bound = 1.0 - margin
-    for name, held in limits.items():
-        for inside, columns in enumerate((layout.state, layout.piece)):
-            active = held.active[inside::2]
-            inverse = 1.0 / (held.allowed[inside::2][active] * getattr(problem.limits, name)).T
+    for name, fractions in allowed.items():
+        known = problem.velocity_known
+        if name == "effort":
+            known = known & problem.acceleration_known
+        unknown = np.full(layout.pieces + 1, True)
+        unknown[:: layout.each][known] = False
+        at_breaks = layout.state[:, unknown], fractions[::2][unknown]
+        for inside, (columns, part) in enumerate((at_breaks, (layout.piece, fractions[1::2]))):
+            inverse = 1.0 / (part * getattr(problem.limits, name)).T
             units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
             kernel = limit_kernel(problem.arm, name, inside=bool(inside))
-            yield Block(kernel, columns[:, active], np.vstack((units, inverse)), -bound, bound)
+            yield Block(kernel, columns, np.vstack((units, inverse)), -bound, bound)
 
 
 @lru_cache(maxsize=8)
@@ -149,12 +130,13 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     """Integral of effort squared over a piece (Simpson's rule). Parameters: units, weight."""
     import casadi as ca
 
-    piece = _inside(dynamics.robot.dof, (0.0, 0.5, 1.0))
     weight = ca.SX.sym("weight")
-    start, middle, end = (ca.sumsqr(dynamics.symbolic_effort(*state)) for state in piece.states)
-    cost = weight * piece.tau * (start + 4 * middle + end) / 6
-    units = ca.vertcat(piece.units, weight)
-    return Kernel(piece.variables, units, ca.SX(0, 1), cost, piece.inner)
+
+    def cost(tau: Any, states: list[Any]) -> Any:
+        start, middle, end = (ca.sumsqr(dynamics.symbolic_effort(*state)) for state in states)
+        return ca.SX(0, 1), weight * tau * (start + 4 * middle + end) / 6
+
+    return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), weight, cost)
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:

@@ -95,10 +95,10 @@ class Section:
         span = guess.share * guess.duration[:, None]
         x[at.tau] = span.ravel() / scale.time
         time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
-        most = self.problem.limits.acceleration
+        limit = self.problem.limits.acceleration
         x[at.q] = guess.curve(time) / scale.unit(0)
         x[at.v] = guess.curve(time, 1) / scale.unit(1)
-        x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
+        x[at.a] = np.clip(guess.curve(time, 2), -limit, limit) / scale.unit(2)
         for place, i in zip(at.factor, self.along, strict=True):
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
@@ -118,8 +118,8 @@ class Section:
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
         lower, upper = self._position_range()
         parts = (slice(each * i, each * (i + 1)) for i in range(at.intervals))
-        for part, least, most in zip(parts, lower, upper, strict=True):
-            low[at.q[part]], high[at.q[part]] = least / scale.unit(0), most / scale.unit(0)
+        for part, lowest, highest in zip(parts, lower, upper, strict=True):
+            low[at.q[part]], high[at.q[part]] = lowest / scale.unit(0), highest / scale.unit(0)
         waypoints = slice(None, None, each)
         low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
         for places, values, known, order in (
@@ -176,14 +176,14 @@ class Section:
         problem, scale, at = self.problem, self.scale, self.layout
         timed = np.flatnonzero(~problem.free | (problem.at_least > 0.0))
         free = problem.free[timed]
-        least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
+        bound = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
         durations = at.tau.reshape(at.intervals, at.each)[timed].T
         directed = np.concatenate((at.v[at.each * self.along], at.factor[:, None]), axis=1).T
         directions = problem.velocity[self.along].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         blocks = [
             self._piece_block(),
-            Block(sum_kernel(at.each), durations, empty, least, np.where(free, np.inf, least)),
+            Block(sum_kernel(at.each), durations, empty, bound, np.where(free, np.inf, bound)),
             Block(direction_kernel(at.joints), directed, directions),
         ]
         if problem.total is not None:
@@ -225,8 +225,8 @@ class Section:
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
         cost = self.typical_cost()
-        most = np.minimum(self.problem.limits.acceleration, scale.unit(2))
-        calm = CALMNESS_WEIGHT * cost / (most**2 * self.guess.duration.sum() * len(most))
+        limit = np.minimum(self.problem.limits.acceleration, scale.unit(2))
+        calm = CALMNESS_WEIGHT * cost / (limit**2 * self.guess.duration.sum() * len(limit))
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if objective.jerk:
@@ -249,9 +249,9 @@ class Section:
 
     def _fastest(self) -> list[FloatArray]:
         """Maximum velocities at two points of each piece, scaled, shape (d, pieces) each."""
-        most = (1.0 - self.margin) * self.problem.limits.velocity
+        limit = (1.0 - self.margin) * self.problem.limits.velocity
         shape = (self.layout.intervals, self.layout.each, self.layout.joints)
-        start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
+        start, end = (np.broadcast_to(limit, shape).copy() for _ in range(2))
         # with zero acceleration, the point next to the waypoint has its velocity
         passed = np.where(self._passes_at_limit(), 1.001 * self.problem.limits.velocity, 0.0)
         start[:, 0] = np.maximum(start[:, 0], passed[:-1])
@@ -262,8 +262,8 @@ class Section:
     def _passes_at_limit(self) -> BoolArray:
         """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
         problem = self.problem
-        most = (1.0 - 2.0 * self.margin) * problem.limits.velocity
-        return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
+        limit = (1.0 - 2.0 * self.margin) * problem.limits.velocity
+        return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= limit)
 
     def _steady(self) -> BoolArray:
         """Whether each joint has zero acceleration at each waypoint where it is not given."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -76,6 +76,7 @@ def solve(
         raise together(error.causes) from None
 
 
+@dataclass(eq=False)
 class NoMotionError(Exception):
     """No motion within the limits was found.
 
@@ -83,9 +84,7 @@ class NoMotionError(Exception):
         causes: Possible causes with their locations, at least one.
     """
 
-    def __init__(self, causes: Sequence[TimingError]) -> None:
-        super().__init__()
-        self.causes = list(causes)
+    causes: list[TimingError]
 
 
 def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
@@ -142,14 +141,14 @@ def _consecutive(attempts: Sequence[Attempt]) -> Attempt:
 
 
 def timed_motion(
-    problem: TimingProblem, attempt: Attempt, least: float, planner: str
+    problem: TimingProblem, attempt: Attempt, bound: float, planner: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
     Args:
         problem: The waypoints and the limits.
         attempt: The motion.
-        least: Lower bound on the duration [s].
+        bound: Lower bound on the duration [s].
         planner: Name of the planner.
     """
     time, curve = attempt.time, attempt.curve
@@ -164,7 +163,7 @@ def timed_motion(
         trajectory,
         time,
         np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
-        least,
+        bound,
         attempt.status,
         binding_limits(problem, time, curve),
         _terms(problem, curve),

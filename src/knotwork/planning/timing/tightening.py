@@ -10,7 +10,6 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.robot_limits import (
     ROBOT_LIMITS,
-    HeldLimit,
     proved_shares,
     sampled_shares,
 )
@@ -35,12 +34,13 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        held: Limits of `ROBOT_LIMITS` that the solver has, by name.
+        held: Allowed fractions of the limits of `ROBOT_LIMITS` that the solver has, by name: see
+            `held_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
     position: bool = False
-    held: Mapping[str, HeldLimit] = field(default_factory=dict)
+    held: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def same_equations(self, following: Tightening) -> bool:
         """Whether the solver has the same equations with another tightening."""
@@ -57,7 +57,7 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
         shares = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
-        return Tightening(held={"effort": _held_limit(problem, "effort", None, shares)})
+        return Tightening(held={"effort": _allowed_fractions(None, shares)})
     return Tightening()
 
 
@@ -65,7 +65,6 @@ def tighten(
     problem: TimingProblem,
     tightening: Tightening,
     curve: PiecewisePolynomial,
-    near: float | None = None,
 ) -> Tightening | None:
     """Compare a curve with all limits.
 
@@ -73,8 +72,6 @@ def tighten(
         problem: The problem.
         tightening: Tightening of the solution.
         curve: The exact curve of the solution.
-        near: Fraction of limits of `ROBOT_LIMITS` above which they become constraints in a piece.
-            By default they are constraints in all pieces.
 
     Returns:
         The next tightening, or `None` if every limit is kept.
@@ -88,48 +85,30 @@ def tighten(
     if over is None:
         return None
     name, shares = over
-    held = _held_limit(problem, name, tightening.held.get(name), shares, near)
+    held = _allowed_fractions(tightening.held.get(name), shares)
     return replace(tightening, held={**tightening.held, name: held})
 
 
-def _held_limit(
-    problem: TimingProblem,
-    name: str,
-    before: HeldLimit | None,
-    shares: FloatArray,
-    near: float | None = None,
-) -> HeldLimit:
-    """A limit for the solver.
+def _allowed_fractions(before: FloatArray | None, shares: FloatArray) -> FloatArray:
+    """Allowed fractions of a limit for the solver.
 
-    The first one is unchanged; later ones are reduced in and around pieces that exceed it.
+    The first ones leave a margin; later ones are reduced in and around pieces that exceed it.
 
     Args:
-        problem: The problem.
-        name: Name of the limit.
-        before: The limit that the solver had, if it had one.
+        before: Fractions that the solver had, if it had the limit.
         shares: Use of the limit in each piece, shape (pieces, d or 1).
-        near: See `tighten`.
     """
     pieces, width = shares.shape
     if before is None:
-        allowed = np.full((2 * pieces + 1, width), 1.0 - SAMPLE_MARGIN)
-        active = np.full(2 * pieces + 1, near is None)
-    else:
-        allowed, active = np.array(before.allowed), np.array(before.active)
-        over = shares > 1.0 - 0.5 * SAMPLE_MARGIN
-        factor = np.where(
-            over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(shares, 0.5)), 1.0
-        )
-        for first, last in ((0, -1), (1, None), (2, None)):
-            allowed[first:last:2] *= factor
-    if near is not None:
-        close = np.repeat(shares.max(axis=1) > near, 2)
-        active |= np.append(close, False) | np.insert(close, 0, False)
-    known = problem.velocity_known
-    if name == "effort":
-        known = known & problem.acceleration_known
-    active[:: 2 * pieces // (len(known) - 1)][known] = False
-    return HeldLimit(allowed, active)
+        return np.full((2 * pieces + 1, width), 1.0 - SAMPLE_MARGIN)
+    allowed = np.array(before)
+    over = shares > 1.0 - 0.5 * SAMPLE_MARGIN
+    factor = np.where(
+        over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(shares, 0.5)), 1.0
+    )
+    for first, last in ((0, -1), (1, None), (2, None)):
+        allowed[first:last:2] *= factor
+    return allowed
 
 
 def exceeded_limit(

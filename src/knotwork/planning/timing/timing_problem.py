@@ -211,8 +211,8 @@ class TimingProblem(ReadOnlyArrays):
 
     def _check_dynamics(self) -> None:
         limits = self.limits
-        asked = np.isfinite(limits.effort).any() or np.isfinite(limits.tool_speed)
-        if self.dynamics is None and (asked or self.objective.effort):
+        needed = np.isfinite(limits.effort).any() or np.isfinite(limits.tool_speed)
+        if self.dynamics is None and (needed or self.objective.effort):
             raise InputError(
                 "limits of effort or tool speed, and effort to be minimised, need dynamics"
             )

@@ -78,6 +78,7 @@ class ClearMotionProblem:
         return dynamics.robot.model if dynamics is not None and limited else None
 
 
+@dataclass(eq=False)
 class NoClearMotionError(Exception):
     """No collision-free motion was found. This does not prove that none exists.
 
@@ -92,16 +93,10 @@ class NoClearMotionError(Exception):
         solutions: Number of solutions of the waypoint, all of which collide.
     """
 
-    def __init__(
-        self,
-        waypoint: int | None = None,
-        bodies: tuple[str, str] = ("", ""),
-        depth: float = 0.0,
-        moving: bool = False,
-        joint: int | None = None,
-        checks: int = 0,
-        solutions: int = 1,
-    ) -> None:
-        super().__init__()
-        self.waypoint, self.bodies, self.depth, self.moving = waypoint, bodies, depth, moving
-        self.joint, self.checks, self.solutions = joint, checks, solutions
+    waypoint: int | None = None
+    bodies: tuple[str, str] = ("", "")
+    depth: float = 0.0
+    moving: bool = False
+    joint: int | None = None
+    checks: int = 0
+    solutions: int = 1

@@ -124,14 +124,14 @@ def _with_room(problem: ClearMotionProblem, room: float) -> ClearMotionProblem:
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.model, problem.timing.limits
     space = Configurations(problem.robot, model, limits)
-    least = dict.fromkeys(space.bodies, room)
+    clearance = dict.fromkeys(space.bodies, room)
     for q in (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0]):
         for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
-            least[names] = min(least[names], 0.5 * max(gap, 0.0))
+            clearance[names] = min(clearance[names], 0.5 * max(gap, 0.0))
     pairs = []
     for pair in model.pairs:
         names = model.bodies[pair.first].name, model.bodies[pair.second].name
-        pairs.append(pair._replace(margin=pair.margin + least.get(names, 0.0)))
+        pairs.append(pair._replace(margin=pair.margin + clearance.get(names, 0.0)))
     return replace(problem, model=replace(model, pairs=tuple(pairs)))
 
 
@@ -263,8 +263,8 @@ class _ClearSearch:
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                most = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.bodies))
-                line = connect(self.space, starts[few], goals[few], rng, step, most)
+                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.bodies))
+                line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
                 if line is None:
                     break
                 for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):

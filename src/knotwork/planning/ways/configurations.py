@@ -146,16 +146,16 @@ class Configurations:
         k = int(np.argmin(gaps))
         return float(gaps[k]), self.bodies[k]
 
-    def near_pairs(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
+    def near_pairs(self, q: FloatArray, within: float, max_pairs: int) -> list[NearPair]:
         """The nearest pairs of solids at a configuration, with the gradients of their gaps.
 
         Args:
             q: Configuration [rad or m], shape (d,).
             within: Maximum gap of pairs [m].
-            most: Maximum number of pairs.
+            max_pairs: Maximum number of pairs.
         """
         gaps = self.gaps(q)
-        order = np.argsort(gaps, kind="stable")[:most]
+        order = np.argsort(gaps, kind="stable")[:max_pairs]
         pin.computeJointJacobians(self.robot, self._data, q)
         return [NearPair(float(gaps[k]), self._gradient(int(k))) for k in order if gaps[k] < within]
 

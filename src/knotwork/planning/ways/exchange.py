@@ -8,10 +8,9 @@ motions proved clear count. The best one is kept, so the iteration may end at an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from enum import Enum, auto
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +24,6 @@ from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clearance_proof import contacts_of
 from knotwork.planning.ways.configurations import Configurations
-from knotwork.planning.ways.states import Plane, States, states_of
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
@@ -56,9 +54,6 @@ MAX_EXCHANGES = 25
 MAX_CONTACT_TIMES = 30
 """Maximum numbers of rounds, and of contact times per round that become constraints."""
 
-CONSTRAINED_SHARE = 0.8
-"""Fraction of a limit above which effort or tool speed is constrained in a piece."""
-
 DISTANCE_UNIT = 0.1
 """Unit of distance in the constraints [m]."""
 
@@ -67,6 +62,21 @@ MAX_NORMAL_DEPTH = 5e-3
 
 PULLBACK_STEPS = 7
 
+FIRST_OPTIONS: dict[str, Any] = {
+    "ipopt.constr_viol_tol": 1e-8,
+    "ipopt.mu_strategy": "adaptive",
+    "ipopt.max_iter": 100,
+    "ipopt.tol": 1e-6,
+    "ipopt.acceptable_tol": 1e-4,
+    "ipopt.acceptable_iter": 4,
+}
+NEAR_OPTIONS: dict[str, Any] = {
+    "ipopt.constr_viol_tol": 1e-8,
+    "ipopt.mu_init": 1e-4,
+    "ipopt.max_iter": 70,
+    "ipopt.tol": 1e-4,
+}
+"""IPOPT options for the start from a first guess, and from a motion close to the solution."""
 
 PROGRAM_MARGIN = 3e-5
 """Relative margin to each limit, larger than the solver's tolerance."""
@@ -98,10 +108,12 @@ class Exchange:
         pieces: int,
         resolution: float,
     ) -> None:
-        self.space, self.problem = space, problem
-        self.resolution = resolution
-        self.program = MotionProgram(problem)
-        self.best = states_of(first)
+        self.space, self.resolution = space, resolution
+        velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
+        velocity[1:-1] = acceleration[1:-1] = np.nan
+        self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
+        self.tightening = Tightening(margin=PROGRAM_MARGIN)
+        self.best = first
         self._reference = _sample_states(first, times, pieces, problem.limits.acceleration)
         self._improved = False
 
@@ -113,45 +125,88 @@ class Exchange:
             beat: Duration that the motion must be below [s].
         """
         radius, failed, tried = FIRST_TRUST_RADIUS, 0, 0
-        guess, start = self._reference, Start.FAR
+        guess, options = self._reference, FIRST_OPTIONS
         rows, cuts = self._rows_along(guess), list[Plane]()
         for _ in range(MAX_EXCHANGES):
             if late() or radius < LAST_TRUST_RADIUS:
                 break
-            solution = self.program.solve(guess, self._reference, rows + cuts, radius, start)
+            solution = self._solve(guess, rows + cuts, radius, options)
             if solution is None:
                 failed += 1
                 if failed > 2 and self._improved:
                     break
                 radius, cuts, tried, guess = 0.4 * radius, [], 0, self._reference
-                start = Start.NEAR if self._improved else Start.FAR
+                options = NEAR_OPTIONS if self._improved else FIRST_OPTIONS
                 continue
             if solution.duration > beat:
-                break  # rows only make it longer
-            tighter = tighten(
-                self.program.problem, self.program.tightening, solution.curve, CONSTRAINED_SHARE
-            )
+                break  # further rows only make it longer
+            options = NEAR_OPTIONS
+            tighter = tighten(self.problem, self.tightening, solution.curve)
             if tighter is not None:
-                self.program.tightening = tighter
+                self.tightening = tighter
             hits = contacts_of(self.space.model, solution.curve, self.resolution)
-            if not hits and tighter is None:
-                gain = 1.0 - solution.duration / self._reference.duration
-                if solution.duration < self.best.duration:
-                    self.best = solution
-                self._reference, self._improved = solution, True
-                if gain < MIN_ROUND_GAIN:
-                    break
-                rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
-                radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
-            elif self._improved and solution.duration > (1.0 - MIN_ROUND_GAIN) * self.best.duration:
-                break  # rows only make it longer
-            else:
+            if hits or tighter is not None:
                 cuts_found, tried = self._rows_at_contacts(solution, hits), tried + bool(hits)
-                cuts = cuts + cuts_found
+                cuts, guess = cuts + cuts_found, solution
                 if tried == 3:
-                    radius, cuts, tried, solution = 0.5 * radius, cuts_found, 0, self._reference
-            guess, start = solution, Start.NEAR
-        return self.best.curve
+                    radius, cuts, tried, guess = 0.5 * radius, cuts_found, 0, self._reference
+                continue
+            if solution.duration < self.best.x[-1]:
+                self.best = solution.curve
+            if solution.duration > (1.0 - MIN_ROUND_GAIN) * self._reference.duration:
+                break
+            beat = min(beat, (1.0 - MIN_ROUND_GAIN) * solution.duration)
+            self._reference, self._improved, guess = solution, True, solution
+            rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
+            radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
+        return self.best
+
+    def _solve(
+        self, guess: States, rows: Sequence[Plane], radius: float, options: dict[str, Any]
+    ) -> States | None:
+        """The minimum-time motion near the reference and beyond planes, or `None`.
+
+        Args:
+            guess: Initial guess of the solver.
+            rows: Planes.
+            radius: Trust radius of the breaks [rad or m].
+            options: IPOPT options.
+        """
+        near = self._reference
+        scale = _scale(self.problem, near)
+        # the durations of pieces differ more than in other sections, so each has its own scale
+        spans = np.maximum(near.span, MIN_SPAN_SHARE * near.duration / len(near.span))
+        section = Section(self.problem, self._units(near), self.tightening, scale, spans)
+        at, d = section.layout, section.layout.joints
+        low, high = section.bounds()
+        nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
+        low[at.q], high[at.q] = (np.clip(bound, low[at.q], high[at.q]) for bound in nearest)
+        x = np.zeros(at.size)
+        x[at.tau] = guess.span / scale.time
+        for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
+            x[places] = values / scale.unit(order)
+        piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
+        planes = Block(
+            _row_kernel(d),
+            piece[:, [row.piece for row in rows]],
+            _row_parameters(rows, scale, d),
+            high=np.inf,
+        )
+        solution = solve_program(
+            [*section.blocks(), planes],
+            np.clip(x, low, high),
+            (low, high),
+            options,
+            reusable=False,
+        )
+        return states_of(section.rebuild(solution.x)[1]) if solution.solved else None
+
+    def _units(self, near: States) -> Guess:
+        """The motion as a guess, which sets the scale of a section."""
+        span = near.span.reshape(len(self.problem.position) - 1, -1)
+        duration = span.sum(axis=1)
+        velocity = near.v[:: span.shape[1]]
+        return Guess(duration, span / duration[:, None], near.curve, velocity)
 
     def _rows_along(self, states: States) -> list[Plane]:
         """Rows at the constraint points of all pieces."""
@@ -163,7 +218,7 @@ class Exchange:
             for row in self._rows_at(piece, place, states.position_at(piece, place), MAX_PAIRS)
         ]
 
-    def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Plane]:
+    def _rows_at(self, piece: int, place: float, q: FloatArray, max_pairs: int) -> list[Plane]:
         """Rows at one point, from the distances at a configuration near it."""
         return [
             Plane(
@@ -173,7 +228,7 @@ class Exchange:
                 (float(pair.gradient @ q) + self._required_clearance(pair.gap) - pair.gap)
                 / DISTANCE_UNIT,
             )
-            for pair in self.space.near_pairs(q, MAX_PAIR_GAP, most)
+            for pair in self.space.near_pairs(q, MAX_PAIR_GAP, max_pairs)
         ]
 
     def _required_clearance(self, gap: float) -> float:
@@ -215,7 +270,7 @@ class Exchange:
 
 
 def _sample_states(
-    curve: PiecewisePolynomial, times: FloatArray, pieces: int, most: FloatArray
+    curve: PiecewisePolynomial, times: FloatArray, pieces: int, max_acceleration: FloatArray
 ) -> States:
     """A few pieces that roughly follow a motion.
 
@@ -225,33 +280,9 @@ def _sample_states(
     t = np.interp(places, np.arange(len(times)), times)
     q = curve(t)
     v = np.gradient(q, t, axis=0)
-    a = np.clip(np.gradient(v, t, axis=0), -0.5 * most, 0.5 * most)
+    a = np.clip(np.gradient(v, t, axis=0), -0.5 * max_acceleration, 0.5 * max_acceleration)
     v[[0, -1]], a[[0, -1]] = curve(t[[0, -1]], 1), curve(t[[0, -1]], 2)
     return States(np.diff(t), q, v, a, curve)
-
-
-class Start(Enum):
-    """Start of a program: a first guess, or a motion close to the solution."""
-
-    FAR = auto()
-    NEAR = auto()
-
-
-START_OPTIONS: dict[Start, dict[str, Any]] = {
-    Start.FAR: {
-        "ipopt.mu_strategy": "adaptive",
-        "ipopt.max_iter": 100,
-        "ipopt.tol": 1e-6,
-        "ipopt.acceptable_tol": 1e-4,
-        "ipopt.acceptable_iter": 4,
-    },
-    Start.NEAR: {
-        "ipopt.mu_init": 1e-4,
-        "ipopt.max_iter": 70,
-        "ipopt.tol": 1e-4,
-    },
-}
-"""IPOPT options."""
 
 
 @lru_cache(maxsize=8)
@@ -269,70 +300,6 @@ def _row_kernel(d: int) -> Kernel:
     )
 
 
-class MotionProgram:
-    """The minimum-time motion between the states of a problem, beyond planes.
-
-    Args:
-        problem: The states, the positions between them, and the limits.
-    """
-
-    def __init__(self, problem: TimingProblem) -> None:
-        velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
-        velocity[1:-1] = acceleration[1:-1] = np.nan
-        self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
-        self.tightening = Tightening(margin=PROGRAM_MARGIN)
-
-    def solve(
-        self, guess: States, near: States, rows: Sequence[Plane], radius: float, start: Start
-    ) -> States | None:
-        """Solve the program.
-
-        Args:
-            guess: Initial guess of the solver.
-            near: Reference motion of trust region and units, with the same number of pieces.
-            rows: Planes.
-            radius: Trust radius of the breaks [rad or m].
-            start: Kind of the guess.
-
-        Returns:
-            The motion, or `None` if the solver found none.
-        """
-        scale = _scale(self.problem, near)
-        # the durations of pieces differ more than in other sections, so each has its own scale
-        spans = np.maximum(near.span, MIN_SPAN_SHARE * near.duration / len(near.span))
-        section = Section(self.problem, self._units(near), self.tightening, scale, spans)
-        at, d = section.layout, section.layout.joints
-        low, high = section.bounds()
-        nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
-        low[at.q], high[at.q] = (np.clip(bound, low[at.q], high[at.q]) for bound in nearest)
-        x = np.zeros(at.size)
-        x[at.tau] = guess.span / scale.time
-        for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
-            x[places] = values / scale.unit(order)
-        piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
-        planes = Block(
-            _row_kernel(d),
-            piece[:, [row.piece for row in rows]],
-            _row_parameters(rows, scale, d),
-            high=np.inf,
-        )
-        solution = solve_program(
-            [*section.blocks(), planes],
-            np.clip(x, low, high),
-            (low, high),
-            {"ipopt.constr_viol_tol": 1e-8} | START_OPTIONS[start],
-            reusable=False,
-        )
-        return states_of(section.rebuild(solution.x)[1]) if solution.solved else None
-
-    def _units(self, near: States) -> Guess:
-        """The motion as a guess, which sets the scale of a section."""
-        span = near.span.reshape(len(self.problem.position) - 1, -1)
-        duration = span.sum(axis=1)
-        velocity = near.v[:: span.shape[1]]
-        return Guess(duration, span / duration[:, None], near.curve, velocity)
-
-
 def _scale(problem: TimingProblem, near: States) -> Scale:
     """Units in which all numbers of the program are of order one."""
     limits, time = problem.limits, 5.0 * float(np.median(near.span))
@@ -346,3 +313,58 @@ def _row_parameters(rows: Sequence[Plane], scale: Scale, d: int) -> FloatArray:
     for k, row in enumerate(rows):
         parameters[:, k] = np.concatenate(([row.place], row.normal * scale.unit(0), [row.offset]))
     return parameters
+
+
+class Plane(NamedTuple):
+    """A linear constraint at one point of the motion: normal · q >= offset.
+
+    Attributes:
+        piece: Index of the piece.
+        place: Position in the piece, 0 to 1.
+        normal: Normal in joint space [1/rad or 1/m], shape (d,).
+        offset: Dimensionless offset, of order one.
+    """
+
+    piece: int
+    place: float
+    normal: FloatArray
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """A motion by its pieces.
+
+    Attributes:
+        span: Durations of the pieces [s], shape (n,).
+        q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
+        curve: The motion of these states; for a first guess only approximately.
+    """
+
+    span: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    curve: PiecewisePolynomial
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.span.sum())
+
+    def position_at(self, piece: int, place: float) -> FloatArray:
+        """Joint positions at a position in a piece, 0 to 1."""
+        time = float(self.span[:piece].sum()) + place * float(self.span[piece])
+        return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
+
+    def place_of(self, time: float) -> tuple[int, float]:
+        """Piece that contains a time, and the position in it, 0 to 1."""
+        x = self.curve.x
+        piece = min(max(int(np.searchsorted(x, time, side="right")) - 1, 0), len(x) - 2)
+        return piece, float((time - x[piece]) / self.span[piece])
+
+
+def states_of(curve: PiecewisePolynomial) -> States:
+    """The states at the breaks of a cubic motion that begins at time 0."""
+    last = np.minimum(curve.x, curve.x[-1])
+    return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)

@@ -63,7 +63,7 @@ def connect(
     goals: FloatArray,
     rng: np.random.Generator,
     step: float,
-    most: int,
+    max_checks: int,
 ) -> FloatArray | None:
     """Find a polyline from one of several configurations to one of others.
 
@@ -73,7 +73,7 @@ def connect(
         goals: Possible ends, shape (n, d).
         rng: Random number generator.
         step: Step of samples on edges [rad or m].
-        most: Approximate maximum number of configurations checked.
+        max_checks: Approximate maximum number of configurations checked.
 
     Returns:
         Corners of the polyline, shape (n, d), or `None`.
@@ -87,7 +87,7 @@ def connect(
     lower = np.maximum(space.lower, ends.min(axis=0) - SAMPLING_RANGE)
     upper = np.minimum(space.upper, ends.max(axis=0) + SAMPLING_RANGE)
     tree, other_tree = _Tree(starts), _Tree(goals)
-    swapped, end = False, space.checks + most
+    swapped, end = False, space.checks + max_checks
     while space.checks < end:
         reached = _extend_tree(space, tree, rng.uniform(lower, upper), step)
         if reached is not None:

@@ -25,27 +25,20 @@ def check_pose(pose: Any, name: str = "pose") -> None:
         WaypointDataError: The pose is not a `pin.SE3`, is not finite, is so far away that its
             distance overflows, or its matrix is not a rotation.
     """
-    # X⁻¹X is the identity only if all numbers are finite and the matrix is orthogonal. This takes
-    # a microsecond, much less than checks of arrays.
-    if isinstance(pose, pin.SE3) and pose.actInv(pose).isIdentity(POSE_ROTATION_TOLERANCE):
-        (a, b, c), (d, e, f), (g, h, i) = pose.rotation.tolist()
-        if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0:
-            if max(map(abs, pose.translation.tolist())) > LARGEST_COORDINATE:
-                place = f"{name} is at {pose.translation.tolist()} m"
-                raise WaypointDataError(
-                    f"{place}; up to {LARGEST_COORDINATE:g} m is accepted", value=pose
-                )
-            return
-    elif not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
+    if not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
         raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
     R = pose.rotation
-    raise WaypointDataError(
-        f"the matrix of {name} is not a rotation: for {R.tolist()} the product RᵀR differs from I "
-        f"by {np.abs(R.T @ R - np.eye(3)).max():.3g}, and the determinant is "
-        f"{np.linalg.det(R):.6g}; accepted: a difference up to {POSE_ROTATION_TOLERANCE:g} and a "
-        "determinant above 0",
-        value=pose,
-    )
+    error, determinant = float(np.abs(R.T @ R - np.eye(3)).max()), float(np.linalg.det(R))
+    if error > POSE_ROTATION_TOLERANCE or determinant < 0.0:
+        raise WaypointDataError(
+            f"the matrix of {name} is not a rotation: for {R.tolist()} the product RᵀR differs "
+            f"from I by {error:.3g}, and the determinant is {determinant:.6g}; accepted: a "
+            f"difference up to {POSE_ROTATION_TOLERANCE:g} and a determinant above 0",
+            value=pose,
+        )
+    if np.abs(pose.translation).max() > LARGEST_COORDINATE:
+        place = f"{name} is at {pose.translation.tolist()} m"
+        raise WaypointDataError(f"{place}; up to {LARGEST_COORDINATE:g} m is accepted", value=pose)
 
 
 def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:
@@ -66,17 +59,15 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
             raise WaypointDataError(f"{message} accepted", value=value)
 
 
-def check_count(value: Any, name: str, least: int = 0) -> None:
+def check_count(value: Any, name: str, minimum: int = 0) -> None:
     """Check a count.
 
     Raises:
         WaypointDataError: The value is not an integer, or below the minimum.
     """
-    if type(value) is int and value >= least:
-        return
-    if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= least):
+    if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= minimum):
         raise WaypointDataError(
-            f"{name} must be an integer, {least} or more, not {value!r}", value=value
+            f"{name} must be an integer, {minimum} or more, not {value!r}", value=value
         )
 
 
@@ -86,8 +77,6 @@ def check_tolerance(value: Any, name: str) -> None:
     Raises:
         WaypointDataError: The tolerance is not a positive, finite number.
     """
-    if type(value) is float and 0.0 < value < np.inf:
-        return
     number = isinstance(value, Real) and not isinstance(value, bool)
     if not (number and 0.0 < float(value) < np.inf):
         raise WaypointDataError(f"{name} must be positive and finite, not {value!r}", value=value)

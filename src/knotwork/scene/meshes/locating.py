@@ -12,8 +12,6 @@ from pathlib import Path
 
 from knotwork.errors import InputError, shown
 
-_LONGEST = 200  # characters of a path in a message
-
 
 def find_mesh(
     name: str,
@@ -43,30 +41,20 @@ def find_mesh(
     if scheme in ("package", "model"):
         allowed += _linked_folders(address.partition("/")[0], ros)
 
-    def places() -> Iterator[tuple[Path, Path]]:
-        """Candidate files, each with the folder that it is searched in."""
-        if scheme in ("package", "model"):
-            for folder, inside in _in_packages(address, urdf, package_paths, ros):
-                yield folder / inside, folder
-        else:
-            for folder in (urdf.parent, *package_paths, *ros):
-                yield folder / name.removeprefix("file://"), folder
-
-    for place, folder in places():
+    if scheme in ("package", "model"):
+        candidates = _in_packages(address, urdf, package_paths, ros)
+        places = [(folder / inside, folder) for folder, inside in candidates]
+    else:
+        path = name.removeprefix("file://")
+        places = [(folder / path, folder) for folder in (urdf.parent, *package_paths, *ros)]
+    for place, folder in places:
         if _below(place, allowed) and _is_file(place) and _below(folder, allowed):
             return place
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
-    where = f"below {folders} (`package_paths` or --package-path adds a folder)"
-    outside = [
-        _real(place)
-        for place, folder in places()
-        if _below(folder, allowed) and not _below(place, allowed)
-    ]
-    leads = next((str(path) for path in outside if path), "")
-    if not leads:
-        raise InputError(f"there is no mesh {shown(name)} {where}")
-    leads = leads if len(leads) <= _LONGEST else f"{leads[: _LONGEST - 3]}..."
-    raise InputError(f"mesh {shown(name)} leads to {leads}; meshes are accepted only from {where}")
+    raise InputError(
+        f"there is no mesh {shown(name)} below {folders} (`package_paths` or --package-path adds a "
+        "folder)"
+    )
 
 
 def _package(folder: Path) -> Path:
@@ -108,7 +96,9 @@ def _in_packages(
 
 def _linked_folders(package: str, ros: Sequence[Path]) -> Iterator[Path]:
     """Folder of a ROS package whose files are links, as installed by `colcon`."""
-    for folder in ros if package not in ("", ".", "..") else ():
+    if package in ("", ".", ".."):
+        return
+    for folder in ros:
         file = _real(folder / package / "package.xml")
         if file and _is_file(file):
             yield file.parent

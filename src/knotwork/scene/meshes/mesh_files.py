@@ -1,4 +1,4 @@
-"""Mesh files read whole: COLLADA with pycollada, PLY and glTF with trimesh, STL and OBJ here.
+"""Mesh files read whole: COLLADA with pycollada, PLY with trimesh, STL and OBJ here.
 
 A partly read file is an error, because the arm could hit a missing part. Only COLLADA files
 are read with materials. Files are untrusted, so all readers are written in
@@ -22,7 +22,7 @@ from knotwork.scene.meshes.mesh_part import (
 from knotwork.scene.meshes.plain_formats import read_obj, read_ply, read_stl
 from knotwork.waypoints import FloatArray
 
-MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".glb", ".gltf")
+MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply")
 
 
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
@@ -114,10 +114,6 @@ def _read_parts(data: bytes, path: Path) -> tuple[MeshPart, ...]:
         from knotwork.scene.meshes.collada_file import read_collada
 
         return read_collada(data)
-    if kind in ("glb", "gltf"):
-        from knotwork.scene.meshes.gltf_file import read_gltf
-
-        return read_gltf(data, kind)
     read = {"stl": read_stl, "obj": read_obj, "ply": read_ply}[kind]
     part = read(data)
     check_triangles(len(part.triangles))

@@ -1,10 +1,10 @@
-from .asked_timing import AskedTiming as AskedTiming
 from .free_times import FreeTimes as FreeTimes
+from .requested_timing import RequestedTiming as RequestedTiming
 from .resolve import load_scenario as load_scenario
 from .resolve import resolve_task as resolve_task
 from .scenario import SMALLEST_PATH_TOLERANCE as SMALLEST_PATH_TOLERANCE
-from .scenario import AskedEvent as AskedEvent
 from .scenario import JointTarget as JointTarget
+from .scenario import RequestedEvent as RequestedEvent
 from .scenario import Scenario as Scenario
 from .scenario import ScenarioPath as ScenarioPath
 from .scenario import ScenarioWaypoint as ScenarioWaypoint

@@ -135,7 +135,7 @@ class Carriers:
             times: Times of all waypoints [s].
         """
         carrier, seen = self.frame_of(i), {}
-        for k in range(i - 2, i + 3):
+        for k in (i - 1, i, i + 1):
             if k not in poses:
                 continue
             other_carrier, seen[k] = self.frame_of(k), poses[k]

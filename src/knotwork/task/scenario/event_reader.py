@@ -14,7 +14,7 @@ from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.files.documents import Location, Places
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import parse_switched
-from knotwork.task.scenario.scenario import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9
@@ -47,7 +47,7 @@ class EventReader:
     paths: Sequence[ScenarioPath]
     index: tuple[int, ...]
 
-    def events(self, *, timed: bool) -> tuple[AskedEvent, ...]:
+    def events(self, *, timed: bool) -> tuple[RequestedEvent, ...]:
         """All events in order of time.
 
         Args:
@@ -58,8 +58,10 @@ class EventReader:
                 its signal that precedes it in the file.
         """
         events = list(self._requested_events())
+        if not timed:
+            return ()
         last: dict[str | int, Event] = {}
-        for where, requested in events if timed else ():
+        for where, requested in events:
             event = requested.event
             self._check_inside(where, event)
             before = last.get(event.signal)
@@ -71,7 +73,8 @@ class EventReader:
                     "a later time, or the other order",
                 )
             last[event.signal] = event
-        return tuple(sorted((event for _, event in events), key=_time)) if timed else ()
+        in_file = (requested for _, requested in events)
+        return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
     @cached_property
     def rows(self) -> dict[int, tuple[int, int]]:
@@ -80,7 +83,7 @@ class EventReader:
         first = {k: i for i, k in reversed(list(enumerate(self.index)))}
         return {k: (first[k], last[k]) for k in last}
 
-    def _requested_events(self) -> Iterator[tuple[Location, AskedEvent]]:
+    def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
         for k, waypoint in enumerate(self.file.waypoints):
             waited = 0.0
             for j, action in enumerate(waypoint.actions):
@@ -89,9 +92,11 @@ class EventReader:
                 if action.wait is not None:
                     waited += action.wait
                     continue
-                yield where, self._asked_event(k, action, waited, where)
+                yield where, self._requested_event(k, action, waited, where)
 
-    def _asked_event(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
+    def _requested_event(
+        self, k: int, action: Action, waited: float, where: Location
+    ) -> RequestedEvent:
         arrival, leaving = self.rows[k]
         waypoint = self.waypoints[arrival]
         outputs = self.file.outputs
@@ -111,10 +116,10 @@ class EventReader:
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:
-            return AskedEvent(event, moment)
+            return RequestedEvent(event, moment)
         path, s = self._place(leaving if action.at > 0.0 else arrival, action.at, where)
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
-        return AskedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
+        return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
     def _place(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
         """The path through a waypoint, and an arc length along it [m]."""
@@ -131,7 +136,7 @@ class EventReader:
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
             )
-        lengths = path.asked.lengths
+        lengths = path.requested.lengths
         before, length = sum(lengths[: row - path.first]), sum(lengths)
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
@@ -165,10 +170,6 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
     if name is None:
         return {"output": event.output, "value": event.value}
     return {name: event.value}
-
-
-def _time(requested: AskedEvent) -> float:
-    return requested.event.time
 
 
 def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:

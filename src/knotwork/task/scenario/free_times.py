@@ -256,13 +256,6 @@ def _misused(file: PlainTask, free: FreeTimes) -> Iterator[tuple[Location, str, 
     """Keys about choices although no value is chosen, and choices that exclude each other."""
     timed, objective = bool(free.duration.any()), file.objective is not None
     weighs_time = free.objective.get("time", 0.0) > 0.0
-    if file.times is not None and not timed and not free.path_speed:
-        along = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
-        message = (
-            "fastest, but every waypoint gives its time" + " or its speed along a path" * along
-        )
-        accepted = "no times here, or after: fastest at a waypoint"
-        yield ("times",), message, accepted + ", or speed: fastest along a path" * along
     if file.duration is not None and not timed:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted

@@ -38,7 +38,6 @@ class JointSpace:
             one.
         limits: Largest magnitude by quantity, each of shape (d,), in the unit of
             `JOINT_QUANTITIES`, infinite without a limit.
-        configurations: Named joint positions, each of shape (d,).
         robot: The robot with the scenario's tool and position limits, or `None`.
         carrying: The same robot with its loads over the motion, or `None`.
         targets: Required joint values at each waypoint; `None` for a pose.
@@ -60,7 +59,6 @@ class JointSpace:
     lower_position_limit: FloatArray
     upper_position_limit: FloatArray
     limits: Mapping[str, FloatArray]
-    configurations: Mapping[str, FloatArray] = field(default_factory=dict)
     robot: Robot | None = None
     carrying: Carrying | None = None
     targets: tuple[JointState | None, ...] = ()
@@ -145,7 +143,6 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot.lower_position_limit,
         robot.upper_position_limit,
         dict(robot.limits),
-        dict(robot.configurations),
         robot,
         None if robot.base_moves else robots_with_loads(scenario, robot),
         **read.requirements(),
@@ -225,7 +222,7 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
 
 
 def _bare_joints(scenario: Scenario) -> JointSpace:
-    names, task = scenario.joint_names, scenario.task
+    task, names = scenario.task, tuple(getattr(scenario.waypoints[0], "joints", ()))
     for name in task.joint_units:
         if name not in names:
             with scenario.error_context("joint_units", name):

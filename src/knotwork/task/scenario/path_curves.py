@@ -145,12 +145,8 @@ class PathCurves:
         if np.linalg.norm(points[-1] - end) > SAME_WAYPOINT_POINT:
             points = np.vstack((points, end))
             if rotations is not None:
-                leaning = self.waypoint(i).orientation is not None
-                rotation = (
-                    rotations[-1]
-                    if leaning or self._lacks_orientation(i)
-                    else self.poses[i].rotation
-                )
+                end_is_given = self.waypoint(i).orientation is None and self.waypoint(i).pose.turned
+                rotation = self.poses[i].rotation if end_is_given else rotations[-1]
                 if i in self.normals:
                     rotation = carried_along(rotations[-1], rotation[None, :, 2])[0]
                 rotations = np.concatenate((rotations, rotation[None]))
@@ -227,15 +223,10 @@ class PathCurves:
             if gap > allowed:
                 raise PathError(
                     f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
-                    f"[{waypoint}], more than {MAX_SPACINGS:g} times the spacing of the points "
-                    f"({self.text(allowed / MAX_SPACINGS, digits=6)} at most); the points must "
-                    f"begin and end at the waypoints, or at most this far from them: "
-                    f"{self.text(allowed, digits=6)}"
+                    f"[{waypoint}]; the points must begin and end at the waypoints, or at most "
+                    f"this far from them: {self.text(allowed, digits=6)}, {MAX_SPACINGS:g} "
+                    "times their spacing"
                 )
-
-    def _lacks_orientation(self, i: int) -> bool:
-        """Whether the pose of a waypoint has no orientation."""
-        return not self.waypoint(i).pose.turned
 
     def _angle_between(self, i: int, first: FloatArray, second: FloatArray) -> float:
         """Angle between two rotations on a path, or with normals between their z axes [rad]."""
@@ -258,7 +249,7 @@ class PathCurves:
         """Orientation of the tool on the path to waypoint i, whose pose gets its rotation."""
         leaning = self._torch_rotations(i, curve)
         rotations = self.rotations.get(i) if leaning is None else leaning
-        first, requested = self.file.waypoints[i - 1], not self._lacks_orientation(i)
+        first, requested = self.file.waypoints[i - 1], waypoint.pose.turned
         if leaning is not None and isinstance(first, PoseWaypoint) and not first.pose.turned:
             self.poses[i - 1].rotation = leaning[0]
         before, end = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)

@@ -15,10 +15,10 @@ from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.timing_profile import standstill
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
-from knotwork.task.scenario.asked_timing import AskedTiming
 from knotwork.task.scenario.carriers import Carriers
 from knotwork.task.scenario.free_times import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, rescale_orientation
+from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -46,13 +46,6 @@ class PathReader:
     stops: Callable[[int], bool]
     carriers: Carriers
 
-    def begins(self, i: int) -> bool:
-        """Whether a path begins at a waypoint, rather than passing through it."""
-        steps = self.curves.file.waypoints
-        if i + 1 >= len(steps) or not isinstance(steps[i + 1], PathWaypoint):
-            return False
-        return not isinstance(steps[i], PathWaypoint) or self.stops(i)
-
     def read(self, first: int, start: float) -> ScenarioPath:
         """The path that begins at a waypoint and ends at the next stop or free motion.
 
@@ -79,11 +72,8 @@ class PathReader:
             )
         self._check_start(first)
         last = first + 1
-        while (
-            not self.stops(last)
-            and last + 1 < len(steps)
-            and isinstance(steps[last + 1], PathWaypoint)
-        ):
+        # the tool stops at the last waypoint of all
+        while not self.stops(last) and isinstance(steps[last + 1], PathWaypoint):
             last += 1
         return self._path(first, last, start)
 
@@ -156,7 +146,7 @@ class PathReader:
         try:
             return ToolPath(pieces, orientation)
         except CornerError as error:
-            where = float(path_start(pieces, error.junction + 1))
+            where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
             lines = all(kind_of(step) == "line" for step in steps[k : k + 2])
             is_hairpin = error.angle > np.pi - HAIRPIN_ANGLE
@@ -204,10 +194,10 @@ class PathReader:
 
     def _requested_timing(
         self, first: int, lengths: FloatArray, steps: list[PathWaypoint], start: float
-    ) -> AskedTiming:
+    ) -> RequestedTiming:
         last = first + len(steps)
         upper_bounds = [max_speed(step.speed) for step in steps]
-        return AskedTiming(
+        return RequestedTiming(
             tuple(lengths.tolist()),
             tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
             tuple(self._durations(first, steps, start)),
@@ -217,7 +207,7 @@ class PathReader:
         )
 
     def _solve_timing(
-        self, first: int, requested: AskedTiming, steps: list[PathWaypoint]
+        self, first: int, requested: RequestedTiming, steps: list[PathWaypoint]
     ) -> tuple[Timing, tuple[float, ...]]:
         unit, limit, durations = self.curves.length, requested.acceleration, requested.durations
         text = partial(self.curves.text, digits=6)
@@ -274,7 +264,9 @@ def wait_on(
     motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
-    requested = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {})
+    requested = RequestedTiming(
+        (0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), acceleration, {}
+    )
     return ScenarioPath(first, motion, (stretch,), requested, begin.freedom)
 
 
@@ -287,8 +279,3 @@ def kind_of(waypoint: PathWaypoint) -> str:
     if isinstance(waypoint.along, AlongArc):
         return "arc"
     return "points" if isinstance(waypoint.along, AlongPoints) else "line"
-
-
-def path_start(curves: list[Curve], index: int) -> float:
-    """Arc length at the start of a curve [m]."""
-    return float(sum(curve.length for curve in curves[:index]))

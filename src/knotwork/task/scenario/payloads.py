@@ -107,15 +107,14 @@ def robots_with_loads(scenario: Scenario, robot: Robot) -> Carrying:
         scenario: The task.
         robot: Its robot, with its tool.
     """
-    index = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
     held = [
-        (item.payload, range(index[item.take], index[item.leave]))
+        (item.payload, range(item.take, item.leave))
         for item in scenario.scene.held
         if item.payload is not None
     ]
     arms_by_load: dict[tuple[bytes, ...], Robot] = {(): robot}
     arms = []
-    for i in range(len(index)):
+    for i in range(len(scenario.waypoints)):
         load = [payload for payload, interval in held if i in interval]
         key = tuple(payload.key for payload in load)
         if key not in arms_by_load:

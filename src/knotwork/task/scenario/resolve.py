@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import shown
 from knotwork.files import documents
-from knotwork.files.documents import Places
-from knotwork.task import Limits, PlainTask, PoseWaypoint, Task
+from knotwork.files.documents import Location, Places
+from knotwork.task import Limits, PlainTask, Task
 from knotwork.task.places import read_document
 from knotwork.task.scenario.event_reader import EventReader, with_waits
 from knotwork.task.scenario.free_times import read_free_times
@@ -69,6 +68,13 @@ def resolve_task(
     return _Resolver(*expand_repeats(task, places or Places()), expected or {}).scenario()
 
 
+NEEDING_ROBOT = {
+    *("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways"),
+    *("scene", "collisions"),
+}
+"""Keys of a file that need a robot."""
+
+
 class _Resolver:
     """Resolver of a task. The steps share its units, frames and locations."""
 
@@ -111,7 +117,6 @@ class _Resolver:
             on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
-            source=source,
             places=self.places,
         )
 
@@ -129,33 +134,24 @@ class _Resolver:
 
     def _check_joints_alone(self) -> None:
         """Refuse keys that need a robot in a file without one."""
-        robot, file = "needs a robot, and the file names none", self.file
-        for place, joints in [
-            (("start",), file.start),
-            *(
-                (("waypoints", i, "joints"), getattr(waypoint, "joints", None))
-                for i, waypoint in enumerate(file.waypoints)
-            ),
-        ]:
-            if isinstance(joints, str):
-                fault = f"configuration {shown(joints)} {robot}"
-                raise self.places.error(place, fault, "joint values, by joint name")
+        file, places = self.file, list[Location]()
         for i, waypoint in enumerate(file.waypoints):
-            if isinstance(waypoint, PoseWaypoint):
-                raise self.places.error(
-                    ("waypoints", i, "pose"),
-                    "a pose needs a robot",
-                    "robot: the name of one (`knotwork robots` lists them) or a path",
-                )
-            if waypoint.way is not None:
-                raise self.places.error(("waypoints", i, "way"), robot)
-        needing = ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways")
-        for key in (*needing, "scene", "collisions"):
-            if key in file.model_fields_set and getattr(file, key) not in ("free", "travel"):
-                raise self.places.error((key,), robot)
-        for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value"):
-            if getattr(file.limits, key) is not None:
-                raise self.places.error(("limits", key), robot)
+            keys = [key for key in ("pose", "way") if getattr(waypoint, key, None) is not None]
+            if isinstance(getattr(waypoint, "joints", None), str):
+                keys.append("joints")
+            places += [("waypoints", i, key) for key in keys]
+        if isinstance(file.start, str):
+            places.append(("start",))
+        given = file.model_fields_set & NEEDING_ROBOT
+        places += [(key,) for key in sorted(given) if getattr(file, key) not in ("free", "travel")]
+        limits = ("tool_speed", "tool_acceleration", "frame_speed", "singular_value")
+        places += [("limits", key) for key in limits if getattr(file.limits, key) is not None]
+        if places:
+            raise self.places.error(
+                places[0],
+                "needs a robot, and the file names none",
+                "robot: the name of one (`knotwork robots` lists them) or a path",
+            )
 
     def _motion_limits(self) -> Limits:
         limits = self.file.limits

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths.weave import WeavePattern
     from knotwork.curves.trajectory import JointTrajectory
     from knotwork.task import PlainTask
-    from knotwork.task.scenario.asked_timing import AskedTiming
+    from knotwork.task.scenario.requested_timing import RequestedTiming
 
 
 @dataclass(frozen=True)
@@ -88,14 +88,14 @@ class ScenarioPath:
         first: Index of its first waypoint.
         motion: Poses of the tool over time.
         stretches: Stretches from waypoint to waypoint.
-        asked: Requirements on their speeds.
+        requested: Requirements on their speeds.
         freedom: Freedom of its poses, or `None`.
     """
 
     first: int
     motion: TimedPath
     stretches: tuple[Stretch, ...]
-    asked: AskedTiming
+    requested: RequestedTiming
     freedom: PoseFreedom | None = None
 
     @property
@@ -110,7 +110,7 @@ class ScenarioPath:
 
 
 @dataclass(frozen=True, eq=False)
-class AskedEvent:
+class RequestedEvent:
     """An event and its position in the motion.
 
     Attributes:
@@ -151,7 +151,6 @@ class Scenario:
         free: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and rules of the collision check.
-        source: Its file, or `None`.
         places: Locations of its parts in the file, for errors.
         under_way: The motion that it continues, and the time in it [s], or `None`.
 
@@ -170,13 +169,17 @@ class Scenario:
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     on: str = ""
     paths: tuple[ScenarioPath, ...] = ()
-    events: tuple[AskedEvent, ...] = ()
+    events: tuple[RequestedEvent, ...] = ()
     free: FreeTimes | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
-    source: Path | None = None
     places: Places = field(default_factory=Places, repr=False, compare=False)
     under_way: tuple[JointTrajectory, float] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def source(self) -> Path | None:
+        """Its file, or `None`."""
+        return self.places.file
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:
@@ -222,11 +225,6 @@ class Scenario:
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property
-    def prefers_clearance(self) -> bool:
-        """Whether clearance has priority over travel."""
-        return self.task.prefer == "clearance" and self.task.near is None
-
-    @property
     def shown_length(self) -> tuple[float, str]:
         """Number of the file's length units per metre, and the unit's name, for messages."""
         return self.units.shown(1.0, "m")
@@ -251,9 +249,3 @@ class Scenario:
     def expected_times(self) -> FloatArray:
         """Waypoint times [s], shape (n,); chosen ones as expected, for moving frames and bodies."""
         return np.array([waypoint.time for waypoint in self.waypoints])
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints named by the first waypoint; without a robot, all joints of the scenario."""
-        joints = getattr(self.waypoints[0], "joints", ())
-        return () if isinstance(joints, str) else tuple(joints)

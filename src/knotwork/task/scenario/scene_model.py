@@ -57,7 +57,7 @@ class PlacedObject:
         allow: Names of bodies that may touch it.
         visual: Whether it is only shown, and not checked.
         carrier: Moving frame that carries it, or `None`.
-        appears: Name of the waypoint at which it appears, or `None`.
+        appears: Index of the waypoint at which it appears, or `None`.
     """
 
     name: str
@@ -65,7 +65,7 @@ class PlacedObject:
     allow: tuple[str, ...] = ()
     visual: bool = False
     carrier: MovingFrame | None = None
-    appears: str | None = None
+    appears: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +75,20 @@ class GraspedObject:
     Attributes:
         name: Its name.
         shape: Its shape, placed in the axes of the TCP.
-        take, leave: Names of the waypoints where the tool takes and releases it.
+        take, leave: Indices of the waypoints where the tool takes and releases it.
         allow: Names of bodies that it may touch; the tool may touch it in any case.
         carriers: Moving frames that carry it before it is taken and after its release, or `None`.
-        appears: Name of the waypoint at which it appears, or `None`.
+        appears: Index of the waypoint at which it appears, or `None`.
         payload: Its mass, in the axes of the TCP, or `None`.
     """
 
     name: str
     shape: PlacedShape
-    take: str
-    leave: str
+    take: int
+    leave: int
     allow: tuple[str, ...] = ()
     carriers: tuple[MovingFrame | None, MovingFrame | None] = (None, None)
-    appears: str | None = None
+    appears: int | None = None
     payload: Payload | None = None
 
 

@@ -98,6 +98,12 @@ class _SceneReader:
             raise self._error(place, f"there is no waypoint {name!r}", hint)
         return self.names.index(name)
 
+    def _appearance(self, item: SceneObject | HeldObject, place: Location) -> int | None:
+        """Index of the waypoint at which an object appears, or `None`."""
+        if item.appears is None:
+            return None
+        return self._waypoint(item.appears, (*place, "appears"))
+
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
         place: Location = ("scene", "objects", name)
         shape = self._shape(item, place, item.parent)
@@ -108,9 +114,8 @@ class _SceneReader:
                 f"moves with frame {item.parent!r} relative to the poses, which is not supported",
                 "a box",
             )
-        if item.appears is not None:
-            self._waypoint(item.appears, (*place, "appears"))
-        return PlacedObject(name, shape, tuple(item.allow), item.visual, frame, item.appears)
+        appears = self._appearance(item, place)
+        return PlacedObject(name, shape, tuple(item.allow), item.visual, frame, appears)
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
         place: Location = ("tool", "holds", name)
@@ -130,7 +135,8 @@ class _SceneReader:
             raise self._error(
                 (*place, "to"), f"{held.leave!r} is not after {held.take!r}", "a waypoint after it"
             )
-        if held.appears and self._waypoint(held.appears, (*place, "appears")) > take:
+        appears = self._appearance(held, place)
+        if appears is not None and appears > take:
             raise self._error(
                 (*place, "appears"), f"{held.appears!r} is after {held.take!r}", "a waypoint before"
             )
@@ -142,11 +148,11 @@ class _SceneReader:
         return GraspedObject(
             name,
             self._shape(held, place, moves=True),
-            held.take,
-            held.leave,
+            take,
+            leave,
             tuple(held.allow),
             (taken_from, left_on),
-            held.appears,
+            appears,
             read_payload(held, self.reader.places, place),
         )
 

@@ -196,7 +196,7 @@ class WaypointReader:
             at_least = min_time(self.file, i)
             is_chosen |= at_least is not None
             if reader is not None and isinstance(waypoint, PathWaypoint):
-                if i == 0 or reader.begins(i - 1):
+                if not paths or paths[-1].last < i:
                     paths.append(reader.read(i - 1, before or 0.0))
                 is_chosen |= max_speed(waypoint.speed) is not None
                 self.times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
@@ -327,7 +327,7 @@ class WaypointReader:
 
             # of a chosen speed the direction alone is known
             given = speed if isinstance(speed, float) else 1.0
-            return neighbours_twist(self.file, self.places, i, given, poses)
+            return neighbours_twist(self.places, i, given, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()

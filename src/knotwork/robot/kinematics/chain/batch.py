@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,16 +18,31 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     MAX_STEP,
     USUAL_EFFORT,
 )
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import FloatArray
 
 # Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations. The
 # others take as long as two new starts, so they are stopped.
 STRAGGLER_ITERATIONS = 20
 STRAGGLER_ERROR = 0.03
-# A search is stopped if its error does not decrease to a fraction within some iterations:
-# iterations, fraction, minimum damping factor. Searches for any solution use the second tuple.
-BATCH_EFFORT = 8, 0.5, USUAL_EFFORT.least_factor
-HASTY_BATCH_EFFORT = 5, 0.25, HASTY_EFFORT.least_factor
+
+
+class BatchEffort(NamedTuple):
+    """The effort of the searches of a batch.
+
+    Attributes:
+        patience: Number of steps in which the square of the error must decrease to a fraction.
+        decrease: This fraction.
+        least_factor: Minimum factor of the damping.
+    """
+
+    patience: int
+    decrease: float
+    least_factor: float
+
+
+BATCH_EFFORT = BatchEffort(8, 0.5, USUAL_EFFORT.least_factor)
+# For searches for any solution.
+HASTY_BATCH_EFFORT = BatchEffort(5, 0.25, HASTY_EFFORT.least_factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,57 +107,50 @@ def solve_batch(
     limits: Limits | None = None,
     max_iterations: int = 60,
     hasty: bool = False,
-    group: IndexArray | None = None,
 ) -> BatchSolution:
-    """Search from each start for the joint positions that bring the TCP to its pose.
-
-    This is Levenberg–Marquardt as in `PoseSearch`, for all searches in parallel. Finished searches
-    are left out of further steps.
+    """Search from each start for joints at a pose: Levenberg–Marquardt as in `PoseSearch`.
 
     Args:
         robot: The arm.
         targets: n poses, or one for all starts.
-        start: Joint positions, shape (n, d); clipped to the limits.
+        start: Joint positions, shape (n, d); clipped to the limits, by default none.
         tolerance: Tolerance of distance [m] and angle [rad].
-        limits: Joint limits; by default none.
+        limits: Joint limits.
         max_iterations: Maximum number of steps.
         hasty: Whether searches stop early, because others may find a solution.
-        group: Group of each search, shape (n,): when one search of a group converges, the others
-            end.
     """
-    check_every, fallen_to, least_factor = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
+    effort = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
     n, limits = len(start), no_limits(robot) if limits is None else limits
     q = clip(start, limits)
     position, orientation = np.full((2, n), np.inf)
     index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0
-    targets = targets.take(np.zeros(n, dtype=int)) if len(targets) < n else targets
+    if len(targets) < n:
+        targets = targets.take(np.zeros(n, dtype=int))
     box = limits[0][:, None], limits[1][:, None]
     states = _evaluate(robot, q.T, targets)
     checkpoint = states.square
-    for iteration in count():
+    while True:
         converged = np.maximum(states.distance, states.angle) <= tolerance
-        leaving = converged | (factor > MAX_FACTOR) | (iteration >= max_iterations)
-        if group is not None and converged.any():
-            leaving |= np.isin(group[index], group[index[converged]])
-        if iteration % check_every == check_every - 1:
-            leaving |= states.square > fallen_to * checkpoint
+        leaving = converged | (factor > MAX_FACTOR) | (iterations >= max_iterations)
+        if iterations % effort.patience == effort.patience - 1:
+            leaving |= states.square > effort.decrease * checkpoint
             checkpoint = states.square
-        if iteration == STRAGGLER_ITERATIONS:
+        if iterations == STRAGGLER_ITERATIONS:
             leaving |= states.square > STRAGGLER_ERROR**2
+        rows, staying = index[leaving], ~leaving
+        q[rows] = states.q[:, leaving].T
+        position[rows], orientation[rows] = states.distance[leaving], states.angle[leaving]
+        if leaving.all():
+            break
         if leaving.any():
-            rows, staying = index[leaving], ~leaving
-            q[rows] = states.q[:, leaving].T
-            position[rows], orientation[rows] = states.distance[leaving], states.angle[leaving]
             index, factor, checkpoint = index[staying], factor[staying], checkpoint[staying]
             targets = targets.take(staying)
             states = _SearchStates(*(values[..., staying] for values in states))
-        if not index.size:
-            break
         iterations += 1
         trial = _evaluate(robot, clip(states.q + _steps(states, box, factor), box), targets)
         better = trial.square < states.square
         states = states.replace_where(better, trial)
-        factor = np.where(better, np.maximum(0.2 * factor, least_factor), 8 * factor)
+        factor = np.where(better, np.maximum(0.2 * factor, effort.least_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
 

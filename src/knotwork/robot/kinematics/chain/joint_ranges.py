@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import joint_axes, kept_with
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -108,16 +108,17 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
         turns: float = round((goal - angle) / FULL_TURN)
         if robot.joint_units[i] != "rad" or (turns == 0 and low <= angle <= high):
             continue
-        least, most = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
-        least = math.ceil(least) if math.isfinite(least) else least
-        most = math.floor(most) if math.isfinite(most) else most
-        if least <= most:
-            moved = angle + min(max(turns, least), most) * FULL_TURN
+        min_turns, max_turns = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
+        min_turns = math.ceil(min_turns) if math.isfinite(min_turns) else min_turns
+        max_turns = math.floor(max_turns) if math.isfinite(max_turns) else max_turns
+        if min_turns <= max_turns:
+            moved = angle + min(max(turns, min_turns), max_turns) * FULL_TURN
             # Rounding may leave a joint just outside its limit.
             result[i] = min(max(moved, low), high)
         else:
-            below, above = low - (angle + most * FULL_TURN), angle + least * FULL_TURN - high
-            result[i] = angle + (most if below <= above else least) * FULL_TURN
+            below = low - (angle + max_turns * FULL_TURN)
+            above = angle + min_turns * FULL_TURN - high
+            result[i] = angle + (max_turns if below <= above else min_turns) * FULL_TURN
     return result
 
 
@@ -134,8 +135,6 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)
-    if at_only_turn(robot, q):
-        return clip(q, (lower, upper))[None]
     centre = middle((lower, upper)).tolist()
     joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
     for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
@@ -153,24 +152,6 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     while math.prod(map(len, choices)) > MAX_TURNS:
         max(choices, key=len).pop()
     return np.array(list(itertools.product(*map(sorted, choices)))).reshape(-1, len(q))
-
-
-def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
-    """Whether configurations (n, d) are inside the limits, if no other turn fits, shape (n,).
-
-    For most arms no other turn fits: no revolute joint has a range of a whole turn.
-    """
-    lower, upper = limits_of(robot)
-    inside = ((lower - LIMIT_TOLERANCE <= q) & (q <= upper + LIMIT_TOLERANCE)).all(axis=-1)
-    return np.asarray(inside & (not _has_turns(robot)))
-
-
-@kept_with
-def _has_turns(robot: Robot) -> bool:
-    """Whether a joint with limits can be at one angle in several turns."""
-    lower, upper = limits_of(robot)
-    room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
-    return bool((joint_axes(robot).revolute & (room + 2.0 * LIMIT_TOLERANCE >= FULL_TURN)).any())
 
 
 def spread_starts(

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.errors import SingularityError, WaypointDataError
+from knotwork.errors import FastJoint, SingularityError, WaypointDataError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import kept_with
 from knotwork.robot.kinematics.chain.joint_ranges import limits_of, middle
@@ -134,23 +134,36 @@ def _check_attained(
     units: Units,
 ) -> None:
     """Raise an error if joint velocities miss a twist or are too high near a singularity."""
-    residual, smallest = wanted - J @ v, float(np.linalg.svd(J, compute_uv=False)[-1])
+    residual, (U, s, _) = wanted - J @ v, np.linalg.svd(J, full_matrices=False)
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
-    if linear > tolerances[0] * scale or angular > tolerances[1] * scale:
-        message = _unattainable_message(smallest, residual, units)
-    elif smallest < IMPLAUSIBLE_SINGULAR_VALUE and (np.abs(v) > _plausible_speeds(robot)).any():
-        message = _speed_message(robot, J, smallest, v, units)
-    else:
+    is_attained = linear <= tolerances[0] * scale and angular <= tolerances[1] * scale
+    plausible = plausible_speeds(robot)
+    fast: list[FastJoint] = []
+    if is_attained and s[-1] < IMPLAUSIBLE_SINGULAR_VALUE:
+        joints = zip(
+            robot.joint_names, robot.joint_units, np.abs(v).tolist(),
+            robot.velocity_limit.tolist(), plausible.tolist(), strict=True,
+        )  # fmt: skip
+        rows = (FastJoint(name, f"{unit}/s", *numbers) for name, unit, *numbers in joints)
+        fast = [joint for joint in rows if joint.speed > joint.plausible]
+    if is_attained and not fast:
         return
     raise SingularityError(
         waypoint,
-        message,
-        smallest_singular_value=smallest,
+        (U[:, -1] if fast else residual).tolist(),
+        fast,
+        smallest_singular_value=float(s[-1]),
         residual=(linear, angular),
         joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
         where=where,
+        units=units,
     )
+
+
+def plausible_speeds(robot: Robot) -> FloatArray:
+    """Velocity limits, at most `FASTEST_JOINT` [rad/s or m/s], shape (d,)."""
+    return np.minimum(robot.velocity_limit, FASTEST_JOINT)
 
 
 def solve_velocities(
@@ -245,66 +258,3 @@ def joint_scales(robot: Robot) -> FloatArray:
     scales /= robot.weights
     scales[robot.virtual] = [joint.ease for joint in robot.virtual_joints]
     return scales
-
-
-def _unattainable_message(smallest: float, residual: FloatArray, units: Units) -> str:
-    """Message for a twist outside the Jacobian's range, with the unattainable component."""
-    linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
-    amounts = [
-        units.text(float(amount), unit, ".3g")
-        for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
-        if amount > 1e-12
-    ]
-    return (
-        f"the arm can't give the tool this velocity: a component of {' and '.join(amounts)} "
-        f"{describe_direction(residual)} is unattainable here (smallest singular value "
-        f"{smallest:.3g})"
-    )
-
-
-def _plausible_speeds(robot: Robot) -> FloatArray:
-    return np.minimum(robot.velocity_limit, FASTEST_JOINT)
-
-
-def _speed_message(
-    robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units
-) -> str:
-    direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
-    use = np.abs(v) / _plausible_speeds(robot)
-    kinds = [f"{unit}/s" for unit in robot.joint_units]
-    needed = ", ".join(
-        f"{robot.joint_names[i]} at {units.text(abs(float(v[i])), kinds[i], '.4g')} "
-        + (
-            f"(limit {units.shown(limit, kinds[i])[0]:.4g})"
-            if np.isfinite(limit)
-            else "(no limit given)"
-        )
-        for i, limit in enumerate(robot.velocity_limit.tolist())
-        if use[i] > 1.0
-    )
-    return (
-        f"the arm is close to a singularity (smallest singular value {smallest:.3g}, "
-        f"{describe_direction(direction)}) and would need {needed}; {1 / use.max():.3g} of the "
-        "speed is feasible"
-    )
-
-
-def describe_direction(twist: FloatArray) -> str:
-    """Text of the base axes along and about which a twist is, for example `along z`.
-
-    Args:
-        twist: Linear, then angular velocity, shape (6,), of any size.
-    """
-    parts = []
-    for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
-        norm = float(np.linalg.norm(vector))
-        if norm < 1e-3 * float(np.linalg.norm(twist)):
-            continue
-        unit = vector / norm
-        axis = int(np.argmax(np.abs(unit)))
-        if abs(unit[axis]) > 0.999:
-            parts.append(f"{verb} {'xyz'[axis]}")
-        else:
-            values = ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in unit)
-            parts.append(f"{verb} ({values})")
-    return f"{' and '.join(parts)} of the base frame"

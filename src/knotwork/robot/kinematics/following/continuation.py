@@ -13,33 +13,31 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.tool_paths import TimedPath
+from knotwork.errors import LimitingConstraint
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
-from knotwork.robot.kinematics.chain.velocity import FASTEST_JOINT
+from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField, Pull
-from knotwork.robot.kinematics.following.limiting_constraint import (
-    LimitingConstraint,
-    Steps,
-    fastest,
-    limiting_constraint,
-)
+from knotwork.robot.kinematics.following.limiting_constraint import limiting_constraint
 from knotwork.robot.kinematics.following.steps import Stages, take_step
 from knotwork.waypoints import FloatArray
 
 # Largest motion of a joint in one step [rad or m].
 JOINT_STEP = 0.1
-# Factor on the joint speeds above which steps that were planned together are planned again.
-FASTER_FACTOR = 1.3
 # Factor on `JOINT_STEP`. A step in which a joint moves by more is repeated.
 REPEAT_FACTOR = 2.0
-# Smallest number of steps for each piece of a path.
-MIN_STEPS = 4
+# Factor on the joint speeds above which steps that were planned together are planned again.
+FASTER_FACTOR = 1.3
 # Number of steps for which the path is evaluated at once.
 STEPS_AT_ONCE = 16
-# Relative tolerance within which the tool is at full speed.
-FULL_SPEED_TOLERANCE = 1e-9
+# Smallest number of steps between given times and breaks of a path.
+MIN_STEPS = 4
+# Rounding of a number of steps.
+ROUNDING = 1e-9
 # Joint motion of the finite differences for accelerations [rad or m].
 ACCELERATION_DIFFERENCE = 2e-3
 
@@ -52,7 +50,6 @@ class Continuation(NamedTuple):
         time: Time of every step [s], shape (n,).
         position: Joint positions at the steps [rad or m], shape (n, m, d).
         velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
-        full: Whether the tool has the full speed of its stretch at each step, shape (n,).
         lost: Time at which each start is blocked [s], shape (m,); infinite if it reaches the end.
         smallest_lost: Smallest singular values at those times, shape (m,).
     """
@@ -61,7 +58,6 @@ class Continuation(NamedTuple):
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
-    full: NDArray[np.bool_]
     lost: FloatArray
     smallest_lost: FloatArray
 
@@ -87,15 +83,20 @@ class Continuation(NamedTuple):
         Returns:
             Shape (k,). `limiting_constraint` names the reason for the others.
         """
-        leads = np.isinf(self.lost)
-        speeds = fastest(self.time, self.position[:, leads], self.velocity[:, leads])
-        use = speeds.max(axis=0) / np.minimum(robot.velocity_limit, FASTEST_JOINT)
-        leads[leads] = (use <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
+        reaches = np.isinf(self.lost)
+        if not reaches.any():
+            return np.zeros(len(starts), dtype=bool)
+        n, d = len(self.time), robot.dof
+        q, v = (values[:, reaches].reshape(n, -1) for values in (self.position, self.velocity))
+        curve = curve_through(self.time, q, v)
+        extrema = curve.extrema()
+        shares = curve.extrema(1).peak.reshape(-1, d) / plausible_speeds(robot)
+        row = np.cumsum(reaches)[starts] - 1
+        high, low = (side.reshape(-1, d)[row] for side in (extrema.maximum, extrema.minimum))
         lower, upper = (bound - turns for bound in limits_of(robot))
-        most, least = self.position.max(axis=0)[starts], self.position.min(axis=0)[starts]
-        with np.errstate(invalid="ignore"):
-            inside = (np.maximum(most - upper, lower - least) <= LIMIT_TOLERANCE).all(axis=1)
-        return np.asarray(leads[starts] & inside)
+        feasible = (np.maximum(high - upper, lower - low) <= LIMIT_TOLERANCE).all(axis=1)
+        feasible &= (shares[row] <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
+        return np.asarray(reaches[starts] & feasible)
 
     def limiting_constraint(
         self, robot: Robot, start: int, turns: FloatArray
@@ -107,13 +108,25 @@ class Continuation(NamedTuple):
             start: Index of the start.
             turns: Offset of each joint from the start [rad], shape (d,).
         """
-        steps = Steps(
-            self.time, self.position[:, start], self.velocity[:, start], turns,
-            JointField(robot).smallest(self.position[:, start]), self.full,
-        )  # fmt: skip
-        return limiting_constraint(
-            robot, steps, float(self.lost[start]), float(self.smallest_lost[start])
-        )
+        n = int(np.isfinite(self.position[:, start, 0]).sum())
+        time, q, v = self.time[:n], self.position[:n, start], self.velocity[:n, start]
+        curve = curve_through(time, q, v) if time[-1] > time[0] else None
+        blocked = float(self.lost[start]), float(self.smallest_lost[start])
+        return limiting_constraint(robot, curve, turns, blocked)
+
+
+def curve_through(time: FloatArray, *derivatives: FloatArray) -> PiecewisePolynomial:
+    """The curve with given positions, velocities, … at times, two of which may be equal.
+
+    Args:
+        time: Times of steps [s], shape (n,). Where a piece of a path ends and the next one begins
+            there are two steps.
+        derivatives: Positions, velocities, … at the steps, shape (n, d) each.
+    """
+    begins = np.flatnonzero(np.diff(time) > 0.0)
+    ends = np.column_stack((begins, begins + 1)).ravel()
+    c = two_point_coefficients(time[ends], tuple(values[ends] for values in derivatives))
+    return PiecewisePolynomial(c[:, ::2], np.append(time[begins], time[-1]))
 
 
 def continue_along(
@@ -136,66 +149,49 @@ def continue_along(
         step: Largest motion of a joint between corrections [rad or m].
     """
     field = JointField(robot, pull, path.full_speed)
-    limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
+    limit = plausible_speeds(robot)
     q = np.array(starts, dtype=float)
     at = np.zeros(len(times), dtype=np.intp)
     stops = distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
     steps: list[tuple[float, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
-    for start, end in pairwise(stops):
-        now = float(start)
-        least = min(_piece_duration(path, 0.5 * (start + end)) / MIN_STEPS, end - start)
-        stage = Stages.evaluate(field, path, np.array([now]), 0.5 * (now + float(end)))
-        v = _velocities(field, q, stage, 0)
-        most = float(np.nanmax(np.abs(v), initial=0.0))
+    for start, end in pairwise(stops.tolist()):
+        now, inside, max_h = start, 0.5 * (start + end), (end - start) / MIN_STEPS
+        v = _velocities(field, q, Stages.evaluate(field, path, np.array([now]), inside), 0)
+        h = _step_duration(v, step, max_h)
         while now < end and np.isfinite(q).any():
-            h = min(least, step / most) if most else least
-            h, when = _next_times(now, float(end), h)
-            stages = Stages.evaluate(field, path, when, 0.5 * (now + float(when[-1])))
-            for k in range(0, len(when) - 1, 2):
+            count = int(np.ceil((end - now) / h - ROUNDING))
+            several = min(count, STEPS_AT_ONCE)
+            then = end if several == count else now + several * (end - now) / count
+            when = np.linspace(now, then, 2 * several + 1)
+            stages = Stages.evaluate(field, path, when, inside)
+            for k in range(0, 2 * several, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
-                end_of = take_step(field, path, limit, q[alive], v[alive], stages[k : k + 3])
+                end_of = take_step(field, path, limit, q[alive], v[alive], stages.three(k))
                 far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
+                duration = float(when[k + 2] - when[k])
                 if far > REPEAT_FACTOR * step:
-                    most = max(far / h, most)
-                    break  # joints became faster: shorter steps from here
-                steps.append((float(when[k]), q.copy(), v))
+                    h = duration * step / far
+                    break
+                steps.append((now, q.copy(), v))
                 q[alive] = end_of.q
                 gone = np.isnan(end_of.q).any(axis=1)
                 lost[alive[gone]] = end_of.reached[gone]
                 smallest_lost[alive[gone]] = end_of.smallest[gone]
                 v = _velocities(field, q, stages, k + 2)
-                now = float(when[k + 2])
-                most = float(np.nanmax(np.abs(v), initial=0.0))
-                if h * most > FASTER_FACTOR * step:
-                    break  # joints have become faster: shorter steps from here
+                now, h = float(when[k + 2]), _step_duration(v, step, max_h)
+                if FASTER_FACTOR * h < duration:
+                    break
         steps.append((now, q.copy(), v))
         at[times == end] = len(steps) - 1
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
-    full = at_full_speed(path, time)
-    return Continuation(at, time, positions, velocities, full, lost, smallest_lost)
+    return Continuation(at, time, positions, velocities, lost, smallest_lost)
 
 
-def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:
-    """Length of equal steps to an end, up to a maximum [s], and times of the next steps.
-
-    The times include the middles of the steps.
-    """
-    parts = int(np.ceil((end - now) / most - 1e-9))
-    h = (end - now) / parts
-    parts = min(parts, STEPS_AT_ONCE)
-    last = end if now + (parts + 0.5) * h > end else now + parts * h
-    return h, np.linspace(now, last, 2 * parts + 1)
-
-
-def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
-    """Whether the tool has the full speed of its stretch at times, shape (k,).
-
-    The speed of a carried path includes that of its frame, which does not depend on the stretch.
-    """
-    if path.carrier is not None:
-        return np.zeros(time.shape, dtype=bool)
-    return np.asarray(path.speed(time) > (1.0 - FULL_SPEED_TOLERANCE) * path.requested_speed(time))
+def _step_duration(v: FloatArray, step: float, longest: float) -> float:
+    """Duration in which no joint moves by more than a step, up to the longest one [s]."""
+    fastest = float(np.nanmax(np.abs(v), initial=0.0))
+    return min(longest, step / fastest) if fastest else longest
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
@@ -257,9 +253,3 @@ def accelerations(
     coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
     same_joints = field.velocities(q, change, gain, along, share * speed)
     return v, same_joints + (4.0 * fine - coarse) / 3.0
-
-
-def _piece_duration(path: TimedPath, time: float) -> float:
-    """Duration of the piece of a path that contains a time [s]."""
-    index = np.searchsorted(path.breaks, time, "right")
-    return float(np.diff(path.breaks)[np.clip(index, 1, len(path.breaks) - 1) - 1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +24,7 @@ MIDPOINT_TOLERANCE = 1e-3
 HOPELESS_SPEED_FACTOR = 1000.0
 
 
-@dataclass(frozen=True, eq=False)
-class Stages:
+class Stages(NamedTuple):
     """Motion of the tool at some times of one piece of a path."""
 
     time: FloatArray
@@ -47,8 +45,9 @@ class Stages:
         """Joint velocities at the k-th time, shape (n, d)."""
         return field.velocities(q, self.twist[k], self.share[k], self.along[k])
 
-    def __getitem__(self, rows: slice) -> Stages:
-        return Stages(*(value[rows] for value in vars(self).values()))
+    def three(self, k: int) -> Stages:
+        """The stages of one step: the k-th, which is its start, and the next two."""
+        return Stages(*(values[k : k + 3] for values in self))
 
 
 class StepEnd(NamedTuple):

@@ -97,8 +97,9 @@ def find_candidates(
     targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
-    for i in hopeless[:1]:  # the reason, before the others are solved
-        _solution(robot, waypoints[i], references[i], units)
+    if hopeless.size:  # the reason, before the others are solved
+        first = int(hopeless[0])
+        _solution(robot, waypoints[first], references[first], units)
     solve = _track_self_motion if redundant else find_branches
     turns: list[tuple[list[FloatArray], bool]] = []
     previous: FloatArray | None = None

@@ -57,15 +57,15 @@ def least_index(cost: FloatArray) -> Any:
     tied = np.ones(cost.shape[1:], dtype=bool)
     for level in cost:
         values = np.where(tied, level, np.inf)
-        least = values.min(axis=0, keepdims=True)
-        tied &= values <= least * (1.0 + RELATIVE_COST_TIE) + COST_TIE
+        minimum = values.min(axis=0, keepdims=True)
+        tied &= values <= minimum * (1.0 + RELATIVE_COST_TIE) + COST_TIE
     return tied.argmax(axis=0)
 
 
 def is_within(cost: FloatArray, bound: FloatArray) -> BoolArray:
     """Whether costs (7, m) are at most a bound (7,), within rounding."""
     result = np.ones(cost.shape[1:], dtype=bool)
-    for level, most in zip(cost[::-1], bound[::-1].tolist(), strict=True):
-        slack = 0.0 if math.isinf(most) else BOUND_WIDENING * (1.0 + abs(most))
-        result = (level < most - slack) | ((level <= most + slack) & result)
+    for level, max_level in zip(cost[::-1], bound[::-1].tolist(), strict=True):
+        slack = 0.0 if math.isinf(max_level) else BOUND_WIDENING * (1.0 + abs(max_level))
+        result = (level < max_level - slack) | ((level <= max_level + slack) & result)
     return result

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
-from knotwork.robot.kinematics.sequence.cost import CostLevel, is_within, least_index, make_cost
+from knotwork.robot.kinematics.sequence.cost import CostLevel, is_within, least_index
 from knotwork.robot.kinematics.sequence.step_costs import JointRules, Layer, StepRules, step_costs
 from knotwork.waypoints import FloatArray, IndexArray
 
@@ -61,10 +60,9 @@ def choose_sequence(
         joints: Rules for the joints.
         steps: Rules for each of the n - 1 intervals.
     """
-    remaining = _least_remaining(layers, joints, steps)
-    greedy = _cheapest_sequences(layers, joints, steps, remaining, UNBOUNDED_COST, greedy=True)
+    greedy = _cheapest_sequences(layers, joints, steps, UNBOUNDED_COST, greedy=True)
     bound = greedy[-1].layer.cost[:, 0] if len(greedy) == len(layers) else UNBOUNDED_COST
-    states = _cheapest_sequences(layers, joints, steps, remaining, bound)
+    states = _cheapest_sequences(layers, joints, steps, bound)
     if len(states) < len(layers):
         return ConfigurationSequence(
             (), np.empty((0, len(joints.speed))), UNBOUNDED_COST, blocked=len(states)
@@ -83,7 +81,6 @@ def _cheapest_sequences(
     layers: Sequence[Layer],
     joints: JointRules,
     steps: Sequence[StepRules],
-    remaining: Sequence[FloatArray],
     bound: FloatArray,
     *,
     greedy: bool = False,
@@ -94,8 +91,7 @@ def _cheapest_sequences(
         layers: The candidates at each of n waypoints.
         joints: Rules for the joints.
         steps: Rules for each of the n - 1 intervals.
-        remaining: Lower bound on the cost from each layer to the end, n of shape (7,).
-        bound: Candidates without a sequence of at most this cost are left out, shape (7,).
+        bound: Candidates that only dearer sequences reach are left out, shape (7,).
         greedy: Keep only the cheapest candidate of each layer.
 
     Returns:
@@ -121,7 +117,7 @@ def _cheapest_sequences(
             flags = np.where(layer.flags == 0.0, before.flags[previous], layer.flags)
             layer = layer._replace(flags=flags)
         feasible = np.isfinite(cost[CostLevel.IMPOSSIBLE])
-        rows = np.flatnonzero(feasible & is_within(cost + remaining[i][:, None], bound))
+        rows = np.flatnonzero(feasible & is_within(cost, bound))
         if greedy and rows.size:
             rows = rows[[least_index(cost[:, rows])]]
         if not rows.size:
@@ -129,29 +125,3 @@ def _cheapest_sequences(
         layer = layer._replace(cost=cost)
         states.append(_LayerState(layer.select(rows), rows, previous[rows]))
     return states
-
-
-def _least_remaining(
-    layers: Sequence[Layer], joints: JointRules, steps: Sequence[StepRules]
-) -> list[FloatArray]:
-    """Lower bound on the cost from each layer to the end, in distance and travel.
-
-    It is the sum of the minimum costs of the steps if all joints could take their shortest
-    rotation.
-    """
-    turned = [_without_turns(layer.q).T for layer in layers]
-    remaining = [make_cost()]
-    for i in range(len(layers) - 2, -1, -1):
-        moves = turned[i][:, :, None] - turned[i + 1][:, None, :]
-        moves -= whole_turns(moves)
-        step = layers[i + 1].cost.min(axis=1)
-        step[: CostLevel.DISTANCE] = 0.0
-        step[CostLevel.TRAVEL] += joints.travel(moves, steps[i].rest_to_rest).min()
-        remaining.append(remaining[-1] + step)
-    return remaining[::-1]
-
-
-def _without_turns(q: FloatArray) -> FloatArray:
-    """Configurations that differ by more than whole turns, each once."""
-    rounded = np.round(q - whole_turns(q), 9)
-    return np.asarray(q[np.unique(rounded, axis=0, return_index=True)[1]])

@@ -205,7 +205,9 @@ def _limit_violations(joints: JointRules, duration: float, start: Layer, end: La
     rows = np.flatnonzero(moving & np.isfinite(joints.lower) & np.isfinite(joints.upper))
     outside = np.zeros((len(start.q), len(end.q)))
     lower, upper = (limit[rows, None, None] for limit in (joints.lower, joints.upper))
-    for s in CUBIC_SAMPLES if rows.size else ():
+    if not rows.size:
+        return outside
+    for s in CUBIC_SAMPLES:
         r, h = 1.0 - s, duration * s * (1.0 - s)
         before = (1.0 + 2.0 * s) * r**2 * start.q[:, rows] + h * r * start.velocity[:, rows]
         after = (1.0 + 2.0 * r) * s**2 * end.q[:, rows] - h * s * end.velocity[:, rows]

@@ -8,7 +8,6 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.chain.joint_ranges import (
     LIMIT_TOLERANCE,
-    at_only_turn,
     clip,
     limits_of,
     middle,
@@ -48,9 +47,8 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
     if not len(solutions):
         return solutions
     robot, limits = search.robot, limits_of(search.robot)
-    centre, turned = middle(limits), solutions.copy()
-    for i in np.flatnonzero(~at_only_turn(robot, solutions)):
-        turned[i] = nearest_turns(robot, solutions[i], centre)
+    centre = middle(limits)
+    turned = np.array([nearest_turns(robot, q, centre) for q in solutions])
     q = clip(turned, limits)
     beyond = np.abs(turned - q).max(axis=1, initial=0.0)
     tip, rotation, _ = joint_axes(robot).place(q)

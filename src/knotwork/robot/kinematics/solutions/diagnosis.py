@@ -64,13 +64,8 @@ def solution_or_reason(
         OutsideLimitsError: Only joint positions outside their limits reach the pose.
         UnreachablePoseError: No joint positions reach the pose.
     """
-    robot, limits, endless = search.robot, turning_limits(search.robot), no_limits(search.robot)
-    beyond: list[FloatArray] = []
-    if joint_axes(robot).certain_miss(search.pose.translation) <= search.tolerances[0]:
-        ends = [
-            search.solve(q, endless, PATIENT_EFFORT) for q in _search_batch(search, near, endless)
-        ]
-        beyond = [nearest_turns(robot, end.q, near) for end in ends if end.converged]
+    robot, limits = search.robot, turning_limits(search.robot)
+    beyond = _solutions_without_limits(search, near)
     starts = [*_search_batch(search, near, limits), *beyond]
     ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
     if not any(end.converged for end in ends):  # a solution may be singular, where steps are short
@@ -91,9 +86,8 @@ def solution_or_reason(
     # nearest points may be far from the ends of searches for the whole pose
     spread = spread_starts(robot, limits, MAX_REFINED, around=near)
     closest = _closest_pose(search, [*(end.q for end in ends), *spread], limits)
-    end = search.measure(
-        turn_inside(robot, search.solve(closest.q, limits, PATIENT_EFFORT).q, near)
-    )
+    end = search.solve(closest.q, limits, PATIENT_EFFORT)
+    end = search.measure(turn_inside(robot, end.q, near))
     if end.converged:
         return end.q
     raise UnreachablePoseError(
@@ -104,6 +98,16 @@ def solution_or_reason(
         where=where,
         units=units,
     )
+
+
+def _solutions_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArray]:
+    """Solutions of the pose inside or outside the joint limits."""
+    robot, endless = search.robot, no_limits(search.robot)
+    if joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]:
+        return []
+    starts = _search_batch(search, near, endless)
+    ends = [search.solve(q, endless, PATIENT_EFFORT) for q in starts]
+    return [nearest_turns(robot, end.q, near) for end in ends if end.converged]
 
 
 def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[FloatArray]:

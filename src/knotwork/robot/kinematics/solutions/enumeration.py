@@ -12,7 +12,6 @@ from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import (
     Limits,
     difference,
-    joint_distances,
     limits_of,
     no_limits,
     spread_starts,
@@ -38,29 +37,6 @@ NEAR_SINGULAR_VALUE = 3e-3
 SINGULAR_STEPS = np.array([-2.4, -1.6, -0.8, -0.4, -0.2, 0.2, 0.4, 0.8, 1.6, 2.4])
 # An arm with more solutions than any six-joint arm (16) is redundant at the pose.
 MAX_BRANCHES = 16
-
-
-class _PoseSolutions:
-    """The distinct solutions found for one pose, shape (b, d), and the searches that found each."""
-
-    def __init__(self, dof: int) -> None:
-        self.solutions, self.hits = np.empty((0, dof)), np.zeros(0, dtype=int)
-
-    def add(self, robot: Robot, target: Targets, solved: FloatArray) -> bool:
-        """Add the solutions of a round of searches, and give whether there are new ones."""
-        known, revolute = len(self.solutions), joint_axes(robot).revolute
-        self.solutions = distinct_solutions(robot, target, np.vstack([self.solutions, solved]))
-        gaps = [joint_distances(self.solutions, q, revolute) for q in solved]
-        owners = [int(gap.argmin()) for gap in gaps]
-        self.hits = np.pad(self.hits, (0, len(self.solutions) - known))
-        self.hits += np.bincount(owners, minlength=len(self.hits))
-        return len(self.solutions) > known
-
-    def is_complete(self, robot: Robot) -> bool | None:
-        """Whether these are all solutions, as far as flags and counts show; `None` if unknown."""
-        if len(self.solutions) > MAX_BRANCHES:
-            return True
-        return all_branches(robot, self.solutions)
 
 
 def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
@@ -89,9 +65,8 @@ def search_branches(
     """Find all solutions for each pose by searches.
 
     Rounds of searches are repeated for a pose until all solutions that its configuration flags
-    allow are found, or each has been found twice: a solution that is then missing attracts few
-    searches, if any (Good, 1953). Starts are a low-discrepancy sequence. Near a singularity a
-    solution may be missing.
+    allow are found, or a round finds nothing new. Starts are a low-discrepancy sequence. Near a
+    singularity a solution may be missing.
 
     Args:
         robot: An arm of up to six joints.
@@ -102,22 +77,20 @@ def search_branches(
         As `find_branches`.
     """
     n, d, box = len(targets), robot.dof, _slide_limits(robot)
-    poses = [_PoseSolutions(d) for _ in range(n)]
+    solutions_of = [np.empty((0, d)) for _ in range(n)]
     for i, guess in enumerate(guesses):
         if not len(guess):
             continue
         ended = solve_batch(robot, targets.take([i]), guess, tolerance=SOLUTION_ERROR)
         # near a singularity rounding ends searches earlier
         solved = np.maximum(ended.position_error, ended.orientation_error) <= JOINED_ERROR
-        poses[i].add(robot, targets.take([i]), ended.q[solved])
-    active = [i for i in range(n) if not poses[i].is_complete(robot)]
+        solutions_of[i] = distinct_solutions(robot, targets.take([i]), ended.q[solved])
+    active = [i for i in range(n) if not _are_all(robot, solutions_of[i])]
     for round_ in range(SEARCH_ROUNDS):
         if not active:
             break
         spread = spread_starts(robot, box, STARTS, skip=round_ * STARTS)
-        begin = [
-            np.vstack([_near_singular_starts(robot, poses[i].solutions), spread]) for i in active
-        ]
+        begin = [np.vstack([_near_singular_starts(robot, solutions_of[i]), spread]) for i in active]
         owner = np.repeat(active, [len(start) for start in begin])
         ended = solve_batch(
             robot,
@@ -128,15 +101,21 @@ def search_branches(
         )
         remaining = []
         for i in active:
-            solved = ended.q[(owner == i) & ended.converged]
-            new = poses[i].add(robot, targets.take([i]), solved)
-            complete = poses[i].is_complete(robot)
-            calm = round_ > 0 and (not new or bool((poses[i].hits > 1).all()))
+            known, solved = solutions_of[i], ended.q[(owner == i) & ended.converged]
+            every = np.vstack([known, solved])
+            solutions_of[i] = distinct_solutions(robot, targets.take([i]), every)
+            complete = _are_all(robot, solutions_of[i])
+            calm = round_ > 0 and len(solutions_of[i]) == len(known)
             if complete is False or (complete is None and not calm):
                 remaining.append(i)
         active = remaining
     revolute = joint_axes(robot).revolute
-    return [difference(pose.solutions, np.zeros(d), revolute) for pose in poses]
+    return [difference(solutions, np.zeros(d), revolute) for solutions in solutions_of]
+
+
+def _are_all(robot: Robot, solutions: FloatArray) -> bool | None:
+    """Whether these are all solutions of a pose, as far as flags show; `None` if unknown."""
+    return True if len(solutions) > MAX_BRANCHES else all_branches(robot, solutions)
 
 
 def _near_singular_starts(robot: Robot, solutions: FloatArray) -> FloatArray:

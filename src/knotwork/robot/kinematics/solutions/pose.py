@@ -91,16 +91,16 @@ def solve_pose_ik(
 ) -> IKSolution:
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
-    There are three steps. The first is a local search from the start. If it fails or ends far away,
-    the second takes the nearest of all solutions found, without a proof that there is no nearer
-    one. If there is none, the third is a diagnosis. Joints are moved by whole turns towards the
-    start, and a redundant arm is moved along its self-motion.
+    The first step is a local search from the start. If it fails or ends far away, the second takes
+    the nearest of all solutions found, without a proof that there is no nearer one. If there is
+    none, the third is a diagnosis. Joints are moved by whole turns towards the start, and a
+    redundant arm is moved along its self-motion.
 
     Args:
         robot: The robot.
         pose: Pose of the TCP in the base frame, `pin.SE3`.
         start: Joint positions to search from [rad or m], shape (d,).
-        position_tolerance: Position tolerance [m].
+        position_tolerance: Tolerance of the position [m].
         orientation_tolerance: Orientation tolerance [rad].
         max_restarts: With `nearest=False`, maximum number of restarts for a first solution.
         near: Preferred configuration [rad or m], shape (d,); by default the start.
@@ -111,32 +111,30 @@ def solve_pose_ik(
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: The pose is out of reach, or is reachable only with another
-            orientation.
+        UnreachablePoseError: The pose is not reachable, or only with another orientation.
         WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
-    >>> robot, home = kw.load_robot("ur5"), kw.load_robot("ur5").configuration("home")
-    >>> kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home).q - home
-    array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+    >>> robot = kw.load_robot("ur5")
+    >>> kw.solve_pose_ik(robot, robot.forward(np.ones(6)), start=np.full(6, 0.9)).q
+    array([1., 1., 1., 1., 1., 1.])
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(max_restarts, "max_restarts")
     first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
-    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
-    search = PoseSearch(robot, pose, *tolerances)
+    margin = TOLERANCE_MARGIN
+    search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
     best = _NearestSolution(search, goal, nearest)
     best.search_from(first, HASTY_EFFORT)
-    kind = f"{'nearest' if nearest else 'first'} solution"
     hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
-    if hopeless or not (best.is_nearest() if nearest else best.find_any(max_restarts)):
-        every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search, goal)
-        best.take_all(every)
-        kind = f"nearest of {max(len(every), 1)} solutions"
-        if best.best is None:
-            best.take(solution_or_reason(search, goal, waypoint, where, units))
-    return best.answer(kind)
+    if not hopeless and (best.is_nearest() if nearest else best.find_any(max_restarts)):
+        return best.answer(f"{'nearest' if nearest else 'first'} solution")
+    every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search, goal)
+    best.take_all(every)
+    if best.best is None:
+        best.take(solution_or_reason(search, goal, waypoint, where, units))
+    return best.answer(f"nearest of {max(len(every), 1)} solutions")
 
 
 class _NearestSolution:
@@ -158,11 +156,10 @@ class _NearestSolution:
 
     def find_any(self, max_restarts: int) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
-        robot = self.search.robot
-        for start in spread_starts(robot, self.limits, max_restarts) if self.best is None else ():
-            self.search_from(start, HASTY_EFFORT)
+        for start in spread_starts(self.search.robot, self.limits, max_restarts):
             if self.best is not None:
                 break
+            self.search_from(start, HASTY_EFFORT)
         return self.best is not None
 
     def take(self, q: FloatArray) -> None:

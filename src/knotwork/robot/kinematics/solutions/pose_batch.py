@@ -11,14 +11,16 @@ from numpy.typing import ArrayLike
 from knotwork.errors import WaypointDataError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.robot.kinematics.chain.joint_ranges import clip, limits_of, spread_starts
-from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN
+from knotwork.robot.kinematics.chain.joint_ranges import limits_of, spread_starts
+from knotwork.robot.kinematics.chain.levenberg_marquardt import (
+    HASTY_EFFORT,
+    TOLERANCE_MARGIN,
+    PoseSearch,
+)
 from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
 from knotwork.waypoints import FloatArray, read_only
 
 MAX_BATCH_RESTARTS = 600
-# Size to which batches are filled when few poses are left.
-FILLED_BATCH = 200
 
 
 def solve_pose_ik_batch(
@@ -77,38 +79,19 @@ def _solve_with_restarts(
     robot: Robot, poses: list[Any], start: FloatArray, tolerance: float, max_restarts: int
 ) -> BatchSolution:
     """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
-    (n, d), limits, targets = start.shape, limits_of(robot), Targets.from_poses(poses)
-    q = clip(start, limits)
-    position, orientation = np.full(n, np.inf), np.full(n, np.inf)
-    todo, iterations, restarts = np.arange(n), 0, 0
-    begin = q[:, None]  # starts of each remaining pose, shape (len(todo), k, d)
-    while True:
-        count = begin.shape[1]
-        group = np.repeat(todo, count)
-        ended = solve_batch(
-            robot,
-            targets.take(group),
-            begin.reshape(-1, d),
-            tolerance=tolerance,
-            limits=limits,
-            hasty=True,
-            group=group,
-        )
-        iterations += ended.iterations
-        # The first converged search of each pose, or else the one with the smallest error.
-        off = np.where(ended.converged, 0.0, ended.position_error + ended.orientation_error)
-        best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
-        better = ended.converged[best] | (off[best] < position[todo] + orientation[todo])
-        rows, best = todo[better], best[better]
-        q[rows] = ended.q[best]
-        position[rows] = ended.position_error[best]
-        orientation[rows] = ended.orientation_error[best]
-        todo = todo[~ended.converged.reshape(-1, count).any(axis=1)]
-        if not todo.size or restarts >= max_restarts:
-            break
-        # A step of a batch takes hardly longer for hundreds than for one.
-        count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
-        begin = np.tile(spread_starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
-        restarts += count
-    converged = np.maximum(position, orientation) <= tolerance
+    limits, targets = limits_of(robot), Targets.from_poses(poses)
+    first = solve_batch(robot, targets, start, tolerance=tolerance, limits=limits, hasty=True)
+    q, position, orientation = first.q, first.position_error, first.orientation_error
+    converged, iterations = first.converged, first.iterations
+    for i in np.flatnonzero(~converged):
+        search = PoseSearch(robot, poses[i], tolerance, tolerance)
+        for begin in spread_starts(robot, limits, max_restarts):
+            end = search.solve(begin, limits, HASTY_EFFORT)
+            iterations = max(iterations, end.iterations)
+            error = end.position_error + end.orientation_error
+            if end.converged or error < position[i] + orientation[i]:
+                q[i], converged[i] = end.q, end.converged
+                position[i], orientation[i] = end.position_error, end.orientation_error
+            if end.converged:
+                break
     return BatchSolution(q, position, orientation, converged, iterations)

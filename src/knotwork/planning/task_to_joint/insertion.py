@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.curves.interpolation import ModifiedHermiteSpline
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import distinct
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.curves.tool_paths.rotations import angle_of
@@ -17,11 +18,8 @@ from knotwork.errors import PathError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.robot.kinematics.following.path_proof import (
-    PathTolerance,
-    check_tolerance,
-    proved_tolerance_use,
-)
+from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
 
 # Fractions of each interval at which the curve is compared with the path, where errors are largest.
@@ -41,6 +39,26 @@ SHORTEST_INTERVAL = 1e-5
 # Distance below which breaks of a path are merged [s]. With a shorter interval between waypoints,
 # rounding of joint positions would appear as acceleration and jerk.
 CLOSE_BREAKS = 2e-4
+
+# Fraction by which the tolerances of the proof are narrower. The check rounds differently, and must
+# reach the same verdict.
+TOLERANCE_NARROWING = 1e-6
+# Minimum ratio of a tolerance to the rounding error of the bounds.
+ROUNDING_FACTOR = 4.0
+
+
+class PathTolerance(NamedTuple):
+    """Tolerances of a motion along its path.
+
+    Attributes:
+        position: Distance from the path [m].
+        orientation: Angle from the orientation of the path [rad].
+        speed: Relative error of the path speed.
+    """
+
+    position: float
+    orientation: float
+    speed: float
 
 
 class FollowedPath(NamedTuple):
@@ -83,12 +101,12 @@ def with_waypoints_inserted(
     insertion, path = _Insertion(joints, tolerance, knots), joints.path
     followed = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
     # not earlier, because rounding errors near a singularity are far larger with fewer waypoints
-    check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
+    _check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
     while True:
         use = insertion.use(followed)
         if (use <= 1.0).all():
             curve = insertion.curve(followed)
-            use = proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
+            use = _proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
         followed = insertion.divide(followed, use)
@@ -218,3 +236,66 @@ def path_errors(
     distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
     return np.stack((distance, angle_of(gap), off), axis=1)
+
+
+def _check_tolerance(
+    robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: PathTolerance
+) -> None:
+    """Refuse tolerances that are too fine to be proved.
+
+    Raises:
+        PathError: A tolerance is too fine.
+    """
+    least = ROUNDING_FACTOR * path_rounding(robot, curve, path)
+    slowest = float(path.timing.speeds.min())
+    for quantity, value, needed, unit in (
+        ("of the distance from the path", tolerance.position, least, " m"),
+        ("of the orientation", tolerance.orientation, least, " rad"),
+        (f"of the speed, a part of {slowest:g} m/s,", tolerance.speed, least / slowest, ""),
+    ):
+        if value < needed:
+            raise PathError(
+                f"the tolerance {quantity} is {value:g}{unit}: rounding leaves no margin to prove "
+                f"it; at least {needed:.2g}{unit} is accepted"
+            )
+
+
+def _proved_tolerance_use(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    path: TimedPath,
+    tolerance: PathTolerance,
+    times: FloatArray,
+) -> FloatArray:
+    """Upper bound on the error between waypoints, relative to the tolerances.
+
+    The same proof as in the check: see `verification.bounds.stretch_bounds`.
+
+    Args:
+        robot: The arm.
+        curve: Joint positions along the whole path, trailing shape (d,).
+        path: Poses of the tool over time.
+        tolerance: Tolerances of the motion.
+        times: Times of the waypoints, including ends of stretches [s], shape (k,).
+
+    Returns:
+        Bounds, above 1 where nothing is proved, shape (k - 1,).
+    """
+    use = np.zeros(len(times) - 1)
+    part = 1.0 - TOLERANCE_NARROWING
+    timing, start = path.timing, path.start_time
+    for i, speed in enumerate(timing.speeds.tolist()):
+        begin, end = start + timing.times[i : i + 2]
+        low, high = start + timing.full_speed[i]
+        limits = PathLimits(
+            position=part * tolerance.position,
+            orientation=part * tolerance.orientation,
+            speed=part * tolerance.speed * speed,
+            full_speed=speed,
+            full_interval=(low, high),
+        )
+        bounds = path_bounds(robot, curve, path, (begin, end), limits)
+        middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
+        interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
+        np.maximum.at(use, interval, bounds.use)
+    return use

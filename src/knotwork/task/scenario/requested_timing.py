@@ -1,4 +1,4 @@
-"""`AskedTiming`: a scenario's requirements on the speed along a path."""
+"""`RequestedTiming`: a scenario's requirements on the speed along a path."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOMINAL_SPEED = 0.01
 
 
 @dataclass(frozen=True)
-class AskedTiming:
+class RequestedTiming:
     """Stretches of a path, each with a speed, a duration, or a speed to be chosen.
 
     Attributes:

@@ -1,0 +1,115 @@
+"""Bodies of a robot's links, from the collision shapes of its URDFs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pinocchio as pin
+
+from knotwork.errors import InputError
+from knotwork.robot import Robot
+from knotwork.robot.external_axes import UrdfFile
+from knotwork.robot.shapes import UrdfShapes
+from knotwork.scene.bodies import Body
+from knotwork.scene.meshes.locating import find_mesh, ros_folders
+from knotwork.scene.solids import solid
+from knotwork.task.scenario import PlacedShape
+
+
+class LinkBodies(NamedTuple):
+    """The links of a robot with collision shapes.
+
+    Attributes:
+        bodies: A body for each such link.
+        missing: Sentences on links whose shapes are not available.
+        bare: Names of links with visual shapes but no collision shapes.
+        meshes: Their mesh files, each with the time of its last change [ns].
+    """
+
+    bodies: tuple[Body, ...]
+    missing: tuple[str, ...]
+    bare: tuple[str, ...]
+    meshes: tuple[tuple[Path, int | None], ...]
+
+
+@dataclass(frozen=True)
+class _Key:
+    """All inputs of the bodies of a robot's links, except the meshes themselves."""
+
+    files: tuple[tuple[UrdfFile, int | None], ...]
+    placed: tuple[tuple[Any, ...], ...]
+    folders: tuple[tuple[Path, ...], ...]
+    robot: Robot = field(compare=False)
+
+
+def link_bodies(robot: Robot) -> LinkBodies:
+    """The links of a robot, common to all its scenarios; cached until a file changes.
+
+    Raises:
+        InputError: A mesh file exists, but can't be read whole.
+    """
+    placed = (
+        (str(frame.name), int(frame.parentJoint), *frame.placement.homogeneous.ravel().tolist())
+        for frame in _links(robot)
+    )
+    files = tuple((file, _last_change(file.path)) for file in robot.urdf_files)
+    key = _Key(files, tuple(placed), (tuple(robot.package_paths), ros_folders()), robot)
+    links = _read_bodies(key)
+    if links.missing or any(_last_change(path) != time for path, time in links.meshes):
+        _read_bodies.cache_clear()
+        links = _read_bodies(key)
+    return links
+
+
+def _links(robot: Robot) -> list[Any]:
+    """Pinocchio's frames of the links."""
+    return [frame for frame in robot.model.frames if frame.type == pin.FrameType.BODY]
+
+
+def _last_change(path: Path) -> int | None:
+    """Time of the last change of a file [ns]; `None` without a file."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return None
+
+
+@lru_cache(maxsize=32)
+def _read_bodies(key: _Key) -> LinkBodies:
+    """Read the collision shapes of a robot's links."""
+    robot = key.robot
+    urdf_shapes, ros = UrdfShapes(robot.urdf_files), ros_folders()
+    bodies, missing, bare = [], [], []
+    meshes: dict[Path, int | None] = {}
+    for frame in _links(robot):
+        link = str(frame.name)
+        if link not in urdf_shapes.links:
+            continue
+        shapes, faults = urdf_shapes.link_shapes(link, "collision")
+        missing += [f"link {link!r}: {fault}" for fault in faults]
+        if not shapes and not faults and any(urdf_shapes.link_shapes(link, "visual")):
+            bare.append(link)
+        solids = []
+        for shape in shapes:
+            path = None
+            if shape.kind == "mesh":
+                try:
+                    path = find_mesh(shape.mesh, shape.urdf, robot.package_paths, ros)
+                except InputError as error:
+                    missing.append(f"link {link!r}: {error}")
+                    continue
+                meshes[path] = _last_change(path)
+            x, y, z = shape.scale.tolist()
+            placement = pin.SE3(shape.rotation, shape.translation)
+            placed = PlacedShape(shape.kind, shape.size, placement, path, (x, y, z))
+            try:
+                solids.append(solid(placed, frame.placement))
+            except InputError as error:
+                error.locate(f"{shape.urdf}: collision shape of link {link!r}")
+                raise
+        if solids:
+            bodies.append(Body(link, "link", int(frame.parentJoint), tuple(solids), link=link))
+    return LinkBodies(tuple(bodies), tuple(missing), tuple(bare), tuple(meshes.items()))
