@@ -139,7 +139,7 @@ def _read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
     """Read a trajectory without its scenario.
 
     Raises:
-        InputError: It can't be read, or it contradicts itself or the report in its folder.
+        InputError: The file can't be read, or it contradicts itself or the report in its folder.
     """
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     if robot is None and is_foreign(path):

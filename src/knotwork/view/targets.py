@@ -58,6 +58,8 @@ def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
 
 
 ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
+# Longest motion that an arrow may represent [s].
+_NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
 # Distance of arrows from the path, relative to the scene, so that they do not hide its colours.
 ASIDE_DISTANCE = 0.014
 # Velocities below this are stops [m/s].
@@ -67,7 +69,7 @@ MIN_DRAWN_SPEED = 1e-9
 def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
     """Draw the linear velocities; `None` if all are stops.
 
-    The longest arrow is about as long as the waypoint spacing, or a sixth of the scene.
+    The longest arrow is at most a sixth of the scene, and about as long as the waypoint spacing.
 
     Returns:
         The arrows, and the time in which the tool moves by their length [s].
@@ -80,7 +82,8 @@ def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     if len(apart):
         longest = min(longest, max(float(np.median(apart)), 0.04 * size))
     fastest = max(float(np.linalg.norm(target.linear)) for target in moving)
-    seconds = float(f"{longest / fastest:.1g}")
+    fitting = (seconds for seconds in _NICE_SECONDS if seconds * fastest <= longest)
+    seconds = next(fitting, _NICE_SECONDS[-1])
     arrows = []
     for target in moving:
         foot = target.pose.translation + ASIDE_DISTANCE * size * _aside(target)

@@ -190,7 +190,8 @@ class Session:
         """Move a handle of the present text."""
         self._same_build(request)
         reading, place = self._read(), (tuple(request.get("at", ())), request.get("name"))
-        handle = next((one for one in reading.handles if (one.at, one.name) == place), None)
+        known = {(handle.at, handle.name): handle for handle in reading.handles}
+        handle = known.get(place)
         if handle is None:
             raise InputError(f"there is no handle at {request.get('at')!r}")
         sizes = {"position": 3, "quaternion": 4}
