@@ -32,7 +32,7 @@ MINIMUM_PRECISION = 2e-4
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.rules.itself or scene.asks()):
+    if robot is None or not (scene.rules.itself or scene.has_bodies()):
         return
     if absurd := absurdity(motion.curve, space):
         yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
@@ -87,15 +87,15 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, and pairs that are not checked."""
     notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
-    asks = scenario.scene.asks()
-    if asks and not any(body.kind == "link" for body in model.bodies):
+    has_bodies = scenario.scene.has_bodies()
+    if has_bodies and not any(body.kind == "link" for body in model.bodies):
         message = (
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
             "it holds are checked for collisions"
         )
         notes.append(("warning", message))
     elif model.bare:
-        notes.append(("warning" if asks else "information", model.bare_links_note))
+        notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
         yield collision_note("collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
