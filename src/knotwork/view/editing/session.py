@@ -189,7 +189,7 @@ class Session:
     def _move(self, request: Request) -> Answer:
         """Move a handle of the present text."""
         self._same_build(request)
-        reading, place = self._read(), (tuple(request.get("at", ())), request.get("name"))
+        reading, place = self._read(), (tuple(request.get("at", ())), str(request.get("name")))
         known = {(handle.at, handle.name): handle for handle in reading.handles}
         handle = known.get(place)
         if handle is None:
