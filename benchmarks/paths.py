@@ -111,20 +111,17 @@ def proved(
     """What `kw.follow_path` makes of a path, with proved bounds."""
     curve = kw.follow_path(arm, motion.path, speed, tolerance, start=start, speed_tolerance=1e-3)
     whole = motion.start_time, motion.end_time
-    limits = PathLimits(tolerance, np.radians(0.1), 1e-3 * speed)
-    bounds = path_bounds(arm, curve.polynomial, motion, whole, whole, speed, limits)
+    limits = PathLimits(tolerance, np.radians(0.1), 1e-3 * speed, speed, whole)
+    bounds = path_bounds(arm, curve.polynomial, motion, whole, limits)
+    found = bounds.bounds
     times = curve.waypoint_times
-    if (
-        times is None
-        or bounds.speed is None
-        or not (bounds.position.proved and bounds.speed.proved)
-    ):
+    if times is None or not (found["path_deviation"].proved and found["path_speed"].proved):
         raise SystemExit(f"{case}: not proved")
     return {
         "case": case,
         "tolerance_mm": 1e3 * tolerance,
         "inserted": len(times) - 2,
-        "bound_mm": float(f"{1e3 * bounds.position.bound:.3g}"),
+        "bound_mm": float(f"{1e3 * found['path_deviation'].bound:.3g}"),
         "slowest_mm_s": float(f"{1e3 * bounds.slowest:.6g}"),
         "fastest_mm_s": float(f"{1e3 * bounds.fastest:.6g}"),
     }

@@ -158,7 +158,7 @@ def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
     assert moved.value == pytest.approx(0.08 * 0.01, rel=1e-2)  # 80 mm/s for 10 ms
     said = [one.message for one in plan.report.select(group="Segments")]
     assert said == [one.text for one in plan.segments]
-    assert any("output 17 on" in line.text for line in plan.report.brief())
+    assert any("output 17 on" in line for line in plan.report.brief())
 
 
 def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:

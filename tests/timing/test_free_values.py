@@ -43,7 +43,7 @@ def test_free_velocities_save_time(problem: TimingProblem, fastest: TimedMotion)
 
 def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
     along = np.array([False, True, True, True, False])
-    asked = replace(problem, along=along, most=np.full(5, 0.7))
+    asked = replace(problem, along=along, max_factor=np.full(5, 0.7))
     motion = solve(asked)
     assert_kept(asked, motion)
     for i in (1, 2, 3):

@@ -12,7 +12,7 @@ import pytest
 import knotwork as kw
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.verification.bounds.link_motion import tree_motion
-from knotwork.verification.bounds.singular import jacobian_sizes
+from knotwork.verification.bounds.tool_motion import jacobian_sizes
 from knotwork.verification.bounds.torque import masses, torque_sizes
 
 POINTS = np.arange(-7.0, 8.0)

@@ -11,8 +11,6 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from judge.cases import Shelf
-from judge.faults_of_paths import gantry
 from plans import planned
 
 
@@ -172,41 +170,3 @@ def test_self_motion_at_stop_of_tool_fails() -> None:
     )
     (found,) = kw.check(moved, task).failures
     assert (found.name, found.quantity) == ("end", "joint_velocity")
-
-
-@pytest.mark.parametrize(
-    ("points", "warned"),
-    [
-        ([[100, 0, 0], [100, 1e-4, 0], [200, 0, 0]], True),  # a straight seam, one point twice
-        ([[500, 0, 0], [500, 1, 0], [0, 1, 0]], True),
-        ([[100, 0, 0], [150, 0, 0], [200, 0, 0]], False),
-        ([[25, 43.3, 0], [75, 43.3, 0], [100, 0, 0], [75, -43.3, 0], [25, -43.3, 0]], False),
-    ],
-)
-def test_warns_of_curve_bulging_between_points(
-    tmp_path: Path, points: list[list[float]], warned: bool
-) -> None:
-    """The tool keeps to the curve, and the curve not to what its points seem to mean."""
-    end = {"name": "off", "along": {"points": points}, "speed": 50, "stop": True}
-    task = kw.load_scenario(
-        {
-            "units": {"length": "mm"},
-            "robot": gantry(Shelf(tmp_path)),
-            "tool": {"frame": "head"},
-            "waypoints": [
-                {"name": "on", "stop": True, "pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}},
-                {**end, "pose": {"position": points[-1]}},
-            ],
-        }
-    )
-    report = kw.plan(task).report
-    assert report.ok
-    curve = task.paths[0].motion.path
-    found = report.select(quantity="curve_between_points")
-    assert [one.verdict for one in found] == ["warning"] * warned
-    if warned:
-        places = 1e3 * curve.position(np.linspace(0, curve.length, 5001))
-        assert (
-            np.abs(places[:, 1]).max() > 38
-        )  # none of the points is more than 1 mm off the x axis
-        assert "leaves the straight line between points" in found[0].message

@@ -248,14 +248,6 @@ def test_payload_and_gravity_of_file_enter_report() -> None:
     assert loaded * lift(tool=TOOL, gravity=[0, 0, 9.81]) < 0
 
 
-def test_warns_of_gravity_in_millimetres() -> None:
-    wide = {"effort": 1e9}
-    report = kw.plan(move(gravity=[0, 0, -9810], limits=wide)).report
-    assert [one.quantity for one in report.warnings] == ["gravity_unit"]
-    assert "gravity is 9810 m/s²" in str(report.warnings[0])
-    assert kw.plan(move(gravity=[0, 0, -9.81])).report.warnings == ()
-
-
 def test_gravity_is_in_base_frame() -> None:
     """UR arms: base_link is turned by half a turn about z against base."""
     turned = kw.load_robot({"urdf": str(kw.load_robot("ur5").urdf), "base_frame": "base"})

@@ -17,8 +17,8 @@ from judge.motion import Motion
 from judged import judged
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.verification.bounds.path_criteria import PathLimits
-from knotwork.verification.bounds.stretch_bounds import PathBound, path_bounds
+from knotwork.verification.bounds.path_criteria import PathBound, PathLimits
+from knotwork.verification.bounds.stretch_bounds import path_bounds
 from sweeps import examples
 
 
@@ -135,13 +135,11 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     stretch = path.stretches[0]
 
     def bound(tolerance: float) -> PathBound:
-        limits = PathLimits(tolerance, 0.01, 0.01)
+        limits = PathLimits(tolerance, 0.01, 0.01, stretch.speed, stretch.full_speed)
         interval, robot = (stretch.start, stretch.end), line.space.robot
         assert robot is not None
-        return path_bounds(
-            robot, line.trajectory.polynomial, path.motion, interval, stretch.full_speed,
-            stretch.speed, limits,
-        ).position  # fmt: skip
+        found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
+        return found.bounds["path_deviation"]
 
     tolerance = bound(1e-4).value
     for _ in range(20):

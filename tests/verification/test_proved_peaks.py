@@ -20,6 +20,7 @@ from knotwork.verification import (
     tool_speed_bound,
     torque_bound,
 )
+from knotwork.verification.bounds import adaptive
 from plans import planned
 
 Function = Callable[[np.ndarray, np.ndarray, np.ndarray], float]
@@ -158,12 +159,14 @@ def test_limits_close_to_peak_are_decided() -> None:
     assert not singular_value_bound(robot, trajectory, limit=nearest * (1 + 1e-5)).ok
 
 
-def test_exhausted_budget_is_not_proved() -> None:
+def test_exhausted_budget_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(adaptive, "EVALUATION_BUDGET", 0)
+    monkeypatch.setattr(adaptive, "EVALUATIONS_PER_PIECE", 0)
     plan = planned("ur5_deburring")
     robot, trajectory = plan.space.robot, plan.trajectory
     truth = peak(trajectory.polynomial, torque_of(robot, 1), 20_000)
     limit = np.full(6, truth * (1 + 1e-6))
-    found = torque_bound(robot, trajectory, limit=limit, budget=0)[1]
+    found = torque_bound(robot, trajectory, limit=limit)[1]
     assert found.ok
     assert not found.proved
     assert found.bound > truth

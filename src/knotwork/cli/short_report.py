@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 TEXT_WIDTH = 100
 """Width of lines of text, on wider terminals too."""
 
-_LINE_WORDS: dict[str, tuple[str, dict[str, Any]]] = {
-    "passed": ("PASSED", {"fg": "green", "bold": True}),
-    "failed": ("FAILED", {"fg": "red", "bold": True}),
-    "failure": ("FAIL ", {"fg": "red", "bold": True}),
-    "sampled": ("not proved:", {"fg": "yellow"}),
-    "warning": ("warning:", {"fg": "yellow"}),
+_WORD_STYLES: dict[str, dict[str, Any]] = {
+    "PASSED": {"fg": "green", "bold": True},
+    "FAILED": {"fg": "red", "bold": True},
+    "FAIL ": {"fg": "red", "bold": True},
+    "not proved:": {"fg": "yellow"},
+    "warning:": {"fg": "yellow"},
 }
-"""Coloured word of a line, by its kind."""
+"""Styles of the words at the start of a line."""
 
 
 def print_short_plan(plan: Plan) -> None:
@@ -42,8 +42,8 @@ def describe_left_out(plan: Plan) -> str:
 def print_short(report: Report) -> None:
     """Print a report in some 15 lines."""
     for line in report.brief(min(_width(), TEXT_WIDTH)):
-        word, style = _LINE_WORDS.get(line.kind, ("", {}))
-        echo_line(line.text, word, **style)
+        word = next((word for word in _WORD_STYLES if line.startswith(word)), "")
+        echo_line(line, word, **_WORD_STYLES.get(word, {}))
 
 
 def print_next(words: Sequence[str], *, with_robot: bool) -> None:

@@ -78,12 +78,12 @@ class StretchTimeError(PathError):
 
     Attributes:
         stretch: Index of the stretch.
-        least, most: Lower and upper bound of its time [s]; `most` may be infinite.
+        shortest, longest: Lower and upper bound of its time [s]; `longest` may be infinite.
     """
 
     stretch: int = 0
-    least: float = 0.0
-    most: float = 0.0
+    shortest: float = 0.0
+    longest: float = 0.0
 
 
 class LimitingConstraint(NamedTuple):

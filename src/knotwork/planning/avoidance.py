@@ -170,7 +170,7 @@ def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
 
 def _proposal(plan: Plan, ends: Sequence[int]) -> str:
     """Proposal of `way: clear` for some waypoints, or an empty text."""
-    if not ends or plan.scenario.scene.moves:
+    if not ends or plan.scenario.scene.has_moving_bodies:
         return ""
     collisions = "the collision" if len(ends) == 1 else "the collisions"
     free = _free_times(plan)

@@ -5,18 +5,13 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from knotwork.errors.plain_text import one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 
-MOST_GROUP_LINES = 9
-"""Approximate number of lines of all groups, shared evenly."""
-MOST_GROUP_TEXTS = 4
+MAX_GROUP_TEXTS = 2
 """Maximum number of texts of a group."""
-WHOLE_MESSAGES = 2
-"""Number of kinds of findings that are printed with the whole message. Others are shortened."""
 NOTABLE_USE = 0.01
 """Minimum use of a limit that gets its own row."""
 NARROWEST_LINE = 20
@@ -26,25 +21,9 @@ _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(
 """A number and its unit are on one line."""
 
 
-class BriefLine(NamedTuple):
-    """A line of a short report.
-
-    >>> kw.plan("paper_case").report.brief()[0].kind
-    'passed'
-
-    Attributes:
-        kind: `"passed"`, `"failed"`, `"failure"`, `"tried"`, `"sampled"`, `"warning"`, `"group"`
-            or `"more"`.
-        text: Text without a line feed.
-    """
-
-    kind: str
-    text: str
-
-
 def group_lines(
     groups: Mapping[str, list[Finding]], units: Units, width: int, *, ok: bool
-) -> list[BriefLine]:
+) -> list[str]:
     """A row for each notable group, and one row with the names of the others.
 
     Args:
@@ -65,44 +44,33 @@ def group_lines(
             listed.append(heading)
         elif ok or (texts and not required):
             rows[heading] = texts or _tightest(findings, units)
-    most = min(MOST_GROUP_TEXTS, max(MOST_GROUP_LINES // max(len(rows), 1), 1))
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
-    lines: list[BriefLine] = []
+    lines: list[str] = []
     for heading, texts in rows.items():
-        if len(texts) > most:
-            texts = [*texts[:most], f"and {len(texts) - most} more"]
+        if len(texts) > MAX_GROUP_TEXTS:
+            texts = [*texts[:MAX_GROUP_TEXTS], f"and {len(texts) - MAX_GROUP_TEXTS} more"]
         head = f"{BRIEF_INDENT}{heading}"
         for text in texts:
-            lines += wrap("group", text, width, " " * indent, f"{head:<{indent}}")
+            lines += wrap(text, width, " " * indent, f"{head:<{indent}}")
             head = ""
     if listed:
         text = f"{BRIEF_INDENT}{'well within limits' if ok else 'met'}: {', '.join(listed)}"
-        lines += wrap("group", text, width, 2 * BRIEF_INDENT)
+        lines += wrap(text, width, 2 * BRIEF_INDENT)
     return lines
 
 
-def worst_lines(
-    kind: str, mark: str, findings: Sequence[Finding], most: int, units: Units, width: int
-) -> list[BriefLine]:
+def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: int) -> list[str]:
     """The worst finding of each kind, and the number of others.
 
     Args:
-        kind: Kind of the lines.
-        mark: Text before each line.
+        mark: Text before each finding.
         findings: The findings.
-        most: Maximum number of kinds.
-        units: Units of values.
+        max_kinds: Maximum number of kinds.
         width: Width of the lines in characters.
     """
-    kinds, indent = group_alike(findings), " " * len(mark)
-    lines: list[BriefLine] = []
-    for i, (worst, *similar) in enumerate(kinds[:most]):
-        is_whole = i < WHOLE_MESSAGES or worst.value is None
-        text = worst.message if is_whole else describe(worst, units)
-        lines += wrap(kind, f"{mark}{text}{and_more(len(similar))}", width, indent)
-    if remaining := sum(map(len, kinds[most:])):
-        lines.append(BriefLine("more", f"{indent}and {remaining} more"))
-    return lines
+    indent = " " * len(mark)
+    texts = failure_lines(findings, max_kinds)
+    return [line for text in texts for line in wrap(mark + text, width, indent)]
 
 
 def brief_texts(findings: Sequence[Finding]) -> list[str]:
@@ -192,7 +160,7 @@ def _meets_requirements(findings: Sequence[Finding]) -> bool:
     return all(finding.ok for finding in findings) and any(finding.required for finding in findings)
 
 
-def wrap(kind: str, text: str, width: int, indent: str, head: str = "") -> list[BriefLine]:
+def wrap(text: str, width: int, indent: str, head: str = "") -> list[str]:
     """Lines of a text; the first begins with a head, the others are indented."""
     lines = textwrap.wrap(
         _SPACE_BEFORE_UNIT.sub(_NO_BREAK, one_line(text)),
@@ -202,23 +170,19 @@ def wrap(kind: str, text: str, width: int, indent: str, head: str = "") -> list[
         break_long_words=False,
         break_on_hyphens=False,
     )
-    return [BriefLine(kind, line.replace(_NO_BREAK, " ")) for line in lines or [head]]
+    return [line.replace(_NO_BREAK, " ") for line in lines or [head]]
 
 
-def and_more(count: int) -> str:
-    """Text of the number of further findings of a kind."""
-    return f" (and {count} more like it)" if count else ""
-
-
-def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[str]:
+def failure_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> list[str]:
     """Messages of the worst finding of each kind, and the number of others.
 
     Args:
         findings: The findings.
-        most: Maximum number of kinds; another line has the number of remaining findings.
+        max_kinds: Maximum number of kinds; another line has the number of remaining findings.
     """
-    kinds = group_alike(findings)
-    lines = [f"{worst}{and_more(len(similar))}" for worst, *similar in kinds[:most]]
+    kinds, lines = group_alike(findings), []
+    for worst, *similar in kinds[:max_kinds]:
+        lines.append(f"{worst} (and {len(similar)} more like it)" if similar else str(worst))
     remaining = sum(map(len, kinds[len(lines) :]))
     return [*lines, f"and {remaining} more"] if remaining else lines
 

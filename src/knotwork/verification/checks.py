@@ -6,20 +6,22 @@ from collections.abc import Callable, Iterable
 
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.verification.bounded_limits import effort_limits, singularity, tool_limits
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, cycles, resolution
-from knotwork.verification.effort_checks import effort_limits
 from knotwork.verification.event_checks import events, parts
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import freedoms_used
-from knotwork.verification.limits import joint_limits
+from knotwork.verification.limits import joint_limits, missing_limits, unreachable_accelerations
 from knotwork.verification.path_checks import tool_paths
-from knotwork.verification.plausibility import plausibility
-from knotwork.verification.tool_motion import singularity, tool_limits
-from knotwork.verification.unlimited import missing_limits, unreachable_accelerations
-from knotwork.verification.wait_checks import waits
-from knotwork.verification.waypoint_checks import joints_at_waypoints, time_span, tool_at_waypoints
+from knotwork.verification.waypoint_checks import (
+    approach,
+    joints_at_waypoints,
+    time_span,
+    tool_at_waypoints,
+    waits,
+)
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
 """Function that gives the findings on a motion of a scenario's joints."""
@@ -43,7 +45,7 @@ CHECKS: dict[str, Check] = {
     "unreachable_accelerations": unreachable_accelerations,
     "resolution": resolution,
     "singularity": singularity,
-    "plausibility": plausibility,
+    "approach": approach,
 }
 """Checks by name. `CHECKS["name"] = function` adds a check: its findings are in the report, in its
 pages and tables and in the exit code like all others."""

@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 COLLISIONS = "Collisions"
 CLEARANCE = "clearance"
 
-MOST_LISTED_CONTACTS = 5
-"""Maximum number of contacts of a pair that are reported with their times."""
-
 MINIMUM_PRECISION = 2e-4
 """Precision of the minimum clearance of a motion, for the ranking of motions [m]."""
 
@@ -35,7 +32,7 @@ MINIMUM_PRECISION = 2e-4
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.rules.itself or scene.asks()):
+    if robot is None or not (scene.rules.itself or scene.has_bodies()):
         return
     if absurd := absurdity(motion.curve, space):
         yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
@@ -90,15 +87,15 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, and pairs that are not checked."""
     notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
-    asks = scenario.scene.asks()
-    if asks and not any(body.kind == "link" for body in model.bodies):
+    has_bodies = scenario.scene.has_bodies()
+    if has_bodies and not any(body.kind == "link" for body in model.bodies):
         message = (
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
             "it holds are checked for collisions"
         )
         notes.append(("warning", message))
     elif model.bare:
-        notes.append(("warning" if asks else "information", model.bare_links_note))
+        notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
         yield collision_note("collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
@@ -160,24 +157,23 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
 
 def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
     """Message with distance, time and position."""
-    scale, unit = scenario.shown_length
     second, first = (body.name for body in (pair.second, pair.first))
-    at = f"at {pair.time:.3f} s"
-    keep = f", required {scale * pair.margin:.4g} {unit}" if pair.margin else ""
+    distance, bound, margin = (
+        scenario.units.text(length, "m", ".4g")
+        for length in (pair.distance, pair.bound, pair.margin)
+    )
+    at, keep = f"at {pair.time:.3f} s", f", required {margin}" if pair.margin else ""
     if pair.verdict == "clear":
-        return (
-            f"{second} comes within {scale * pair.distance:.4g} {unit} of {first} {at}{keep}; "
-            f"never nearer than {scale * pair.bound:.4g} {unit}"
-        )
-    start, end = pair.interval or (pair.time, pair.time)
+        return f"{second} comes within {distance} of {first} {at}{keep}; never nearer than {bound}"
     where = f"{at}, {place_of_time(scenario, pair.time)}{keep}"
     if pair.verdict == "undecided":
+        start, end = pair.interval or (pair.time, pair.time)
+        resolution = scenario.units.text(scenario.scene.rules.resolution, "m", ".3g")
         return (
-            f"it is not decided whether {second} comes too near to {first}: "
-            f"{scale * pair.distance:.4g} {unit} apart {where}, from {start:.3f} s to "
-            f"{end:.3f} s within {scale * scenario.scene.rules.resolution:.3g} {unit}, the "
-            "resolution"
+            f"it is not decided whether {second} comes too near to {first}: {distance} apart "
+            f"{where}, from {start:.3f} s to {end:.3f} s within {resolution}, the resolution"
         )
+    scale, unit = scenario.shown_length
     ends = " and ".join(_vector_text(scale * point) for point in points)
     return (
         f"{_pair_text(pair, scenario)} {where} (too near {_contact_times(pair)}; nearest points "
@@ -187,20 +183,17 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
 
 def _pair_text(pair: Clearance, scenario: Scenario) -> str:
     """Text of the distance or the penetration of two bodies."""
-    scale, unit = scenario.shown_length
-    how = f"comes within {scale * pair.distance:.4g} {unit} of"
-    if pair.distance <= 0:
-        how = f"is {-scale * pair.distance:.4g} {unit} deep in"
+    distance = scenario.units.text(abs(pair.distance), "m", ".4g")
+    how = f"is {distance} deep in" if pair.distance <= 0 else f"comes within {distance} of"
     return f"{pair.second.name} {how} {pair.first.name}"
 
 
 def _contact_times(pair: Clearance) -> str:
-    """Text of the contact intervals."""
-    times = [f"from {start:.3f} s to {end:.3f} s" for start, end in pair.contacts]
-    if len(times) > MOST_LISTED_CONTACTS:
-        more = len(times) - MOST_LISTED_CONTACTS
-        times = [*times[:MOST_LISTED_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
-    return " and ".join([", ".join(times[:-1]), times[-1]] if len(times) > 1 else times)
+    """Text of the worst contact interval, and of the number of others."""
+    start, end = pair.interval or (pair.time, pair.time)
+    others = len(pair.contacts) - 1
+    more = f" and {others} more {'times' if others > 1 else 'time'}" if others > 0 else ""
+    return f"from {start:.3f} s to {end:.3f} s{more}"
 
 
 def _vector_text(vector: FloatArray) -> str:

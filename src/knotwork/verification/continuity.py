@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.curves.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
+from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measured_jumps
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -72,9 +72,9 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
-        for joint in np.flatnonzero(~(noise[order] <= NEGLIGIBLE[order])):
+        for joint in np.flatnonzero(~(noise[order] <= ALWAYS_A_JUMP[order])):
             name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
-            value, limit = float(noise[order, joint]), NEGLIGIBLE[order]
+            value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
             yield Finding.at_most(
                 "Motion", "joint", name, f"{quantity}_rounding",
                 f"joint {name!r}: the coefficients cancel one another so far that {quantity} is "

@@ -17,28 +17,26 @@ from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
 
 EVENTS = "Events"
-MOST_NAMED_EVENTS = 4
+MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
 
 
 def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the time of each event, and compare the tool's position along a path with the task."""
-    requested = [asked.event for asked in scenario.events]
-    shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MOST_NAMED_EVENTS]]
+    requested = [request.event for request in scenario.events]
+    shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MAX_NAMED_EVENTS]]
     remaining = len(requested) - len(shown)
     brief = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
-    for asked in scenario.events:
-        event = asked.event
-        inside = event.time <= motion.end_time + _time_slack(motion.end_time)
-        fact = f"{event.text} at {event.time:.3f} s: {_place(asked, scenario)}"
-        if inside:
-            yield _event_finding(event, "information", fact, brief=brief)
-        else:
+    for request in scenario.events:
+        event = request.event
+        inside = event.time <= motion.end_time + TIME_ROUNDING * max(1.0, motion.end_time)
+        fact = f"{event.text} at {event.time:.3f} s: {_place(request, scenario)}"
+        if not inside:
             fact += f", but the motion ends at {motion.end_time:.3f} s"
-            yield _event_finding(event, "failed", fact, brief=brief)
+        yield _event_finding(event, "information" if inside else "failed", fact, brief=brief)
         brief = ""
-        if inside and asked.path is not None:
-            yield _place_on_path(asked, motion, scenario, space)
+        if inside and request.path is not None:
+            yield _place_on_path(request, motion, scenario, space)
     stored = motion.trajectory
     if stored.events or stored.segments:
         unexpected = "the motion has it, but the scenario does not request it"
@@ -55,10 +53,6 @@ def _event_finding(
     event: Event, verdict: Verdict, fact: str, *, group: str = EVENTS, brief: str = ""
 ) -> Finding:
     return Finding(group, "event", event.name, "event", verdict, fact, time=event.time, brief=brief)
-
-
-def _time_slack(time: float) -> float:
-    return TIME_ROUNDING * max(1.0, time)
 
 
 def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
@@ -87,39 +81,39 @@ def _missing_from(
         times.setdefault(replace(event, time=0.0), []).append(event.time)
     for event in candidates:
         known = times.get(replace(event, time=0.0), [])
-        if not any(abs(event.time - time) <= _time_slack(event.time) for time in known):
+        if not any(
+            abs(event.time - time) <= TIME_ROUNDING * max(1.0, event.time) for time in known
+        ):
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
 
 
-def _place(asked: RequestedEvent, scenario: Scenario) -> str:
+def _place(request: RequestedEvent, scenario: Scenario) -> str:
     """Text of an event's position or time relative to its waypoint."""
-    offset = asked.delay if asked.path is None else asked.distance
-    if not offset and asked.path is None:
-        return f"at {asked.event.waypoint!r}"
-    size = f"{abs(offset):.6g} s"
-    if asked.path is not None:
-        size = scenario.units.text(abs(offset), "m", ".6g")
-    return f"{size} {'after' if offset > 0.0 else 'before'} {asked.event.waypoint!r}"
+    offset, unit = (request.delay, "s") if request.path is None else (request.distance, "m")
+    if not offset and request.path is None:
+        return f"at {request.event.waypoint!r}"
+    size = scenario.units.text(abs(offset), unit, ".6g")
+    return f"{size} {'after' if offset > 0.0 else 'before'} {request.event.waypoint!r}"
 
 
 def _place_on_path(
-    asked: RequestedEvent, motion: Motion, scenario: Scenario, space: JointSpace
+    request: RequestedEvent, motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Finding:
-    event, path = asked.event, asked.path
+    event, path = request.event, request.path
     if path is None or space.robot is None:
         raise TypeError("an event has a place on a path, which needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
-    place, _, _ = path.motion.relative_motion(
+    reached, _, _ = path.motion.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
-    wanted = path.motion.path.position(np.array([asked.arc_length]))
-    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.si.tolerances.path
+    wanted = path.motion.path.position(np.array([request.arc_length]))
+    miss, tolerance = float(np.linalg.norm(reached - wanted)), scenario.si.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
+    place = f"{event.text} at {event.time:.3f} s, {_place(request, scenario)}"
+    fact = f"{place}: the tool is {shown} from that position, tolerance {allowed}"
     return Finding.at_most(
-        EVENTS, "event", event.name, "place",
-        f"{event.text} at {event.time:.3f} s, {_place(asked, scenario)}: the tool is {shown} from "
-        f"that position, tolerance {allowed}", miss, tolerance,
+        EVENTS, "event", event.name, "place", fact, miss, tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 

@@ -52,9 +52,9 @@ def freedom_uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[F
             times = _path_times(path)
             if path.freedom is not None and _covers(motion, times):
                 poses = [robot.forward(q) for q in motion.curve(times)]
-                asked = path.motion.state(times)[:2]
+                requested = path.motion.state(times)[:2]
                 name = _path_name(path, scenario)
-                uses.append(_freedom_use("path", name, path.freedom, times, asked, poses))
+                uses.append(_freedom_use("path", name, path.freedom, times, requested, poses))
         yield from _continue_turn(uses)
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     for i, waypoint in enumerate(scenario.waypoints):
@@ -63,8 +63,10 @@ def freedom_uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[F
         times = np.array([waypoint.time])
         if waypoint.freedom is not None and _covers(motion, times):
             pose = robot.tool_seen(motion.curve(waypoint.time), standing=waypoint.standing)
-            asked = waypoint.position[None], waypoint.rotation[None]
-            use = _freedom_use("waypoint", waypoint.name, waypoint.freedom, times, asked, [pose])
+            requested = waypoint.position[None], waypoint.rotation[None]
+            use = _freedom_use(
+                "waypoint", waypoint.name, waypoint.freedom, times, requested, [pose]
+            )
             yield from _continue_turn([use])
 
 
@@ -85,15 +87,15 @@ def _freedom_use(
     name: str,
     freedom: PoseFreedom,
     times: FloatArray,
-    asked: tuple[FloatArray, FloatArray],
+    requested: tuple[FloatArray, FloatArray],
     poses: list[Any],
 ) -> FreedomUse:
     """Free values of poses, relative to the requested positions and rotations."""
     rotations = np.array([pose.rotation for pose in poses])
-    turn, travel, work = free_angles(freedom, asked[1], rotations).T
-    R = asked[1].transpose(0, 2, 1) @ rotations
-    offset = np.array([pose.translation for pose in poses]) - asked[0]
-    x, y, z = np.einsum("kji,kj->ik", asked[1], offset)
+    turn, travel, work = free_angles(freedom, requested[1], rotations).T
+    R = requested[1].transpose(0, 2, 1) @ rotations
+    offset = np.array([pose.translation for pose in poses]) - requested[0]
+    x, y, z = np.einsum("kji,kj->ik", requested[1], offset)
     tilt = np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2])
     values = {"turn": turn, "tilt": tilt, "x": x, "y": y, "z": z}
     if freedom.torch is not None:
@@ -135,22 +137,17 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
 
 
 def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
-    """Distances of external axes along each path, and of the arm's joint that moves most."""
+    """Distances of external axes along each path."""
     axes = [i for i, name in enumerate(robot.joint_names) if name in robot.external_axes]
-    arm = [i for i in range(robot.dof) if i not in axes]
-    if not axes or not arm:
-        return
     for path in scenario.paths:
         times = _path_times(path)
-        if not _covers(motion, times):
+        if not axes or not _covers(motion, times):
             continue
         moved = np.abs(np.diff(motion.curve(times), axis=0)).sum(axis=0).tolist()
-        texts = [
-            f"{name} {_size_text(size, unit, scenario.units)}"
-            for name, unit, size in zip(robot.joint_names, robot.joint_units, moved, strict=True)
-        ]
-        fastest = max(arm, key=moved.__getitem__)
-        text = f"{', '.join(texts[i] for i in axes)}; of the arm at most {texts[fastest]}"
+        text = ", ".join(
+            f"{robot.joint_names[i]} {_size_text(moved[i], robot.joint_units[i], scenario.units)}"
+            for i in axes
+        )
         yield _sampled_finding(
             "path", _path_name(path, scenario), "external_axes", text,
             moved[axes[0]], robot.joint_units[axes[0]], times,

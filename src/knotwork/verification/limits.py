@@ -1,4 +1,4 @@
-"""Joint limits over all time, from the exact extrema of the polynomials."""
+"""Joint limits over all time, from the exact extrema of the polynomials, and missing limits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measured_jumps
-from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
+from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
@@ -69,7 +69,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
     """
     for order, quantity in enumerate(DERIVATIVES):
         extrema = curve.extrema(order)
-        jumps = _jumps_below(curve, order)
+        jumps = jumps_below(curve, order)
         lower, upper = space.bounds(quantity)
         for i in range(len(space.joint_names)):
             low, high = float(extrema.minimum[i]), float(extrema.maximum[i])
@@ -82,10 +82,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
             else:
                 worst, limit = WorstValue(high, float(extrema.maximum_time[i])), float(upper[i])
             margin = below if at_low else above
-            if i in jumps and np.isfinite(limit):
-                time, sign = jumps[i]
-                worst, limit, margin = WorstValue(sign * np.inf, time), sign * upper[i], -np.inf
-            yield joint_finding(space, i, quantity, worst, float(limit), margin)
+            yield joint_finding(space, i, quantity, worst, limit, margin, jumps.get(i))
 
 
 def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -205,18 +202,37 @@ def limit_finding(
 
 
 def joint_finding(
-    space: JointSpace, i: int, quantity: str, worst: WorstValue, limit: float, margin: float
+    space: JointSpace,
+    i: int,
+    quantity: str,
+    worst: WorstValue,
+    limit: float,
+    margin: float,
+    jump: tuple[float, float] | None = None,
 ) -> Finding:
-    """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`."""
+    """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`.
+
+    Args:
+        space: The joints.
+        i: Index of the joint.
+        quantity: Name of the quantity.
+        worst: The worst value.
+        limit: The limit with the sign of that side; infinite if none is given.
+        margin: Distance to the limit, negative beyond it.
+        jump: Time [s] and sign of a jump, at which the quantity is infinite.
+    """
+    if jump is not None and np.isfinite(limit):
+        time, sign = jump
+        worst, limit, margin = WorstValue(sign * np.inf, time), sign * abs(limit), -np.inf
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     subject, label = (JOINT_LIMITS, "joint", name), f"joint {name!r}: {quantity}"
     return limit_finding(subject, quantity, label, worst, limit, margin, unit, space.shown_in)
 
 
-def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
-    """Joints with a jump of the next lower derivative: time and direction.
+def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
+    """Joints with a jump of the derivative below an order: time [s] and sign of the largest.
 
-    At a jump the quantity itself is infinite.
+    At a jump the derivative of that order itself is infinite.
     """
     if order == 0:
         return {}
@@ -230,13 +246,51 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
     return jumps
 
 
-def velocity_jumps(curve: PiecewisePolynomial) -> Iterator[tuple[float, FloatArray, FloatArray]]:
-    """Times at which joint velocities jump [s], with joint positions and jumps.
+NO_LIMIT = "No limit known"
+MAX_ACCELERATION = 1e3
+"""Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
-    Accelerations and torques are infinite at these times.
-    """
-    sizes, allowed = measured_jumps(curve, 1)
-    signed = curve.jumps(1)
-    for k in np.flatnonzero((sizes > allowed).any(axis=1)):
-        time = float(curve.x[k + 1])
-        yield time, curve(time), np.where(sizes[k] > allowed[k], signed[k], 0.0)
+
+def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report missing limits of a robot, with the peaks of the motion."""
+    if space.robot is None:
+        return
+    parts = []
+    for quantity in MAGNITUDES:
+        missing = np.flatnonzero(np.isinf(space.limits[quantity]))
+        if not missing.size or (quantity == "effort" and space.robot.base_moves):
+            continue
+        order, part = JOINT_QUANTITIES[quantity].order, quantity
+        if missing.size < len(space.joint_names):
+            part += " of " + ", ".join(space.joint_names[i] for i in missing)
+        if order is not None:
+            extrema = motion.curve.extrema(order)
+            i = int(missing[extrema.peak[missing].argmax()])
+            unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
+            peak = scenario.units.text(float(extrema.peak[i]), unit, ".4g")
+            part += f" (peak {peak}, {space.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
+        parts.append(part)
+    if parts:
+        brief = ", ".join(parts)
+        fact = f"no limit is known for {space.robot.name} of {brief}"
+        yield Finding(NO_LIMIT, "motion", "", "missing_limits", "information", fact, brief=brief)
+
+
+def unreachable_accelerations(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[Finding]:
+    """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
+    if space.robot is None:
+        return
+    extrema = motion.curve.extrema(2)
+    unlimited = np.isinf(space.limits["acceleration"])
+    for i in np.flatnonzero(unlimited & ~(extrema.peak <= MAX_ACCELERATION)):
+        name, unit = space.joint_names[i], rate_unit(space.joint_units[i], 2)
+        value, time = float(extrema.peak[i]), float(extrema.peak_time[i])
+        reached, allowed = (scenario.units.text(x, unit) for x in (value, MAX_ACCELERATION))
+        yield Finding.at_most(
+            "Continuity", "joint", name, "acceleration_spike",
+            f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
+            f"{place_of_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
+            value, MAX_ACCELERATION, unit=unit, time=time,
+        )  # fmt: skip

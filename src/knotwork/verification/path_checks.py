@@ -15,17 +15,40 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.units import Units
-    from knotwork.verification.bounds.path_criteria import PathLimits
-    from knotwork.verification.bounds.stretch_bounds import PathBound, StretchBounds
+    from knotwork.verification.bounds.path_criteria import PathBound
+    from knotwork.verification.bounds.stretch_bounds import StretchBounds
 
 TOOL_PATHS = "Tool paths"
+UNITS = {
+    "path_deviation": "m",
+    "path_orientation": "rad",
+    "path_turn": "rad",
+    "path_progress": "m",
+    "path_speed": "m/s",
+    "path_ramp": "m/s",
+}
+"""SI unit of each criterion."""
 POSE_TOLERANCE = 1e-9
 """Relative difference below which poses are equal."""
 
 
-def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the motion of the tool with each stretch of each path of the scenario."""
-    yield from _tool_paths(motion, scenario, space, None)
+def tool_paths(
+    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None = None
+) -> Iterator[Finding]:
+    """Compare the motion of the tool with each stretch of each path of the scenario.
+
+    Args:
+        motion: The motion.
+        scenario: The task.
+        space: The joints and their robot.
+        execution: Another clock of the motion, if any; speeds are then not compared.
+    """
+    if space.robot is None:
+        return
+    for group in join_paths(scenario):
+        paths = [path for path in group if execution is None or path.motion.carrier is None]
+        for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
+            yield from _stretch_findings(scenario, followed)
 
 
 def path_geometry(
@@ -50,18 +73,7 @@ def path_geometry(
         kind = "woven" if path.motion.seam_carrier is None else "in a moving frame"
         fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
         yield Finding("Warnings", "motion", "", "path", "warning", fact)
-    yield from _tool_paths(motion, scenario, space, execution)
-
-
-def _tool_paths(
-    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None
-) -> Iterator[Finding]:
-    if space.robot is None:
-        return
-    for group in join_paths(scenario):
-        paths = [path for path in group if execution is None or path.motion.carrier is None]
-        for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
-            yield from _stretch_findings(scenario, followed)
+    yield from tool_paths(motion, scenario, space, execution)
 
 
 def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
@@ -102,15 +114,14 @@ class _FollowedStretch(NamedTuple):
     """A stretch of a path, with the proved bounds of the motion along it."""
 
     path: ScenarioPath
-    name: tuple[str, str]
+    ends: tuple[str, str]
     stretch: Stretch
-    limits: PathLimits
-    bounds: StretchBounds
+    result: StretchBounds
 
     @property
     def keeps_turn(self) -> bool:
-        turn = self.bounds.turn
-        return turn is None or (turn.proved and turn.value <= self.limits.orientation)
+        turn = self.result.bounds.get("path_turn")
+        return turn is None or (turn.proved and turn.value <= turn.limit)
 
 
 def _follow_paths(
@@ -125,83 +136,95 @@ def _follow_paths(
     If several whole turns are possible at the beginning, one is taken that keeps the turn within
     its range.
     """
-    followed = _follow_from(motion, scenario, robot, paths, execution, 0.0)
-    freedom = paths[0].freedom if followed else None
-    if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
-        return followed
-    start, allowed = followed[0].bounds.turned[0], scenario.si.tolerances.path_orientation
-    low, high = ((bound - start) / (2.0 * math.pi) for bound in freedom.turn)
-    slack = allowed / (2.0 * math.pi)
-    for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
-        turn = start + 2.0 * math.pi * turns
-        attempt = followed
-        if turns:
-            attempt = _follow_from(motion, scenario, robot, paths, execution, turn)
-        if all(stretch.keeps_turn for stretch in attempt):
-            return attempt
-    return followed
-
-
-def _follow_from(
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    paths: Sequence[ScenarioPath],
-    execution: Execution | None,
-    turn: float,
-) -> list[_FollowedStretch]:
-    """Bounds on each stretch, the first of which begins at about a turn [rad]."""
     from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed, followed = scenario.si.tolerances, []
+    allowed = scenario.si.tolerances
     clock = None if execution is None else execution.clock
+
+    def follow(turn: float) -> list[_FollowedStretch]:
+        """Bounds on each stretch, the first of which begins at about a turn [rad]."""
+        followed = []
+        for path, ends, stretch in _executed_stretches(motion, scenario, paths, execution):
+            limits = PathLimits(
+                position=allowed.path,
+                orientation=allowed.path_orientation,
+                speed=allowed.path_speed * stretch.speed,
+                full_speed=stretch.speed,
+                full_interval=stretch.full_speed,
+            )
+            interval = stretch.start, stretch.end
+            result = path_bounds(
+                robot, motion.curve, path.motion, interval, limits, path.freedom, turn, clock
+            )
+            turn = result.turned[1]
+            followed.append(_FollowedStretch(path, ends, stretch, result))
+        return followed
+
+    first = follow(0.0)
+    freedom = paths[0].freedom if first else None
+    if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
+        return first
+    start, slack = first[0].result.turned[0], allowed.path_orientation
+    low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
+    whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
+    for count in (0, *whole_turns):
+        attempt = follow(start + math.tau * count) if count else first
+        if all(stretch.keeps_turn for stretch in attempt):
+            return attempt
+    return first
+
+
+def _executed_stretches(
+    motion: Motion,
+    scenario: Scenario,
+    paths: Sequence[ScenarioPath],
+    execution: Execution | None,
+) -> Iterator[tuple[ScenarioPath, tuple[str, str], Stretch]]:
+    """Stretches within the time of a motion, with their paths and the names of their ends."""
     for path in paths:
         for k, stretch in enumerate(path.stretches, path.first):
-            name = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
+            ends = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
             if execution is not None:
-                name, stretch = execution.stretch(stretch, k, name)
-            start, end = max(stretch.start, motion.start_time), min(stretch.end, motion.end_time)
-            if end - start <= 0.0:
-                continue
-            speed = allowed.path_speed * stretch.speed
-            limits = PathLimits(allowed.path, allowed.path_orientation, speed)
-            bounds = path_bounds(
-                robot, motion.curve, path.motion, (stretch.start, stretch.end),
-                stretch.full_speed, stretch.speed, limits, freedom=path.freedom, turn=turn,
-                clock=clock,
-            )  # fmt: skip
-            turn = bounds.turned[1]
-            followed.append(_FollowedStretch(path, name, stretch, limits, bounds))
-    return followed
+                ends, stretch = execution.stretch(stretch, k, ends)
+            if max(stretch.start, motion.start_time) < min(stretch.end, motion.end_time):
+                yield path, ends, stretch
 
 
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
-    """Findings on a stretch: one for each criterion, and the speeds at full speed."""
-    (begin, end), stretch, bounds = followed.name, followed.stretch, followed.bounds
-    name = f"{begin} to {end}"
-    for quantity, bound, limit, unit, text in _criteria(scenario, followed):
-        if bound is None:
-            continue
-        fact, brief = f"from {begin!r} to {end!r} {text}", ""
+    """Findings on a stretch, one for each criterion."""
+    (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
+    tolerances, progress = scenario.si.tolerances, result.progress
+    bounds = dict(result.bounds)
+    bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
+        limit=max(tolerances.path, tolerances.position),
+        value=progress.error,
+        bound=progress.error,
+        time=progress.time,
+    )
+    for quantity, bound in bounds.items():
+        unit = UNITS[quantity]
+        fact, brief = f"from {begin!r} to {end!r} {_text(quantity, bound, followed, scenario)}", ""
         if not bound.proved:
             low, high = bound.where
-            most = scenario.units.text(bound.bound, unit, ".3g")
-            fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {most}"
+            upper = scenario.units.text(bound.bound, unit, ".3g")
+            fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {upper}"
         if quantity == "path_deviation":
             scale, length = scenario.shown_length
-            brief = f"{name}: {scale * bound.value:.3g} of {scale * limit:.3g} {length} off"
-            brief += f", {_speeds(bounds, scenario, 4)}" if bounds.speed is not None else ""
+            off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"
+            brief = f"{begin} to {end}: {off}"
+            if "path_speed" in bounds:
+                brief += f", {_speeds(result, scenario, 4)}"
         yield Finding(
             group=TOOL_PATHS,
             subject="path",
-            name=name,
+            name=f"{begin} to {end}",
             quantity=quantity,
-            verdict=verdict_on(bound.proved and bound.value <= limit),
+            verdict=verdict_on(bound.proved and bound.value <= bound.limit),
             fact=fact,
             value=bound.value,
-            limit=limit,
-            margin=limit - (bound.value if bound.value > limit else bound.bound),
+            limit=bound.limit,
+            margin=bound.limit - (bound.value if bound.value > bound.limit else bound.bound),
             unit=unit,
             time=bound.time,
             interval=stretch.full_speed
@@ -211,65 +234,40 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             excess=max(bound.bound - bound.value, 0.0),
             brief=brief,
         )
-    if bounds.speed is not None:
-        (start, last), (scale, length) = stretch.full_speed, scenario.shown_length
-        fact = (
-            f"{begin!r} to {end!r}: at {_speeds(bounds, scenario, 5)} from {start:.3f} s to "
-            f"{last:.3f} s, where the full speed is {scale * stretch.speed:.5g} {length}/s"
-        )
-        yield Finding(
-            TOOL_PATHS, "path", name, "full_speed", "information", fact,
-            interval=stretch.full_speed, proof="bounded" if bounds.speed.proved else "sampled",
-        )  # fmt: skip
 
 
-def _criteria(
-    scenario: Scenario, followed: _FollowedStretch
-) -> Iterator[tuple[str, PathBound | None, float, str, str]]:
-    """Quantity, bound, limit, unit and text of each criterion on a stretch."""
-    freedom, stretch, limits = followed.path.freedom, followed.stretch, followed.limits
-    bounds, kind, progress = followed.bounds, stretch.kind, followed.bounds.progress
-    tolerances, (scale, length) = scenario.si.tolerances, scenario.shown_length
-
-    def text_of(value: float, unit: str = "rad") -> str:
-        return scenario.units.text(value, unit, ".3g")
-
-    off, at_most = (f"{scale * x:.3g}" for x in (bounds.position.value, limits.position))
-    text = f"the tool leaves the {kind} by {off} {length}, tolerance {at_most} {length}"
-    yield "path_deviation", bounds.position, limits.position, "m", text
-    turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
-    off = text_of(bounds.orientation.value)
-    text = f"the tool is turned off by {off}, tolerance {text_of(turned)}"
-    yield "path_orientation", bounds.orientation, turned, "rad", text
-    if bounds.turn is not None and freedom is not None:
-        side = "beyond" if bounds.turn.value > 0.0 else "within"
-        text = (
-            f"the tool is {text_of(abs(bounds.turn.value))} {side} what is free, "
-            f"{_ranges(freedom, scenario.units)}, tolerance {text_of(limits.orientation)}"
-        )
-        yield "path_turn", bounds.turn, limits.orientation, "rad", text
-    most = max(tolerances.path, tolerances.position)
-    start, end, total, backward = (
-        f"{round(scale * value, 6) + 0.0:.6g}"
-        for value in (progress.start, progress.end, progress.length, progress.back)
+def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario: Scenario) -> str:
+    """Text of an error on a stretch."""
+    stretch, progress, freedom = followed.stretch, followed.result.progress, followed.path.freedom
+    scale, length = scenario.shown_length
+    value, limit, beyond = (
+        scenario.units.text(number, UNITS[quantity], ".3g")
+        for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
-    text = (
-        f"the tool moves from {start} {length} to {end} {length} of the {kind}'s {total} {length} "
-        f"and moves back by {backward} {length}, tolerance {scale * most:.3g} {length}"
-    )
-    worst = progress.worst  # proved if the distance is
-    bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)
-    yield "path_progress", bound, most, "m", text
-    if math.isinf(stretch.speed):
-        return
-    asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * tolerances.path_speed:.3g} %"
+    if quantity == "path_deviation":
+        return f"the tool leaves the {stretch.kind} by {value}, tolerance {limit}"
+    if quantity == "path_orientation":
+        return f"the tool is turned off by {value}, tolerance {limit}"
+    if quantity == "path_turn" and freedom is not None:
+        side = "beyond" if bound.value > 0.0 else "within"
+        ranges = _ranges(freedom, scenario.units)
+        return f"the tool is {value} {side} what is free, {ranges}, tolerance {limit}"
+    if quantity == "path_progress":
+        start, end, total, backward = (
+            f"{round(scale * value, 6) + 0.0:.6g}"
+            for value in (progress.start, progress.end, progress.length, progress.back)
+        )
+        return (
+            f"the tool moves from {start} {length} to {end} {length} of the {stretch.kind}'s "
+            f"{total} {length} and moves back by {backward} {length}, tolerance {limit}"
+        )
+    speed = f"{scale * stretch.speed:.5g}"
+    within = f"tolerance {100 * scenario.si.tolerances.path_speed:.3g} %"
+    if quantity == "path_ramp":
+        return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)
-    speeds = _speeds(bounds, scenario, 5)
-    text = f"the speed is {speeds}, required {asked} from {start} to {end}, {within}"
-    yield "path_speed", bounds.speed, limits.speed, "m/s", text
-    beyond = text_of(0.0 if bounds.ramp is None else max(bounds.ramp.value, 0.0), "m/s")
-    text = f"where the speed changes it is {beyond} beyond 0 to {asked}, {within}"
-    yield "path_ramp", bounds.ramp, limits.speed, "m/s", text
+    speeds = _speeds(followed.result, scenario, 5)
+    return f"the speed is {speeds}, required {speed} from {start} to {end}, {within}"
 
 
 def _ranges(freedom: PoseFreedom, units: Units) -> str:

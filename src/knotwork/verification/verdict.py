@@ -19,7 +19,6 @@ from knotwork.units import Units
 from knotwork.verification.brief import (
     BRIEF_INDENT,
     NOTABLE_USE,
-    BriefLine,
     group_lines,
     use_text,
     worst_lines,
@@ -33,8 +32,8 @@ from knotwork.verification.waypoint_checks import motion_finding
 REPORT_VERSION = 2
 """Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
 REPORT_WIDTH = 80
-MOST_FAILURE_KINDS = 8
-MOST_WARNING_KINDS = 3
+MAX_FAILURE_KINDS = 5
+MAX_WARNING_KINDS = 3
 
 
 def check(
@@ -116,7 +115,7 @@ class Report:
 
     def __str__(self) -> str:
         """The verdict and the findings nearest to limits, in about 15 lines of 80 characters."""
-        return "\n".join(line.text for line in self.brief())
+        return "\n".join(self.brief())
 
     def __repr__(self) -> str:
         return str(self)
@@ -202,7 +201,7 @@ class Report:
         tightest = f"; tightest {use_text(tight[0], self.units)}" if tight and self.ok else ""
         return f"{met} of {required} met{self.reservations}{tightest}"
 
-    def brief(self, width: int = REPORT_WIDTH) -> list[BriefLine]:
+    def brief(self, width: int = REPORT_WIDTH) -> list[str]:
         """The report in about 15 lines: verdict, failures, the finding nearest its limit by group.
 
         Args:
@@ -214,14 +213,14 @@ class Report:
             f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {met} of {required} "
             f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
         )
-        lines = wrap("passed" if self.ok else "failed", verdict, width, BRIEF_INDENT)
-        for kind, mark, findings, most in (
-            ("failure", "FAIL ", self.failures, MOST_FAILURE_KINDS),
-            ("tried", "", self.tried, MOST_FAILURE_KINDS),
-            ("sampled", "not proved: ", self.sampled, MOST_WARNING_KINDS),
-            ("warning", "warning: ", self.warnings, MOST_WARNING_KINDS),
+        lines = wrap(verdict, width, BRIEF_INDENT)
+        for mark, findings, max_kinds in (
+            ("FAIL ", self.failures, MAX_FAILURE_KINDS),
+            ("", self.tried, MAX_FAILURE_KINDS),
+            ("not proved: ", self.sampled, MAX_WARNING_KINDS),
+            ("warning: ", self.warnings, MAX_WARNING_KINDS),
         ):
-            lines += worst_lines(kind, mark, findings, most, self.units, width)
+            lines += worst_lines(mark, findings, max_kinds, width)
         return [*lines, *group_lines(self.groups, self.units, width, ok=self.ok)]
 
     def select(self, **wanted: object) -> tuple[Finding, ...]:

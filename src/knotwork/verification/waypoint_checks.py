@@ -1,4 +1,4 @@
-"""Comparison of the motion with waypoints at their times."""
+"""Comparison of the motion with waypoints at their times, and with waits after them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
@@ -20,34 +22,42 @@ from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.robot import Robot
     from knotwork.task.scenario import ScenarioWaypoint
 
-SMALLEST_TOLERANCE = np.finfo(float).tiny
+MIN_TOLERANCE = np.finfo(float).tiny
+SAME_JOINTS = 1e-9
+"""Joint positions within this distance [rad or m] are equal."""
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
-MOST_TIME_SLACK = 1e-6
+MAX_TIME_SLACK = 1e-6
 """Maximum of that tolerance [s]. The tolerance is at least the floating-point resolution."""
 
 
 def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check that the motion has the time span of its scenario."""
-    start, end = motion.start_time, motion.end_time
     slack = _time_slack(motion)
-    lasts = f"the trajectory lasts from {start:.9g} s to {end:.9g} s"
-    first, last = scenario.waypoints[0], scenario.waypoints[-1]
-    faults = [
-        f"{waypoint_text(waypoint.name)} is at {waypoint.time:.9g} s, but {lasts}"
-        for waypoint in scenario.waypoints
-        if not start - slack <= waypoint.time <= end + slack
-    ]
-    if start < first.time - slack or end > last.time + slack:
-        faults.append(
-            f"{lasts}, longer than the scenario, whose waypoints are from {first.time:.9g} s to "
-            f"{last.time:.9g} s"
-        )
-    for message in faults or [lasts]:
-        yield motion_finding("time_span", message, ok=not faults)
+    first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
+    same = abs(motion.start_time - first) <= slack and abs(motion.end_time - last) <= slack
+    message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
+    if not same:
+        message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
+    yield motion_finding("time_span", message, ok=same)
+
+
+def approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report that a motion without a start begins at its first waypoint."""
+    if space.robot is None or scenario.task.start is not None:
+        return
+    home = space.robot.configurations.get("home")
+    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_JOINTS):
+        return
+    at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_JOINTS)
+    cause = "the motion begins at speed" if at_speed else "the file has no start"
+    name = f"the approach to {scenario.waypoints[0].name!r}"
+    yield Finding(
+        "Not planned", "motion", "", "no_start", "information",
+        f"{name} is neither planned nor checked: {cause}", brief=f"{name}: {cause}",
+    )  # fmt: skip
 
 
 def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
@@ -57,13 +67,8 @@ def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
 
 def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
-    if space.robot is None:
-        return
-    freedoms = _path_freedoms(scenario)
     for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
-        if isinstance(waypoint, CartesianWaypoint):
-            freedom = freedoms.get(waypoint.name)
-            yield from _tool_at(waypoint, time, motion, scenario, space.robot, freedom)
+        yield from _tool_findings(waypoint, time, motion, scenario, space)
 
 
 def tool_at_arrivals(
@@ -77,34 +82,11 @@ def tool_at_arrivals(
         space: The joints and their robot.
         execution: The clock of the motion.
     """
-    freedoms = _path_freedoms(scenario)
     for i, time in execution.arrivals.items():
         waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
-        if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
-            continue
-        passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
-        freedom = freedoms.get(waypoint.name)
-        yield from _tool_at(passed, time, motion, scenario, space.robot, freedom)
-
-
-def _path_freedoms(scenario: Scenario) -> dict[str, PoseFreedom | None]:
-    """Freedom of the path that starts at a waypoint, by its name; the velocity there has it."""
-    return {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
-
-
-def _tool_at(
-    waypoint: CartesianWaypoint,
-    time: float,
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    path_freedom: PoseFreedom | None,
-) -> Iterator[Finding]:
-    """Compare the tool at a time [s] with a waypoint."""
-    freedom = path_freedom or waypoint.freedom
-    q, v = motion.curve(time), motion.curve(time, 1)
-    robot, joints = robot.in_frame(standing=waypoint.standing)
-    yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
+        if isinstance(waypoint, CartesianWaypoint):
+            passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
+            yield from _tool_findings(passed, time, motion, scenario, space)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -139,7 +121,7 @@ def _joint_requirements(
 
 def _time_slack(motion: Motion) -> float:
     largest = max(1.0, abs(motion.start_time), abs(motion.end_time))
-    return float(max(min(TIME_ROUNDING * largest, MOST_TIME_SLACK), 8.0 * np.spacing(largest)))
+    return float(max(min(TIME_ROUNDING * largest, MAX_TIME_SLACK), 8.0 * np.spacing(largest)))
 
 
 def _timed_waypoints(
@@ -153,16 +135,16 @@ def _timed_waypoints(
 
 
 def _tool_findings(
-    waypoint: CartesianWaypoint,
-    robot: Robot,
-    q: FloatArray,
-    v: FloatArray,
-    scenario: Scenario,
-    velocity_freedom: PoseFreedom | None,
+    waypoint: ScenarioWaypoint, time: float, motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[Finding]:
-    """Compare the tool with a waypoint; `velocity_freedom` is that of its twist."""
+    """Compare the tool at a time [s] with a waypoint given by a pose."""
+    if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
+        return
     import pinocchio as pin
 
+    velocity_freedom = _velocity_freedom(waypoint, scenario)
+    robot, joints = space.robot.in_frame(standing=waypoint.standing)
+    q, v = motion.curve(time)[joints], motion.curve(time, 1)[joints]
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation, spin = waypoint.rotation, twist.angular
     offset = float(np.linalg.norm(pose.translation - waypoint.position))
@@ -180,11 +162,11 @@ def _tool_findings(
         float(np.linalg.norm(difference))
         for difference in (twist.linear - waypoint.linear, spin - waypoint.angular)
     )
-    asked, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
-    reached = reached if asked @ reached >= 0 else -reached
+    quaternion, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
+    reached = reached if quaternion @ reached >= 0 else -reached
     rows = (
         ("position", waypoint.position, pose.translation, offset, "m"),
-        ("orientation", asked, reached, turn, "rad"),
+        ("orientation", quaternion, reached, turn, "rad"),
         ("linear_velocity", waypoint.linear, twist.linear, speed, "m/s"),
         ("angular_velocity", waypoint.angular, spin, rate, "rad/s"),
     )
@@ -196,12 +178,20 @@ def _tool_findings(
         )  # fmt: skip
 
 
-def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> float:
+def _velocity_freedom(waypoint: CartesianWaypoint, scenario: Scenario) -> PoseFreedom | None:
+    """Freedom of the velocity at a waypoint: that of the path that starts there, or its own."""
+    for path in scenario.paths:
+        if scenario.waypoints[path.first].name == waypoint.name and path.freedom is not None:
+            return path.freedom
+    return waypoint.freedom
+
+
+def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
     """Minimum rotation [rad] into the free range, of the axis or of both."""
-    R = asked.T @ reached
+    R = requested.T @ reached
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
     tilt = max(tilt - freedom.tilt, 0.0)
-    excess = max(float(turned_beyond(freedom, asked[None], reached[None])[0]), 0.0)
+    excess = max(float(turned_beyond(freedom, requested[None], reached[None])[0]), 0.0)
     # for a tilt and a turn about the axis: cos(φ/2) = cos(tilt/2) cos(turn/2)
     half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
     return float(2.0 * np.arcsin(min(half, 1.0)))
@@ -232,7 +222,7 @@ def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     """Index of the joint with the largest error relative to its tolerance."""
     # A tolerance may underflow to zero in SI.
     with np.errstate(over="ignore"):
-        return int((errors / np.maximum(tolerances, SMALLEST_TOLERANCE)).argmax())
+        return int((errors / np.maximum(tolerances, MIN_TOLERANCE)).argmax())
 
 
 def _error_finding(
@@ -255,3 +245,36 @@ def _error_finding(
         group, "waypoint", waypoint, quantity, fact, error, tolerance, unit=unit, time=time,
         requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
     )  # fmt: skip
+
+
+def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare joint positions during each wait with those at its start, over all time."""
+    tolerances = space.tolerances["joint_position"]
+    for i in space.waits:
+        waypoint = scenario.waypoints[i]
+        start = max(waypoint.time, motion.start_time)
+        end = min(scenario.waypoints[i + 1].time, motion.end_time)
+        if end <= start:
+            continue
+        shifted = cut_curve(motion.curve, start, end)
+        c = np.array(shifted.c)
+        c[-1] -= motion.curve(start)
+        extrema = PiecewisePolynomial(c, shifted.x).extrema()
+        worst = worst_joint(extrema.peak, tolerances)
+        distance, tolerance = float(extrema.peak[worst]), float(tolerances[worst])
+        unit = space.joint_units[worst]
+        yield Finding.at_most(
+            group="Waits",
+            subject="wait",
+            name=waypoint.name,
+            quantity="movement",
+            fact=f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
+            f"{end:.3f} s, and {space.joint_names[worst]} moves by "
+            f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
+            f"{scenario.units.text(tolerance, unit, '.3g')}",
+            value=distance,
+            limit=tolerance,
+            unit=unit,
+            time=float(extrema.peak_time[worst]),
+            interval=(start, end),
+        )

@@ -12,7 +12,7 @@ from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.robot import Robot
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
-from knotwork.verification.bounds.frame_speed import speed_quantity
+from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray

@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.joint_quantities import rate_unit
 from knotwork.robot import Robot
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.verification.bounds.path_samples import follow_stretch
+from knotwork.verification.bounds.path_samples import PathStretch
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, singular_values
 from knotwork.view.shown_motion import ShownMotion
@@ -106,7 +106,9 @@ def speed_errors(motion: ShownMotion) -> Curve:
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in full_speeds(motion):
         time = times_along(motion.curve, start, end)
-        speed = follow_stretch(robot, motion.curve, path, stretch, time).along
+        ends = stretch.start, stretch.end
+        followed = PathStretch(robot, motion.curve, path.motion, *ends, path.freedom)
+        speed = followed.sample(time).along
         parts.append((time, (speed / stretch.speed - 1.0)[:, np.newaxis]))
     return _join_curves(parts, 1)
 
@@ -116,7 +118,9 @@ def path_deviations(motion: ShownMotion) -> Curve:
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         time = times_along(motion.curve, start, end)
-        samples = follow_stretch(robot, motion.curve, path, stretch, time)
+        ends = stretch.start, stretch.end
+        followed = PathStretch(robot, motion.curve, path.motion, *ends, path.freedom)
+        samples = followed.sample(time)
         parts.append((time, np.stack((samples.distance, samples.angle), axis=1)))
     return _join_curves(parts, 2)
 

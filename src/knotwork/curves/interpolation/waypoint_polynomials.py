@@ -223,17 +223,17 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
     Raises:
         OptionError: An array has another shape, or end accelerations are given together with one.
     """
-    asked = "zero" if options.accelerations is None else options.accelerations
+    requested = "zero" if options.accelerations is None else options.accelerations
     ends = end_accelerations(options.end_acceleration, (len(waypoints.joint_names),))
-    if not isinstance(asked, str):
+    if not isinstance(requested, str):
         if ends is not None:
             raise OptionError(
                 "end_acceleration",
                 "gives the accelerations at the ends, and so do the first and last row of option "
                 "accelerations; give one of the two",
             )
-        return with_known(preset_rows(asked, waypoints), waypoints)
-    if asked == "zero":
+        return with_known(preset_rows(requested, waypoints), waypoints)
+    if requested == "zero":
         accelerations = np.zeros(waypoints.position.shape)
     else:
         accelerations = estimated_accelerations(waypoints)

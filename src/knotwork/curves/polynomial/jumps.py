@@ -1,7 +1,7 @@
 """Jumps at the inner breaks, and the rounding that they may come from.
 
 A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the effect of
-rounding of coefficients and times, and in any case if it is larger than `NEGLIGIBLE`. This last
+rounding of coefficients and times, and in any case if it is larger than `ALWAYS_A_JUMP`. This last
 rule does not depend on the curve, so that no choice of breaks and no other part of the curve can
 hide a jump.
 """
@@ -23,11 +23,10 @@ Rounding causes jumps of about 1e-14, and the resolution of controllers is far c
 TERM_ROUNDING = 64 * np.finfo(float).eps
 """Rounding of coefficients, relative to the largest term of their piece."""
 
-NEGLIGIBLE = (1e-9, 1e-7, 1e-5)
-"""Jumps of position, velocity and acceleration above which a jump counts for every curve [rad or m,
-per s, per s²]. Rounding causes acceleration jumps up to 8 · 2⁻⁵² · |q| / h², which is less for
-pieces of h > 30 µs (at |q| = 6). Shorter pieces are too short for their data, so there it counts as
-a jump.
+ALWAYS_A_JUMP = (1e-9, 1e-7, 1e-5)
+"""A larger jump of position, velocity or acceleration counts on every curve [rad or m, per s,
+per s²]. Rounding alone causes jumps of acceleration up to 8 · 2⁻⁵² · |q| / h² at pieces of length
+h. This is more than the threshold below h = 30 µs (at |q| = 6), where it counts as a jump.
 """
 
 TIME_STEP = 1e-9
@@ -55,7 +54,7 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
     noise = _sum_in_window(curve.x, np.maximum(jump_rounding(curve, nu), moved))
     allowed = np.maximum(CONTINUITY_TOLERANCE * curve.extrema(nu).peak, noise)
-    return sizes, np.minimum(allowed, NEGLIGIBLE[nu]) if nu < len(NEGLIGIBLE) else allowed
+    return sizes, np.minimum(allowed, ALWAYS_A_JUMP[nu]) if nu < len(ALWAYS_A_JUMP) else allowed
 
 
 def jump_rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:

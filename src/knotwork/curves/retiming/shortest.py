@@ -1,9 +1,9 @@
 """The minimum-time clock that stops within the limits, by a sequence of linear programs.
 
-The stop takes T, divided into parts of given fractions. The second derivative of the clock's rate
-is constant in each part, and rate, slope of the rate and clock value are linear in it. The use of
-limits is linearised about the last clock, by differences; T is minimised within a shrinking trust
-region, with a penalty on violations.
+The unknowns are the duration T and the second derivative of the clock's rate, constant in each of
+30 parts of T. Rate, slope of the rate and value of the clock are linear in the latter. Utilisation
+of the limits is linearised about the last clock, by differences. Each program minimises T within a
+shrinking trust region, with a penalty on violations.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ STOP_BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspac
 """Ends of the parts of a stop in [0, 1]: shorter at first, where the motion may be at limits."""
 STOP_PARTS = len(STOP_BREAKS) - 1
 MIDDLES = 0.5 * (STOP_BREAKS[1:] + STOP_BREAKS[:-1])
-MOST_PROGRAMS = 18
+MAX_PROGRAMS = 18
+"""Maximum number of linear programs."""
 SETTLED_DURATION = 1e-5
 """Relative change of the duration at convergence."""
 FIRST_REGION, REGION_FACTOR = 0.3, 0.75
@@ -57,7 +58,7 @@ def shortest_stop(
     """
     program = _StopProgram(curve, start, end, np.stack((acceleration, jerk)))
     unknowns, region = np.append(12.0 * MIDDLES - 6.0, guess), FIRST_REGION
-    for _ in range(MOST_PROGRAMS):
+    for _ in range(MAX_PROGRAMS):
         change = program.best_change(unknowns, region, guess)
         if change is None:
             return None
@@ -98,7 +99,9 @@ class _StopProgram:
         sides = np.concatenate((breaks[:-1] + BREAK_OFFSET, breaks[1:] - BREAK_OFFSET, MIDDLES))
         return np.clip(sides, 0.0, 1.0)
 
-    def _loads(self, unknowns: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _accelerations_and_jerks(
+        self, unknowns: FloatArray, points: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Accelerations and jerks at points in [0, 1], and at constant rates, shape (2, m, d).
 
         With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
@@ -119,24 +122,22 @@ class _StopProgram:
 
         bend, length = unknowns[:-1], unknowns[-1]
         points = self._sample_points(unknowns)
-        loads, steady = self._loads(unknowns, points)
+        values, steady = self._accelerations_and_jerks(unknowns, points)
         # limits are raised to the values of the curve, so that a constant rate keeps them
         limits = np.maximum(self.limits[:, None], np.abs(steady))
         steps = DIFFERENCE_STEP * np.diag(np.append(np.ones(STOP_PARTS), length))
-        slopes = np.stack(
-            [
-                ((self._loads(unknowns + step, points)[0] - loads) / limits).ravel() / step.sum()
-                for step in steps
-            ],
-            axis=1,
-        )
-        use = (loads / limits).ravel()
+        columns = []
+        for step in steps:
+            changed, _ = self._accelerations_and_jerks(unknowns + step, points)
+            columns.append(((changed - values) / limits).ravel() / step.sum())
+        slopes = np.stack(columns, axis=1)
+        utilisation = (values / limits).ravel()
         change, rate, time = (curve(STOP_BREAKS[1:]) for curve in self.curves[1:])
         passed = 1.0 + time[-1] @ bend
         end = np.append(time[-1], passed / length)
         soft = np.concatenate((slopes, -slopes, end[None]))
         margin = (self.end - self.start) / length - passed
-        bound = np.concatenate((1.0 - use, 1.0 + use, [margin]))
+        bound = np.concatenate((1.0 - utilisation, 1.0 + utilisation, [margin]))
         # the rate stays within [0, 1], and its slope in the trust region
         now = 1.0 + rate @ bend
         hard = np.pad(np.concatenate((rate, -rate, change, -change)), ((0, 0), (0, 1)))

@@ -24,17 +24,16 @@ SHORTEST_PHASE = 1e-9
 """Duration below which phases of a stop are left out [s]."""
 REST_BOUND = 1e-9
 """Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
-MOST_LATER_STARTS = 3
+MAX_LATER_STARTS = 3
 """Number of later breaks at which a stop may begin, if none is found from the first time."""
 DURATION_GUESS = 1.3
 """First guess of the duration of a stop on the path, relative to that of independent joints."""
 MINIMUM_GAIN = 1e-3
 """Minimum relative gain over the curve's next rest for a stop to be searched for."""
-
-
-MOST_HALVINGS = 8
-# Fraction of the duration within which breaks are equal.
+MAX_STEP_HALVINGS = 8
+"""Maximum number of halvings of the steps of cubics."""
 SAME_BREAK = 1e-9
+"""Difference relative to the duration within which breaks are equal."""
 
 
 def joint_stop(
@@ -43,8 +42,8 @@ def joint_stop(
     """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
 
     The acceleration changes to a peak, stays there if the peak is at the limit, and changes to
-    zero. With direction d = ±1 of the peak p, v + d (2 p² - a²)/(2 J) = 0 where the limit is not
-    reached.
+    zero. If the peak p stays below the limit, both ramps together must cancel the velocity:
+    v + d (2 p² - a²)/(2 J) = 0, with the sign d = ±1 of the peak.
 
     Args:
         q: Positions [rad or m], shape (d,).
@@ -106,7 +105,7 @@ def stop_on_path(
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
     later_starts = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
-        :MOST_LATER_STARTS
+        :MAX_LATER_STARTS
     ]
     for begin in (at, *later_starts.tolist()):
         min_duration = _min_duration(curve, begin, acceleration, jerk)
@@ -222,7 +221,7 @@ def cubic_through(
         InputError: The tolerance is not met with steps of 1/256 of those of the curve.
     """
     times = distinct(curve.x, _without_breaks(np.array(through), curve.x))
-    for _ in range(MOST_HALVINGS + 1):
+    for _ in range(MAX_STEP_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
         exact, fine = split_at(curve, cubics.x), split_at(cubics, curve.x)

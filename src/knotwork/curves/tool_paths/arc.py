@@ -190,10 +190,10 @@ class Arc(Curve):
         if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADIUS_TOLERANCE)):
             raise geometry_error(
                 "radius is {radius}, but start and end are {apart} apart; it must be at least "
-                "{least}",
+                "{minimum}",
                 radius=r,
                 apart=distance,
-                least=0.5 * distance,
+                minimum=0.5 * distance,
             )
         axis = _unit_normal(normal, chord / distance, "the way from start to end")
         height = math.sqrt(max(r**2 - 0.25 * distance**2, 0.0)) * (-1.0 if large else 1.0)

@@ -56,9 +56,9 @@ class Blend(PolynomialCurve):
         self.distance = number(distance, "blend distance")
         if not (math.isfinite(self.distance) and self.distance > SAME_POINT):
             raise geometry_error(
-                "blend distance is {distance}; it must be greater than {least}",
+                "blend distance is {distance}; it must be greater than {minimum}",
                 distance=self.distance,
-                least=SAME_POINT,
+                minimum=SAME_POINT,
             )
         u = _way(self.corner, read_only(before, (3,), "before"), "before", self.distance)
         v = _way(self.corner, read_only(after, (3,), "after"), "after", self.distance)

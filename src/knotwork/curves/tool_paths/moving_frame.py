@@ -51,12 +51,12 @@ class FrameDerivatives(NamedTuple):
     """Homogeneous matrices of a moving frame and their time derivatives, at k times.
 
     Attributes:
-        place: Matrices [m], shape (k, 4, 4).
+        matrix: Matrices [m], shape (k, 4, 4).
         rate: First derivatives, shape (k, 4, 4).
         change: Second derivatives, shape (k, 4, 4).
     """
 
-    place: FloatArray
+    matrix: FloatArray
     rate: FloatArray
     change: FloatArray
 
@@ -98,10 +98,10 @@ class FrameDerivatives(NamedTuple):
             rotation: Rotations in the base frame, shape (k, 3, 3).
             velocity: Velocities in the base frame, shape (k, 3).
         """
-        inverse = self.place[:, :3, :3].transpose(0, 2, 1)
-        place = multiply(inverse, position - self.place[:, :3, 3])
-        slip = velocity - self.rate[:, :3, 3] - multiply(self.rate[:, :3, :3], place)
-        return place, inverse @ rotation, multiply(inverse, slip)
+        inverse = self.matrix[:, :3, :3].transpose(0, 2, 1)
+        local = multiply(inverse, position - self.matrix[:, :3, 3])
+        slip = velocity - self.rate[:, :3, 3] - multiply(self.rate[:, :3, :3], local)
+        return local, inverse @ rotation, multiply(inverse, slip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class MovingFrame:
     link: str = ""
 
     @property
-    def moves(self) -> bool:
+    def is_moving(self) -> bool:
         """Whether a joint carries the frame."""
         return bool(self.joints)
 
@@ -156,7 +156,7 @@ class MovingFrame:
 
     def placement_at(self, time: float) -> pin.SE3:
         """Placement in the base frame at a time [s]."""
-        return pin.SE3(self.motion([time]).place[0])
+        return pin.SE3(self.motion([time]).matrix[0])
 
     def pose_at(self, pose: pin.SE3, time: float) -> pin.SE3:
         """Pose at a time [s] of a pose fixed in the frame, given with all joints at 0."""
@@ -200,15 +200,15 @@ def _joint_motion(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FrameDerivatives:
     """Motion of the frame behind a joint, in the joint's axes."""
-    place = np.tile(np.eye(4), (len(q), 1, 1))
-    rate, change = np.zeros_like(place), np.zeros_like(place)
+    placement = np.tile(np.eye(4), (len(q), 1, 1))
+    rate, change = np.zeros_like(placement), np.zeros_like(placement)
     if turns:
         skew = pin.skew(axis)
         turn = np.array([pin.exp3(angle * axis) for angle in q]).reshape(-1, 3, 3)
         v, a = v[:, None, None], a[:, None, None]
-        place[:, :3, :3], rate[:, :3, :3] = turn, v * skew @ turn
+        placement[:, :3, :3], rate[:, :3, :3] = turn, v * skew @ turn
         change[:, :3, :3] = (a * skew + v**2 * (skew @ skew)) @ turn
     else:
-        for matrix, row in ((place, q), (rate, v), (change, a)):
+        for matrix, row in ((placement, q), (rate, v), (change, a)):
             matrix[:, :3, 3] = row[:, None] * axis
-    return FrameDerivatives(place, rate, change)
+    return FrameDerivatives(placement, rate, change)

@@ -59,14 +59,15 @@ def speed_for_duration(
     if not known:
         return length / duration
     lowest, highest = _feasible_speeds(length, known, acceleration)
-    least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
-    if not least * (1.0 - RAMP_TOLERANCE) <= duration <= most * (1.0 + RAMP_TOLERANCE):
-        upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
+    shortest = time(highest)
+    longest = time(lowest) if lowest > 0.0 else math.inf
+    if not shortest * (1.0 - RAMP_TOLERANCE) <= duration <= longest * (1.0 + RAMP_TOLERANCE):
+        upper = "" if math.isinf(longest) else f" and at most {longest:.6g} s"
         message = (
             f"{duration:.6g} s are requested for a stretch of {length:.6g} m; with its changes of "
-            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
+            f"speed at {acceleration:.6g} m/s² it takes at least {shortest:.6g} s{upper}"
         )
-        raise StretchTimeError(message, least=least, most=most)
+        raise StretchTimeError(message, shortest=shortest, longest=longest)
     return _bisect(lambda v: time(v) > duration, lowest, highest)
 
 

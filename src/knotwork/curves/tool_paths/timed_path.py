@@ -77,8 +77,8 @@ class TimedPath:
             if i + 1 < len(path.starts):
                 self._check_stop(i, float(path.starts[i + 1]))
         times = np.sort(np.concatenate((timing.arc_length.x, at_breaks, breaks)))
-        apart = np.diff(times, prepend=-np.inf) > 1e-12 * timing.duration
-        local = times[apart]
+        is_new = np.diff(times, prepend=-np.inf) > 1e-12 * timing.duration
+        local = times[is_new]
         # Between two breaks a time in the middle selects the pieces of path and timing.
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
@@ -139,11 +139,11 @@ class TimedPath:
         s, ds, dds = (self.timing(local, order, middle) for order in range(3))
         ds, dds = ds[:, None], dds[:, None]
         path = self.path
-        place, tangent, bend = path.derivatives(s, 2, along)
+        position, tangent, bend = path.derivatives(s, 2, along)
         rotation, rate, change = path.orientation.states(s, along)
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
-        tool = ToolMotion(place, rotation, twist, acceleration)
+        tool = ToolMotion(position, rotation, twist, acceleration)
         return tool if self.carrier is None else self.carrier.since_rest(t).carried_tool(tool)
 
     def twist(self, t: float) -> pin.Motion:

@@ -126,7 +126,7 @@ def _chosen_motion(
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(
         times=times.tolist(),
-        room=None if motion.room is None else motion.room / length,
+        room=None if motion.extra_clearance is None else motion.extra_clearance / length,
         accelerations=by_joint(task.space, motion.trajectory.acceleration(x), length, angle),
         **{key: value for key, value in extra.items() if value},
     )

@@ -77,7 +77,7 @@ def clear_motion(
         way = find_clear_motion(
             way_problem,
             tries=options.tries,
-            room=options.room,
+            extra_clearance=options.room,
             late=lambda: budget.is_over,
             report=report,
         )
@@ -89,8 +89,8 @@ def clear_motion(
     budget.solved += 1
     curve = _stretch_to_time(way, problem, task, segment)
     motion = _timed_motion(way, curve, problem, way_problem)
-    room = way.room if options.room else None
-    return replace(motion, line=way.line, tries=tries, room=room)
+    extra = way.extra_clearance if options.room else None
+    return replace(motion, line=way.line, tries=tries, extra_clearance=extra)
 
 
 def _timed_motion(

@@ -133,7 +133,7 @@ def timing_problem(
         names=tuple(waypoints.names[row] for row in rows),
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
-        most=free.at_most[list(segment.waypoints)],
+        max_factor=free.at_most[list(segment.waypoints)],
         acceleration=_accelerations(task, segment),
         duration=duration,
         at_least=free.at_least[inner],

@@ -285,12 +285,16 @@ def _proved_tolerance_use(
     part = 1.0 - TOLERANCE_NARROWING
     timing, start = path.timing, path.start_time
     for i, speed in enumerate(timing.speeds.tolist()):
-        limits = PathLimits(
-            part * tolerance.position, part * tolerance.orientation, part * tolerance.speed * speed
-        )
         begin, end = start + timing.times[i : i + 2]
         low, high = start + timing.full_speed[i]
-        bounds = path_bounds(robot, curve, path, (begin, end), (low, high), speed, limits)
+        limits = PathLimits(
+            position=part * tolerance.position,
+            orientation=part * tolerance.orientation,
+            speed=part * tolerance.speed * speed,
+            full_speed=speed,
+            full_interval=(low, high),
+        )
+        bounds = path_bounds(robot, curve, path, (begin, end), limits)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
         np.maximum.at(use, interval, bounds.use)

@@ -127,16 +127,16 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
     for sign, verb in ((1.0, "stop before"), (-1.0, "have come from inside")):
         v = sign * np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
         v[-1 if sign > 0.0 else 0] = 0.0  # no motion after the last or before the first
-        room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
+        distance = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
         with np.errstate(invalid="ignore"):
-            max_velocity = np.sqrt(2.0 * limits.acceleration * room)
+            max_velocity = np.sqrt(2.0 * limits.acceleration * distance)
         for i, k in np.argwhere(np.abs(v) > max_velocity * (1.0 + 1e-9) + GIVEN_ROUNDING):
             unit, value = problem.joint_units[k], float(problem.velocity[i, k])
             needed = 0.5 * value**2 / float(limits.acceleration[k])
             bound = math.copysign(float(max_velocity[i, k]), value)
             message = (
                 f"moves at {text(value, rate_unit(unit, 1))} and can't {verb} its position limit, "
-                f"{text(float(room[i, k]), unit, '.4g')} away; it needs at least "
+                f"{text(float(distance[i, k]), unit, '.4g')} away; it needs at least "
                 f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
             )
             yield "velocity", _fault(problem, i, k, "position", value, bound, message)

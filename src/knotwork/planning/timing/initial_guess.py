@@ -106,7 +106,7 @@ def first_velocities(problem: TimingProblem) -> FloatArray:
         direction = v[i]
         length = float(direction @ direction)
         factor = max(float(guess[i] @ direction) / length, 0.0) if length else 0.0
-        v[i] = min(factor, float(problem.most[i]), _fastest(direction, cap)) * direction
+        v[i] = min(factor, float(problem.max_factor[i]), _fastest(direction, cap)) * direction
     return v
 
 

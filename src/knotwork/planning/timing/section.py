@@ -131,7 +131,7 @@ class Section:
         steady = at.a[waypoints][self._steady()]
         low[steady] = high[steady] = 0.0
         low[at.factor] = 0.0
-        high[at.factor] = problem.most[self.along]
+        high[at.factor] = problem.max_factor[self.along]
         return low, high
 
     def _position_range(self) -> tuple[FloatArray, FloatArray]:
@@ -302,13 +302,13 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     time = float(np.median(guess.duration))
     limits = problem.limits
     with np.errstate(invalid="ignore"):
-        room = np.minimum(limits.velocity * time, limits.acceleration * time**2)
-        room = np.minimum(room, limits.jerk * time**3)
+        unit = np.minimum(limits.velocity * time, limits.acceleration * time**2)
+        unit = np.minimum(unit, limits.jerk * time**3)
     span = np.ptp(problem.position, axis=0)
     largest = float(span.max()) or 1.0
     typical = np.maximum(span, 1e-3 * largest)
     if problem.objective.jerk and not problem.free.any():
         # given times set the scale of the motion, even if the limits are loose
         peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
-        room = np.minimum(room, np.maximum(typical, peak * time**2))
-    return Scale(time, np.where(np.isfinite(room), room, typical))
+        unit = np.minimum(unit, np.maximum(typical, peak * time**2))
+    return Scale(time, np.where(np.isfinite(unit), unit, typical))

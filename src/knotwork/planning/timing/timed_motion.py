@@ -79,7 +79,8 @@ class TimedMotion(ReadOnlyArrays):
         line: Corners of the polyline from which a collision-free motion was planned, shape (m, d);
             otherwise `None`.
         tries: Number of searches for a collision-free motion.
-        room: Clearance of a collision-free motion beyond the margins [m]; `None` if not requested.
+        extra_clearance: Clearance of a collision-free motion beyond the margins [m]; `None` if not
+            requested.
     """
 
     trajectory: JointTrajectory
@@ -92,7 +93,7 @@ class TimedMotion(ReadOnlyArrays):
     iterations: int = 0
     line: FloatArray | None = None
     tries: int = 0
-    room: float | None = None
+    extra_clearance: float | None = None
 
     @property
     def duration(self) -> float:

@@ -143,7 +143,7 @@ class TimingProblem(ReadOnlyArrays):
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         along: Whether each row of `velocity` is a direction with an unknown factor >= 0, shape
             (n,); by default false.
-        most: Upper bound of that factor, shape (n,); by default infinite.
+        max_factor: Upper bound of that factor, shape (n,); by default infinite.
         acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
             NaN where they are unknown, the default.
         duration: Durations between waypoints [s], shape (n-1,); NaN where unknown, the default.
@@ -168,7 +168,7 @@ class TimingProblem(ReadOnlyArrays):
     names: tuple[str, ...] = field(default=(), kw_only=True)
     joint_units: tuple[str, ...] = field(default=(), kw_only=True)
     along: BoolArray = field(default=_NOT_GIVEN, kw_only=True)
-    most: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    max_factor: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     acceleration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     at_least: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
@@ -195,7 +195,7 @@ class TimingProblem(ReadOnlyArrays):
         for name, shape, default in (
             ("acceleration", (n, d), np.nan),
             ("along", (n,), False),
-            ("most", (n,), np.inf),
+            ("max_factor", (n,), np.inf),
             ("duration", (n - 1,), np.nan),
             ("at_least", (n - 1,), 0.0),
         ):
@@ -244,8 +244,8 @@ class TimingProblem(ReadOnlyArrays):
             )
         if not (self.at_least >= 0.0).all() or not np.isfinite(self.at_least).all():
             raise WaypointDataError("at_least must be finite and not negative [s]")
-        if not (self.most >= 0.0).all():
-            raise WaypointDataError("most must not be negative")
+        if not (self.max_factor >= 0.0).all():
+            raise WaypointDataError("max_factor must not be negative")
         if self.total is not None:
             put = finite_number(self.total, "total", "s", positive=True)
             object.__setattr__(self, "total", put)
@@ -306,7 +306,7 @@ def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:
         problem,
         **{
             name: getattr(problem, name)[points]
-            for name in ("position", "velocity", "names", "along", "most", "acceleration")
+            for name in ("position", "velocity", "names", "along", "max_factor", "acceleration")
         },
         **{name: getattr(problem, name)[between] for name in ("duration", "at_least")},
     )

@@ -30,7 +30,7 @@ class ClearMotion:
         parts: The motion that rests at the corners of the polyline, between motions from and to
             states that move.
         rests: Whether it rests at corners of the polyline between the waypoints.
-        room: Clearance that it keeps beyond the margins [m].
+        extra_clearance: Clearance that it keeps beyond the margins [m].
     """
 
     curve: PiecewisePolynomial
@@ -38,7 +38,7 @@ class ClearMotion:
     line: FloatArray
     parts: MotionParts
     rests: bool
-    room: float = 0.0
+    extra_clearance: float = 0.0
 
     @property
     def duration(self) -> float:

@@ -53,7 +53,7 @@ STAGES = (
 FULL_PAIRS = 220
 """Number of pairs of solids above which fewer configurations are checked, to take the same time."""
 
-ROOM_SHARES = (1.0, 0.5, 0.25)
+CLEARANCE_SHARES = (1.0, 0.5, 0.25)
 """Candidate fractions of the requested clearance, in order."""
 
 BRAKING_SHARES = (1.0, 0.5, 0.25)
@@ -71,7 +71,7 @@ def find_clear_motion(
     problem: ClearMotionProblem,
     *,
     tries: int = 1,
-    room: float = 0.0,
+    extra_clearance: float = 0.0,
     late: Callable[[], bool] = lambda: False,
     report: Callable[[int, ClearMotion | None], None] = lambda number, best: None,
 ) -> ClearMotion:
@@ -82,9 +82,9 @@ def find_clear_motion(
     Args:
         problem: The states, the limits and the bodies.
         tries: Number of searches; the fastest motion is returned.
-        room: Clearance of pairs beyond their margins [m]. If no motion is found, the clearance is
-            reduced to a half, a quarter or zero. The clearance of a pair need not exceed half of
-            that at the waypoints.
+        extra_clearance: Clearance of pairs beyond their margins [m]. If no motion is found, it is
+            reduced to a half, a quarter or zero. That of a pair need not exceed half of its
+            clearance at the waypoints.
         late: Function that is true when time is over; then the best motion so far is returned, if
             there is one.
         report: Called with the number of the search, from 1 on, and the best motion so far, when a
@@ -93,11 +93,11 @@ def find_clear_motion(
     Raises:
         NoClearMotionError: No motion was found.
     """
-    for part in ROOM_SHARES if room else ():
+    for part in CLEARANCE_SHARES if extra_clearance else ():
         try:
-            roomy = _with_room(problem, part * room)
-            motion = _ClearSearch(roomy, STAGES[:1], late, report).best_of(tries)
-            return replace(motion, room=part * room)
+            wider = _with_extra_clearance(problem, part * extra_clearance)
+            motion = _ClearSearch(wider, STAGES[:1], late, report).best_of(tries)
+            return replace(motion, extra_clearance=part * extra_clearance)
         except NoClearMotionError:
             continue
     return _ClearSearch(problem, STAGES, late, report).best_of(tries)
@@ -120,11 +120,11 @@ def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
     return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
 
-def _with_room(problem: ClearMotionProblem, room: float) -> ClearMotionProblem:
+def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMotionProblem:
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.model, problem.timing.limits
     space = Configurations(problem.robot, model, limits)
-    clearance = dict.fromkeys(space.bodies, room)
+    clearance = dict.fromkeys(space.bodies, extra)
     for q in (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0]):
         for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
             clearance[names] = min(clearance[names], 0.5 * max(gap, 0.0))

@@ -75,7 +75,7 @@ class Carriers:
     def frame_of(self, i: int) -> MovingFrame | None:
         """The moving frame of a waypoint's pose; `None` for a fixed pose or joint values."""
         frame = self.frames.moving[self.names[i]] if i in self.names else None
-        return replace(frame, link="") if frame is not None and frame.moves else None
+        return replace(frame, link="") if frame is not None and frame.is_moving else None
 
     def frame_of_path(self, first: int, last: int) -> MovingFrame | None:
         """The moving frame of a path.
@@ -152,7 +152,7 @@ class Carriers:
         if _joints_of(carrier) == axes_frame.joints:
             return np.array(self.frames[name].rotation)
         turn = np.array(axes_frame.placement_at(time).rotation)
-        return turn if carrier is None else carrier.since_rest([time]).place[0, :3, :3].T @ turn
+        return turn if carrier is None else carrier.since_rest([time]).matrix[0, :3, :3].T @ turn
 
     def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
         """Refuse requests that moving frames do not support.

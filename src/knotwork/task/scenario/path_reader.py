@@ -225,12 +225,12 @@ class PathReader:
                 + f"path: {{acceleration: {error.lowest_acceleration / unit:.6g}}} or more",
             ) from error
         except StretchTimeError as error:
-            k, upper = error.stretch, f" and at most {error.most:.6g} s"
+            k, upper = error.stretch, f" and at most {error.longest:.6g} s"
             raise self.curves.places.error(
                 ("waypoints", first + 1 + k, _time_key(steps[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {text(requested.lengths[k])} long "
-                f"here, and with its changes of speed takes at least {error.least:.6g} s"
-                f"{'' if error.most == np.inf else upper} at {text(limit, '/s²')}",
+                f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
+                f"{'' if error.longest == np.inf else upper} at {text(limit, '/s²')}",
                 "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:

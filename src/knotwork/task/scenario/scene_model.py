@@ -136,15 +136,15 @@ class Scene:
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
     @property
-    def moves(self) -> bool:
+    def has_moving_bodies(self) -> bool:
         """Whether any body that may collide moves independently of the robot."""
         carriers = [item.carrier for item in self.objects if not item.visual]
         carriers += [carrier for held in self.held for carrier in held.carriers]
         return bool(self.robots) or any(
-            carrier is not None and carrier.moves for carrier in carriers
+            carrier is not None and carrier.is_moving for carrier in carriers
         )
 
-    def asks(self) -> bool:
+    def has_bodies(self) -> bool:
         """Whether the scenario has bodies to check in addition to the links of the robot."""
         objects = any(not item.visual for item in self.objects)
         return bool(self.tool or self.held or self.robots or objects)

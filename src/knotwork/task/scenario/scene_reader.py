@@ -161,13 +161,13 @@ class _SceneReader:
         frame = self.reader.frames.moving[name]
         if frame.link != self.reader.carriers.link:
             return replace(frame, link=frame.link or FIXED_CARRIER)
-        return replace(frame, link="") if frame.moves else None
+        return replace(frame, link="") if frame.is_moving else None
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         place: Location = ("scene", "robots", name)
         places, frames = self.reader.places, self.reader.frames
         base = frames.moving[frames.find(robot.parent, (*place, "in"))]
-        if base.moves or base.link:
+        if base.is_moving or base.link:
             raise self._error(
                 (*place, "in"),
                 f"frame {robot.parent!r} moves; the robot's base must not",

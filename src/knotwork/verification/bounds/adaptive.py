@@ -10,6 +10,7 @@ Intervals with an undecided verdict are divided.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -18,9 +19,10 @@ from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
-from knotwork.verification.bounds.division import first_intervals
-from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
-from knotwork.verification.bounds.result import Bound
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors.arguments import finite_number
+from knotwork.robot import Robot
+from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
 FIRST_INTERVALS = 500
@@ -46,7 +48,7 @@ VALUE_FLOOR = 1e-6
 allow.
 """
 
-SMALLEST_EXCESS = np.finfo(float).tiny
+MIN_EXCESS = np.finfo(float).tiny
 
 BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""
@@ -88,7 +90,6 @@ def upper_bounds(
     quantity: Quantity,
     limits: FloatArray,
     precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> tuple[Bound, ...]:
     """Bound each component of a quantity over a whole motion.
 
@@ -99,16 +100,13 @@ def upper_bounds(
         precision: Function from the largest samples and the largest bounds of |g|, shape (c,) each,
             to the required tightness of the bound where no limit decides, shape (c,). By default
             the tightness is a fraction of the limit, or of the samples if they are larger.
-        budget: Maximum evaluations after the first division, spent where the bounds are worst; the
-            usual budget grows with the number of pieces.
     """
     search = _Evaluations(curve, quantity, len(limits))
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
     at_start, at_end = search.evaluate_ends(intervals)
     closed = np.full(len(limits), -np.inf)
-    if budget >= EVALUATION_BUDGET:
-        budget = max(budget, EVALUATIONS_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
-    allowance = search.count + budget
+    coefficients = curve.c.shape[0] * curve.c.shape[1]
+    allowance = search.count + max(EVALUATION_BUDGET, EVALUATIONS_PER_PIECE * coefficients)
     while True:
         excess, rounding = search.excess(intervals)
         upper = np.maximum(at_start, at_end) + (excess + rounding)
@@ -120,13 +118,13 @@ def upper_bounds(
         target = np.where(search.value <= limits, np.minimum(near, limits), near)
         target[search.value > limits + ABSURD_EXCESS * np.abs(limits)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
-        count = max(allowance - search.count, 0) // (DIVISION - 1)
+        count = max(allowance - search.count, 0) // DIVISION
         divided = _worst_intervals(upper - target, is_open, count)
         if not divided.any():
             break
         closed = np.maximum(closed, upper[~divided].max(axis=0, initial=-np.inf))
         intervals = intervals[divided].split(DIVISION)
-        at_start, at_end = search.evaluate_inner(intervals, at_start[divided], at_end[divided])
+        at_start, at_end = search.evaluate_parts(intervals, at_end[divided])
     bound = np.maximum(closed, upper.max(axis=0))
     decided = np.where(
         np.isfinite(limits), (bound <= limits) | (search.value > limits), bound <= near
@@ -139,15 +137,14 @@ def upper_bounds(
             limit=float(limit) if np.isfinite(limit) else None,
             ok=bool(abs(search.signed[i]) <= limit),
             proved=bool(decided[i]),
-            evaluations=search.count,
         )
         for i, limit in enumerate(limits)
     )
 
 
 def _relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
-    least = np.where(np.isfinite(limit), limit, VALUE_FLOOR / BOUND_PRECISION * scale)
-    reference = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
+    minimum = np.where(np.isfinite(limit), limit, VALUE_FLOOR / BOUND_PRECISION * scale)
+    reference = np.maximum(np.where(np.isfinite(value), value, 0.0), minimum)
     return np.asarray(BOUND_PRECISION * reference)
 
 
@@ -170,17 +167,14 @@ class _Evaluations:
         at_end[last] = self._evaluate(ends.piece, ends.start + ends.length)
         return at_start, at_end
 
-    def evaluate_inner(
-        self, intervals: Intervals, at_start: FloatArray, at_end: FloatArray
+    def evaluate_parts(
+        self, intervals: Intervals, at_end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Evaluate between the parts of divided intervals, with values known at their ends."""
-        first = np.arange(len(intervals.piece)) % DIVISION == 0
-        inner = intervals[~first]
-        values = np.empty((len(at_start), DIVISION + 1, at_start.shape[1]))
-        values[:, 0], values[:, -1] = at_start, at_end
-        values[:, 1:-1] = self._evaluate(inner.piece, inner.start).reshape(values[:, 1:-1].shape)
-        shape = (-1, at_start.shape[1])
-        return values[:, :-1].reshape(shape), values[:, 1:].reshape(shape)
+        """Evaluate at start and end of the parts of intervals, with values known at their ends."""
+        at_start = self._evaluate(intervals.piece, intervals.start)
+        inner = at_start.reshape(-1, DIVISION, at_start.shape[1])[:, 1:]
+        ends = np.append(inner, at_end[:, None], axis=1)
+        return at_start, ends.reshape(at_start.shape)
 
     def _evaluate(self, piece: NDArray[np.intp], local: FloatArray) -> FloatArray:
         """Values at times since the start of pieces [s], shape (k, c)."""
@@ -230,12 +224,63 @@ def _worst_intervals(
         is_open: Whether this leaves a verdict undecided, shape (n, c).
         count: Maximum number of intervals to divide.
     """
-    waiting = np.asarray(is_open.any(axis=1))
-    if waiting.sum() <= count:
-        return waiting
-    most = np.where(is_open, beyond, 0.0).max(axis=0)
+    largest = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
-        share = np.where(is_open, beyond / np.maximum(most, SMALLEST_EXCESS), -np.inf).max(axis=1)
-    divided = np.zeros(len(waiting), dtype=bool)
+        share = np.where(is_open, beyond / np.maximum(largest, MIN_EXCESS), -np.inf).max(axis=1)
+    divided = np.zeros(len(share), dtype=bool)
     divided[np.argsort(-share, kind="stable")[:count]] = True
-    return divided & waiting
+    return divided & is_open.any(axis=1)
+
+
+class Bound(NamedTuple):
+    """The worst value of a quantity over a whole motion, and its proved bound.
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> bound = kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=1.0)
+    >>> bound.ok, bound.proved, bound.value <= bound.bound <= 1.0
+    (True, True, True)
+
+    Attributes:
+        value: The worst sample; infinite if a sample is not finite.
+        time: Time of that sample [s].
+        bound: Upper bound of the magnitude at all times, or lower bound of the smallest singular
+            value, including rounding.
+        limit: The limit, or `None`.
+        ok: Whether all samples keep the limit.
+        proved: Whether `ok` is proved, because the bound keeps the limit or a sample violates it.
+            Without a limit, whether the bound is as tight as requested. If false, the budget was
+            exhausted, and only samples are known.
+    """
+
+    value: float
+    time: float
+    bound: float
+    limit: float | None
+    ok: bool
+    proved: bool
+
+    @property
+    def excess(self) -> float:
+        """Difference between the bound and the worst sample."""
+        return abs(self.bound - abs(self.value))
+
+
+def checked_limit(limit: float | None, quantity: str) -> float:
+    """Return a limit as a number, infinite for none.
+
+    Raises:
+        InputError: The limit is not a positive number.
+    """
+    if limit is None or (isinstance(limit, float) and limit == math.inf):
+        return math.inf
+    return finite_number(limit, f"the limit of the {quantity}", positive=True)
+
+
+def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:
+    """Return the motion of a robot's joints in the robot's order.
+
+    Raises:
+        InputError: The trajectory is not of the robot's joints.
+    """
+    owner = f"robot {robot.name!r}"
+    return trajectory.reordered(robot.joint_names, robot.joint_units, owner=owner).polynomial

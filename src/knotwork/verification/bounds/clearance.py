@@ -22,6 +22,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import horner
@@ -32,10 +33,9 @@ from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import contact_intervals
-from knotwork.verification.bounds.division import PairTests, divide_in_three, first_intervals
-from knotwork.verification.bounds.rate_bounds import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, IndexArray
 
 CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
@@ -79,7 +79,6 @@ class Clearance(NamedTuple):
         verdict: `"clear"`, `"collides"` (the margin is violated) or `"undecided"`.
         interval: Interval in which the margin is violated or undecided [s], or `None`.
         contacts: Intervals in which the margin is violated [s]; `interval` is the worst.
-        evaluations: Number of distance measurements.
     """
 
     first: Body
@@ -93,7 +92,6 @@ class Clearance(NamedTuple):
     verdict: str
     interval: tuple[float, float] | None
     contacts: tuple[tuple[float, float], ...]
-    evaluations: int
 
 
 def clearances(
@@ -130,11 +128,41 @@ def least_clearance(
     rough = clearances(model, curve, resolution)
     if not rough:
         return None
-    least = min(pair.distance - pair.margin for pair in rough)
-    near = {(pair.first, pair.second) for pair in rough if pair.bound - pair.margin < least}
+    minimum = min(pair.distance - pair.margin for pair in rough)
+    near = {(pair.first, pair.second) for pair in rough if pair.bound - pair.margin < minimum}
     pairs = [p for p in model.pairs if (model.bodies[p.first], model.bodies[p.second]) in near]
     exact = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision)
     return min(exact or rough, key=lambda pair: pair.distance - pair.margin)
+
+
+class _PairTests(NamedTuple):
+    """m pairs of solids to test, each over an interval.
+
+    Attributes:
+        interval: Indices of the intervals, shape (m,).
+        combo: Indices of the pairs of solids, shape (m,).
+        distance: Distances of the solids at the middle [m], `nan` if not measured.
+        normal: Unit vectors from the second to the first solid at the middle, shape (m, 3).
+    """
+
+    interval: IndexArray
+    combo: IndexArray
+    distance: FloatArray
+    normal: FloatArray
+
+
+def _divide_in_three(
+    intervals: Intervals, tests: _PairTests, is_open: NDArray[np.bool_]
+) -> tuple[Intervals, _PairTests]:
+    """Divide open intervals into three parts. The middle parts keep their distances."""
+    indices, place = np.unique(tests.interval[is_open], return_inverse=True)
+    interval = (3 * place[:, None] + np.arange(3)).ravel()
+    distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
+    distance[:, 1], normal[:, 1] = tests.distance[is_open], tests.normal[is_open]
+    combo = np.repeat(tests.combo[is_open], 3)
+    return intervals[indices].split(3), _PairTests(
+        interval, combo, distance.ravel(), normal.reshape(-1, 3)
+    )
 
 
 class _ClearanceSearch:
@@ -158,14 +186,14 @@ class _ClearanceSearch:
         appears = [not released & {pair.first, pair.second} for pair in model.pairs]
         comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
         self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
-        self.least_part = CLEARANCE_PRECISION if precision is None else precision
+        self.min_part = CLEARANCE_PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
         part = np.where(around, OBJECT_SHARE, LINK_SHARE)
         self.precision = part if precision is None else np.zeros(len(part))
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
         self.bound = np.full(len(self.pair), np.inf)
-        self.measurements = np.zeros(len(self.pair), dtype=int)
+        self.measurements = 0
         self.undecided_from = np.full(len(self.pair), np.inf)
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
@@ -179,15 +207,15 @@ class _ClearanceSearch:
         self._find_enclosed()
         return tuple(self._clearances())
 
-    def _first_tests(self, intervals: Intervals) -> PairTests:
+    def _first_tests(self, intervals: Intervals) -> _PairTests:
         """The pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
         windows = self.windows[self.pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, combo = np.nonzero(exist)
-        return PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
+        return _PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
 
-    def _level(self, intervals: Intervals, tests: PairTests) -> tuple[Intervals, PairTests]:
+    def _level(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
         """Measure where needed, close decided intervals, and divide the others into three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
@@ -198,17 +226,17 @@ class _ClearanceSearch:
         )
         interval, combo, distance, normal = tests
         motion = motions.largest(interval, combo)
-        least = self.table.min_distances(rotation, origin)[interval, combo]
+        of_spheres = self.table.min_distances(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
-        self._measure(tests, time, placed, least - motion, motion)
-        lower = np.where(np.isnan(distance), least, distance - DISTANCE_ERROR) - motion
+        self._measure(tests, time, placed, of_spheres - motion, motion)
+        lower = np.where(np.isnan(distance), of_spheres, distance - DISTANCE_ERROR) - motion
         goal = self._goal()[combo]
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
         where = interval[apart], combo[apart], normal[apart]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
         lower[apart] = np.maximum(lower[apart], gap - motions.approach(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
-        if self.measurements.sum() >= DISTANCE_BUDGET:
+        if self.measurements >= DISTANCE_BUDGET:
             closed[:] = True
         np.minimum.at(self.bound, combo[closed], lower[closed])
         margin = self.margin[combo]
@@ -216,18 +244,18 @@ class _ClearanceSearch:
         half, at = intervals.length[interval[undecided]] / 2, time[interval[undecided]]
         np.minimum.at(self.undecided_from, combo[undecided], at - half)
         np.maximum.at(self.undecided_until, combo[undecided], at + half)
-        return divide_in_three(intervals, tests.where(~closed))
+        return _divide_in_three(intervals, tests, ~closed)
 
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
         with np.errstate(invalid="ignore"):
-            part = np.maximum(self.least_part, self.precision * np.abs(self.distance))
+            part = np.maximum(self.min_part, self.precision * np.abs(self.distance))
             goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
         return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
 
     def _measure(
         self,
-        tests: PairTests,
+        tests: _PairTests,
         time: FloatArray,
         placed: tuple[FloatArray, FloatArray],
         lower: FloatArray,
@@ -259,11 +287,11 @@ class _ClearanceSearch:
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
             d = self.table.measure(c, placed[0][k], placed[1][k], enough)
             tests.distance[i], tests.normal[i] = d, self.table.normal
-            self.measurements[c] += 1
+            self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[k]
-                part = max(self.least_part, self.precision[c] * abs(d))
+                part = max(self.min_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _find_enclosed(self) -> None:
@@ -310,8 +338,7 @@ class _ClearanceSearch:
             elif low <= high:
                 verdict, interval = "undecided", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
-            count = int(self.measurements[of_pair].sum())
             yield Clearance(
                 first, second, distance, bound, pair.margin, pair.around, time, nearest, verdict,
-                interval, contacts, count,
+                interval, contacts,
             )  # fmt: skip

@@ -23,18 +23,20 @@ def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, floa
     return {key: (low, high) for key, (low, high) in spans.items() if low < high}
 
 
-def turned_beyond(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> FloatArray:
+def turned_beyond(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> FloatArray:
     """Excess of single poses over their ranges [rad], negative inside; shape (k,).
 
     Args:
         freedom: The ranges; unlimited ones are never exceeded.
-        asked: Reference rotations, shape (k, 3, 3).
+        requested: Reference rotations, shape (k, 3, 3).
         reached: Rotations of the tool, shape (k, 3, 3).
     """
-    return excess_over_ranges(freedom, nearest_turns(freedom, free_angles(freedom, asked, reached)))
+    return excess_over_ranges(
+        freedom, nearest_turns(freedom, free_angles(freedom, requested, reached))
+    )
 
 
-def free_angles(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) -> FloatArray:
+def free_angles(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> FloatArray:
     """Turn, and travel and work angle of a torch (otherwise zero), relative to the reference [rad].
 
     The turn is the yaw of roll, pitch and yaw in the reference axes: the tool turns about z and
@@ -43,13 +45,13 @@ def free_angles(freedom: PoseFreedom, asked: FloatArray, reached: FloatArray) ->
 
     Args:
         freedom: The freedom, with or without a torch.
-        asked: Reference rotations, shape (k, 3, 3).
+        requested: Reference rotations, shape (k, 3, 3).
         reached: Rotations of the tool, shape (k, 3, 3).
 
     Returns:
         Shape (k, 3), turns within half a turn.
     """
-    R = asked.transpose(0, 2, 1) @ reached
+    R = requested.transpose(0, 2, 1) @ reached
     if freedom.torch is not None:
         return torch_angles(freedom.torch, R).T
     turn = np.arctan2(R[:, 1, 0], R[:, 0, 0])

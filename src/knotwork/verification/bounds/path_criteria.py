@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.curves.tool_paths.rotations import gap_of
+from knotwork.curves.tool_paths.rotations import angle_of
 from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
@@ -20,13 +20,45 @@ from knotwork.waypoints import FloatArray, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import ToolPath
 
+BoolArray = NDArray[np.bool_]
+
 
 class PathLimits(NamedTuple):
-    """Tolerances of a stretch: distance [m], angle [rad], and difference of speed [m/s]."""
+    """Tolerances of a stretch, and its speed.
+
+    Attributes:
+        position: Tolerance of the distance from the path [m].
+        orientation: Tolerance of the angle from its orientation [rad].
+        speed: Tolerance of the speed [m/s].
+        full_speed: Speed of the stretch [m/s]; infinite if any speed is accepted.
+        full_interval: Interval of this speed [s]; outside, the speed changes.
+    """
 
     position: float
     orientation: float
     speed: float
+    full_speed: float
+    full_interval: tuple[float, float]
+
+
+class PathBound(NamedTuple):
+    """The worst error by one criterion along a stretch of a path.
+
+    Attributes:
+        limit: Its limit.
+        value: The worst sample.
+        time: Time of the worst sample [s].
+        bound: Upper bound over the stretch.
+        proved: Whether the bound keeps the limit, or a sample violates it.
+        where: Interval of the bound [s].
+    """
+
+    limit: float
+    value: float
+    time: float
+    bound: float
+    proved: bool
+    where: tuple[float, float]
 
 
 class PathCriterion(NamedTuple):
@@ -37,14 +69,12 @@ class PathCriterion(NamedTuple):
         samples: Error at each time, minus infinity where it is not judged, shape (n + 1,).
         ends: Error at the worse end of each interval, zero where it is not judged, shape (n,).
         upper: Upper bound over each interval, likewise, shape (n,).
-        judged: Whether it is judged in each interval, shape (n,).
     """
 
     limit: float
     samples: FloatArray
     ends: FloatArray
     upper: FloatArray
-    judged: NDArray[np.bool_]
 
     @property
     def is_broken(self) -> bool:
@@ -65,34 +95,33 @@ class PathCriterion(NamedTuple):
         parts = np.sqrt(np.maximum(self.upper - self.ends, 0.0) / gap)
         return np.where(self.upper > self.limit, parts, 0.0)
 
+    def worst(self, t: FloatArray) -> PathBound:
+        """The worst error over the intervals between times [s], shape (n + 1,)."""
+        i, j = int(self.samples.argmax()), int(self.upper.argmax())
+        value, bound = float(self.samples[i]), float(self.upper[j])
+        proved = bound <= self.limit or value > self.limit
+        where = (float(t[j]), float(t[j + 1]))
+        return PathBound(self.limit, value, float(t[i]), bound, proved, where)
 
-class PathCriteria(NamedTuple):
-    """Errors of the tool on the path by all criteria.
+
+class PathErrors(NamedTuple):
+    """Errors of the tool on the path.
 
     Attributes:
-        position: Distance [m].
-        orientation: Frobenius norm of the difference of the rotations.
-        speed: Difference from the full speed [m/s].
-        ramp: Excess over the full speed in ramps, or backward speed [m/s].
-        turn: Excess of the free turn over its range [rad].
-        least: Lower bound of the velocity along the path in each interval [m/s], shape (n,).
-        greatest: Upper bound of the speed in each interval [m/s], shape (n,).
-        turned: Turn of the tool at the start and at the end of the stretch [rad].
+        criteria: Errors by the criteria that are judged: `"path_deviation"` [m],
+            `"path_orientation"` [rad], `"path_turn"` (excess of the free turn over its range)
+            [rad], `"path_speed"` (difference from the full speed) and `"path_ramp"` (excess over
+            the full speed where the speed changes, or backward speed) [m/s].
+        slowest, fastest: Bounds on the velocity along the path and on the speed, where full speed
+            is required [m/s]; infinite if no part requires it.
+        turned: Turn of the tool at the start and at the end of the stretch, including whole turns
+            [rad].
     """
 
-    position: PathCriterion
-    orientation: PathCriterion
-    speed: PathCriterion
-    ramp: PathCriterion
-    turn: PathCriterion
-    least: FloatArray
-    greatest: FloatArray
+    criteria: dict[str, PathCriterion]
+    slowest: float
+    fastest: float
     turned: tuple[float, float]
-
-    @property
-    def criteria(self) -> tuple[PathCriterion, ...]:
-        """The errors by each criterion."""
-        return self.position, self.orientation, self.speed, self.ramp, self.turn
 
 
 def path_errors(
@@ -100,12 +129,10 @@ def path_errors(
     samples: PathSamples,
     t: FloatArray,
     sizes: PathSizes,
-    full: tuple[float, float],
-    speed: float,
     limits: PathLimits,
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
-) -> PathCriteria:
+) -> PathErrors:
     """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
 
     Args:
@@ -113,9 +140,7 @@ def path_errors(
         samples: Samples of the motion.
         t: Times of the samples [s], shape (n + 1,).
         sizes: Bounds on the intervals between them.
-        full: Interval of full speed [s].
-        speed: Full speed [m/s].
-        limits: Tolerances.
+        limits: Speed and tolerances.
         freedom: Freedom of the poses.
         turn: Turn of the tool at the first time, approximately [rad].
     """
@@ -124,35 +149,48 @@ def path_errors(
     turn_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
     change = square * sizes.jerk / 8.0 + sizes.rounding
     size = np.linalg.norm(samples.velocity, axis=1)
-    least = _least_velocity(samples, bend, change)
-    greatest = _worse_end(size) + change
+    slowest = _least_velocity(samples, bend, change)
+    fastest = _worse_end(size) + change
     apart = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
     turned_apart = (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding
-    beyond, most_beyond, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
     everywhere = np.ones(len(square), dtype=bool)
-    in_full = (t[:-1] >= full[0]) & (t[1:] <= full[1])
+    in_full = (t[:-1] >= limits.full_interval[0]) & (t[1:] <= limits.full_interval[1])
 
-    def speed_error(slowest: float, judged: NDArray[np.bool_]) -> PathCriterion:
-        errors = np.maximum(size - speed, slowest - samples.along)
-        upper = np.maximum(greatest - speed, slowest - least)
-        return _error(limits.speed, errors, upper, judged)
+    criteria: dict[str, PathCriterion] = {}
+    turned = (0.0, 0.0)
 
-    return PathCriteria(
-        position=_error(
-            limits.position, samples.distance, _worse_end(samples.distance) + apart, everywhere
-        ),
-        orientation=_error(
-            gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt)),
-            samples.gap,
-            _worse_end(samples.gap) + turned_apart,
-            everywhere,
-        ),
-        speed=speed_error(speed, in_full),
-        ramp=speed_error(0.0, ~in_full),
-        turn=_error(limits.orientation, beyond, most_beyond, np.isfinite(_worse_end(beyond))),
-        least=least,
-        greatest=greatest,
-        turned=turned,
+    def judge(
+        quantity: str, limit: float, errors: FloatArray, upper: FloatArray, judged: BoolArray
+    ) -> None:
+        if judged.any():
+            criteria[quantity] = _criterion(limit, errors, upper, judged)
+
+    distance = samples.distance
+    judge("path_deviation", limits.position, distance, _worse_end(distance) + apart, everywhere)
+    judge(
+        "path_orientation",
+        limits.orientation + (0.0 if freedom is None else freedom.tilt),
+        samples.angle,
+        angle_of(_worse_end(samples.gap) + turned_apart),
+        everywhere,
+    )
+    if freedom is not None:
+        beyond, beyond_upper, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
+        limited = np.isfinite(_worse_end(beyond))
+        judge("path_turn", limits.orientation, beyond, beyond_upper, limited)
+    if np.isfinite(limits.full_speed):
+        for quantity, minimum, judged in (
+            ("path_speed", limits.full_speed, in_full),
+            ("path_ramp", 0.0, ~in_full),
+        ):
+            errors = np.maximum(size - limits.full_speed, minimum - samples.along)
+            upper = np.maximum(fastest - limits.full_speed, minimum - slowest)
+            judge(quantity, limits.speed, errors, upper, judged)
+    return PathErrors(
+        criteria,
+        float(slowest[in_full].min(initial=np.inf)),
+        float(fastest[in_full].max(initial=-np.inf)),
+        turned,
     )
 
 
@@ -161,14 +199,15 @@ def _worse_end(errors: FloatArray) -> FloatArray:
     return np.maximum(errors[:-1], errors[1:])
 
 
-def _error(
-    limit: float, errors: FloatArray, upper: FloatArray, judged: NDArray[np.bool_]
+def _criterion(
+    limit: float, errors: FloatArray, upper: FloatArray, judged: BoolArray
 ) -> PathCriterion:
     """An error that is judged in some intervals, from all samples and bounds."""
     known = np.append(judged, False) | np.append(False, judged)
     ends = np.where(judged, _worse_end(errors), 0.0)
-    upper = np.where(judged, upper, 0.0)
-    return PathCriterion(limit, np.where(known, errors, -np.inf), ends, upper, judged)
+    return PathCriterion(
+        limit, np.where(known, errors, -np.inf), ends, np.where(judged, upper, 0.0)
+    )
 
 
 def _follow_turn(
@@ -176,7 +215,7 @@ def _follow_turn(
     samples: PathSamples,
     t: FloatArray,
     sizes: PathSizes,
-    freedom: PoseFreedom | None,
+    freedom: PoseFreedom,
     start: float,
 ) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
     """Follow the turn, and bound its excess and that of a torch's angles over their ranges [rad].
@@ -190,9 +229,6 @@ def _follow_turn(
         Excess at times, shape (n + 1,), upper bounds on intervals, shape (n,), and the turn at both
         ends.
     """
-    if freedom is None:
-        nowhere = np.full(len(t), -np.inf)
-        return nowhere, nowhere[1:], (0.0, 0.0)
     low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
     turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
@@ -208,11 +244,11 @@ def _follow_turn(
     if not known.all():  # then a sample is outside only if it is outside at every whole turn
         angles = nearest_turns(freedom, samples.angles)
     beyond = excess_over_ranges(freedom, angles)
-    most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
+    upper = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
     furthest = excess_over_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
         furthest = np.inf  # each single turn would be within
-    return beyond, np.where(known, most, np.maximum(most, furthest)), ends
+    return beyond, np.where(known, upper, np.maximum(upper, furthest)), ends
 
 
 def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import stack_curves
@@ -26,7 +25,6 @@ from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath
-    from knotwork.task.scenario import ScenarioPath, Stretch
 
 
 class PathSamples(NamedTuple):
@@ -112,44 +110,23 @@ class PathStretch:
             self.joints = tree_from(motion.carrier.joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
             self.known = append_known(curve, motion.carrier.joints)
-        self.low, self.high = self.asked_at(np.array([start, end])).tolist()
+        self.low, self.high = self.requested_at(np.array([start, end])).tolist()
 
-    def asked_at(self, t: FloatArray) -> FloatArray:
+    def requested_at(self, t: FloatArray) -> FloatArray:
         """Arc lengths of the timing at times [m], shape (k,)."""
         times = t if self.clock is None else self.clock(t)
         return self.motion.arc_length(np.clip(times, self.motion.start_time, self.motion.end_time))
 
     def sample(self, t: FloatArray) -> PathSamples:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""
-        position, rotation, velocity = self._tool(t)
-        s = progress(self.motion.path, position, self.asked_at(t), (self.low, self.high))
-        return self._compare(s, position, rotation, velocity)
-
-    def sample_more(
-        self, t: FloatArray, known: NDArray[np.bool_], samples: PathSamples
-    ) -> PathSamples:
-        """Samples at times. Some are known; the others are searched for between them."""
-        position, rotation, velocity = self._tool(t[~known])
-        place = np.arange(len(t))
-        guess = np.interp(place[~known], place[known], samples.s)
-        s = np.clip(self.motion.path.nearest(position, guess), self.low, self.high)
-        columns = []
-        for old, new in zip(samples, self._compare(s, position, rotation, velocity), strict=True):
-            merged = np.empty((len(t), *old.shape[1:]))
-            merged[known], merged[~known] = old, new
-            columns.append(merged)
-        return PathSamples(*columns)
-
-    def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Position [m], rotation and velocity [m/s] of the tool relative to the path's carrier."""
+        path = self.motion.path
         tip, columns, J = joint_axes(self.robot).place(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        return self.motion.relative_motion(t, tip.T, columns.transpose(2, 1, 0), velocity)
-
-    def _compare(
-        self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
-    ) -> PathSamples:
-        path = self.motion.path
+        # relative to the path's carrier
+        position, rotation, velocity = self.motion.relative_motion(
+            t, tip.T, columns.transpose(2, 1, 0), velocity
+        )
+        s = progress(path, position, self.requested_at(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
@@ -170,26 +147,6 @@ class PathStretch:
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
         return PathSizes(point[2], point[3], spin, turn, rounding)
-
-
-def follow_stretch(
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    path: ScenarioPath,
-    stretch: Stretch,
-    times: FloatArray,
-) -> PathSamples:
-    """Samples of the tool, and the nearest points of a stretch of a path.
-
-    Args:
-        robot: The arm.
-        curve: Joint positions, trailing shape (d,).
-        path: The path.
-        stretch: The stretch of the path.
-        times: Increasing times in the stretch [s], shape (k,).
-    """
-    ends = stretch.start, stretch.end
-    return PathStretch(robot, curve, path.motion, *ends, path.freedom).sample(times)
 
 
 def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:

@@ -1,4 +1,4 @@
-"""Bounds on the derivatives of joint positions over time intervals, for any degree.
+"""Time intervals of a motion, and bounds on derivatives of joint positions over them.
 
 On an interval a polynomial is a mean of its Bernstein coefficients, so their maximum is a bound.
 The coefficients are computed anew for every interval, and a shorter interval has a tighter bound.
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import to_bernstein
+from knotwork.curves.polynomial.distinct import distinct
 from knotwork.verification.bounds.link_motion import RATE_ORDERS
 from knotwork.waypoints import FloatArray
 
@@ -55,6 +56,21 @@ class Intervals:
         step = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
         start = self.start[index] + self.length[index] * (step / counts[index])
         return Intervals(self.piece[index], start, self.length[index] / counts[index])
+
+
+def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Intervals:
+    """Divide a motion into about `count` intervals, at its breaks and the ends of windows.
+
+    Args:
+        x: Breaks of the motion [s].
+        count: Number of intervals if there were no breaks.
+        windows: Ends of intervals in which bodies exist [s].
+    """
+    edges = distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in windows))
+    span = np.diff(edges)
+    piece = np.clip(np.searchsorted(x, edges[:-1] + span / 2) - 1, 0, len(x) - 2)
+    parts = np.maximum(1, np.ceil(count * span / (x[-1] - x[0]))).astype(int)
+    return Intervals(piece, edges[:-1] - x[piece], span).split(parts)
 
 
 class Rates(NamedTuple):

@@ -13,19 +13,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import distinct
-from knotwork.curves.tool_paths.rotations import angle_of, gap_of
+from knotwork.curves.tool_paths.rotations import gap_of
 from knotwork.robot import Robot
-from knotwork.verification.bounds.path_criteria import (
-    PathCriteria,
-    PathCriterion,
-    PathLimits,
-    path_errors,
-)
-from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
+from knotwork.verification.bounds.path_criteria import PathBound, PathLimits, path_errors
+from knotwork.verification.bounds.path_samples import PathStretch
 from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
@@ -43,26 +37,8 @@ FIRST_PARTS = 64
 BOUND_SHARE = 0.05
 """Tightness of a bound, relative to the tolerance."""
 
-MOST_DIVISION = 16
-MOST_ROUNDS = 12
-
-
-class PathBound(NamedTuple):
-    """The worst of one quantity along a stretch of a path.
-
-    Attributes:
-        value: The worst sample.
-        time: Time of the worst sample [s].
-        bound: Upper bound over the stretch.
-        proved: Whether the bound keeps the limit, or a sample violates it.
-        where: Interval of the bound [s].
-    """
-
-    value: float
-    time: float
-    bound: float
-    proved: bool
-    where: tuple[float, float]
+MAX_DIVISION = 16
+MAX_ROUNDS = 12
 
 
 class PathProgress(NamedTuple):
@@ -71,36 +47,26 @@ class PathProgress(NamedTuple):
     Attributes:
         length: Length of the stretch [m].
         start, end: Progress of the tool at both ends [m].
-        start_off, end_off: Errors of the progress at both ends [m].
         back: Maximum backward motion [m].
-        time: Time of the largest of these three errors [s].
+        error: Largest of the errors at both ends and of the backward motion [m].
+        time: Time of this error [s].
     """
 
     length: float
     start: float
     end: float
-    start_off: float
-    end_off: float
     back: float
+    error: float
     time: float
-
-    @property
-    def worst(self) -> float:
-        """The largest of the three errors [m]."""
-        return max(abs(self.start_off), abs(self.end_off), self.back)
 
 
 class StretchBounds(NamedTuple):
     """Bounds on a stretch of a path.
 
     Attributes:
-        position: Distance from the path [m].
-        orientation: Angle from the orientation on it [rad].
+        bounds: The worst errors by the criteria that are judged, as in `PathErrors`.
         progress: Progress along the path. It is proved if the distance is proved.
-        speed: Difference from the full speed [m/s]; `None` if no part requires the full speed.
-        turn: Excess of the free turn over its range [rad]; `None` without one.
         turned: Turn at the start and at the end of the stretch, including whole turns [rad].
-        ramp: Excess over the full speed in ramps, or backward speed [m/s]; `None` without ramps.
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where full
             speed is required [m/s]; infinite if no part requires it.
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
@@ -108,13 +74,9 @@ class StretchBounds(NamedTuple):
             sample violates a limit, it has the errors of the samples.
     """
 
-    position: PathBound
-    orientation: PathBound
+    bounds: dict[str, PathBound]
     progress: PathProgress
-    speed: PathBound | None
-    turn: PathBound | None
     turned: tuple[float, float]
-    ramp: PathBound | None
     slowest: float
     fastest: float
     times: FloatArray
@@ -126,10 +88,7 @@ def path_bounds(
     curve: PiecewisePolynomial,
     motion: TimedPath,
     interval: tuple[float, float],
-    full_speed: tuple[float, float],
-    speed: float,
     limits: PathLimits,
-    budget: int = SAMPLE_BUDGET,
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
     clock: PiecewisePolynomial | None = None,
@@ -141,20 +100,16 @@ def path_bounds(
         curve: Joint positions, trailing shape (d,).
         motion: The path and its timing.
         interval: Interval of the stretch [s].
-        full_speed: Interval of full speed [s].
-        speed: Full speed [m/s]; infinite if any speed is accepted.
-        limits: Tolerances.
-        budget: Maximum number of samples.
+        limits: Speed and tolerances.
         freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
             the limit.
         turn: Turn of the tool about that axis at the start of the stretch, approximately [rad].
         clock: Time of the path's timing over the time of the curve, see `PathStretch`.
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
-    t = _first_times(curve, interval, full_speed)
-    if budget >= SAMPLE_BUDGET:
-        inside = (curve.x > interval[0]) & (curve.x < interval[1])
-        budget = max(budget, SAMPLES_PER_PIECE * int(inside.sum()))
+    t = _first_times(curve, interval, limits.full_interval)
+    inside = (curve.x > interval[0]) & (curve.x < interval[1])
+    budget = max(SAMPLE_BUDGET, SAMPLES_PER_PIECE * int(inside.sum()))
     # the bounds alone give the required density of samples
     sizes = stretch.sizes(t)
     for _ in range(4):
@@ -162,25 +117,30 @@ def path_bounds(
         shares = np.maximum(sizes.acceleration / limits.position, sizes.turn / angle)
         shares = np.maximum(shares, sizes.jerk / limits.speed)
         needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
-        finer, old = _divide(t, np.clip(np.ceil(needed), 1, MOST_DIVISION), needed, budget // 4)
-        if old.all():
+        finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
+        if len(finer) == len(t):
             break
         t, sizes = finer, stretch.sizes(finer)
     samples = stretch.sample(t)
-    for remaining in range(MOST_ROUNDS, -1, -1):
-        errors = path_errors(
-            motion.path, samples, t, sizes, full_speed, speed, limits, freedom, turn
-        )
-        needed = np.max([error.parts for error in errors.criteria], axis=0)
+    for remaining in range(MAX_ROUNDS, -1, -1):
+        errors = path_errors(motion.path, samples, t, sizes, limits, freedom, turn)
+        needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():
             break
-        parts = np.where(needed > 0.0, np.clip(np.ceil(needed), 2, MOST_DIVISION), 1)
-        finer, old = _divide(t, parts, needed, budget)
-        if old.all():
+        parts = np.where(needed > 0.0, np.clip(np.ceil(needed), 2, MAX_DIVISION), 1)
+        finer = _divide(t, parts, needed, budget)
+        if len(finer) == len(t):
             break
-        t, samples = finer, stretch.sample_more(finer, old, samples)
-        sizes = stretch.sizes(t)
-    return _summarize(stretch, t, samples, errors)
+        t, samples, sizes = finer, stretch.sample(finer), stretch.sizes(finer)
+    return StretchBounds(
+        bounds={quantity: error.worst(t) for quantity, error in errors.criteria.items()},
+        progress=_path_progress(stretch, t, samples.s),
+        turned=errors.turned,
+        slowest=errors.slowest,
+        fastest=errors.fastest,
+        times=t,
+        use=np.max([error.use for error in errors.criteria.values()], axis=0),
+    )
 
 
 def _first_times(
@@ -197,14 +157,8 @@ def _first_times(
     return distinct(grid, inner, before, middle, known)
 
 
-def _divide(
-    t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Divide intervals into parts, those with the largest need first if the budget is limited.
-
-    Returns:
-        Times, and whether each one is given. Of two equal times only one may be given.
-    """
+def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
+    """Divide intervals into parts, those with the largest need first if the budget is limited."""
     count = parts.astype(np.intp)
     if count.sum() > budget:
         order = np.argsort(-needed, kind="stable")
@@ -213,46 +167,17 @@ def _divide(
     index = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
     inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
-    return np.append(inner, t[-1]), np.append(step == 0, True)
-
-
-def _summarize(
-    stretch: PathStretch, t: FloatArray, samples: PathSamples, errors: PathCriteria
-) -> StretchBounds:
-    orientation = _worst_bound(t, errors.orientation)
-    value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
-    in_full = errors.speed.judged
-    return StretchBounds(
-        position=_worst_bound(t, errors.position),
-        orientation=orientation._replace(value=value, bound=bound),
-        progress=_path_progress(stretch, t, samples.s),
-        speed=_worst_bound(t, errors.speed) if in_full.any() else None,
-        turn=_worst_bound(t, errors.turn) if errors.turn.judged.any() else None,
-        turned=errors.turned,
-        ramp=_worst_bound(t, errors.ramp) if errors.ramp.judged.any() else None,
-        slowest=float(errors.least[in_full].min(initial=np.inf)),
-        fastest=float(errors.greatest[in_full].max(initial=-np.inf)),
-        times=t,
-        use=np.max([error.use for error in errors.criteria], axis=0),
-    )
-
-
-def _worst_bound(t: FloatArray, error: PathCriterion) -> PathBound:
-    i, j = int(error.samples.argmax()), int(error.upper.argmax())
-    value, bound = float(error.samples[i]), float(error.upper[j])
-    proved = bound <= error.limit or value > error.limit
-    return PathBound(value, float(t[i]), bound, proved, (float(t[j]), float(t[j + 1])))
+    return np.append(inner, t[-1])
 
 
 def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathProgress:
     backward = np.maximum.accumulate(s) - s
     i = int(backward.argmax())
-    start_off, end_off = (s[[0, -1]] - stretch.asked_at(t[[0, -1]])).tolist()
     back = float(backward[i])
-    worst = int(np.argmax([abs(start_off), abs(end_off), back]))
+    start_off, end_off = np.abs(s[[0, -1]] - stretch.requested_at(t[[0, -1]])).tolist()
+    error, time = max((start_off, t[0]), (end_off, t[-1]), (back, t[i]))
     start, end = (s[[0, -1]] - stretch.low).tolist()
-    time = float((t[0], t[-1], t[i])[worst])
-    return PathProgress(stretch.high - stretch.low, start, end, start_off, end_off, back, time)
+    return PathProgress(stretch.high - stretch.low, start, end, back, error, float(time))
 
 
 def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:

@@ -12,10 +12,8 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
-from knotwork.verification.bounds.derivatives import product, unit_bounds
-from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
-from knotwork.verification.bounds.result import Bound, curve_of
+from knotwork.verification.bounds.adaptive import Bound, Quantity, curve_of, upper_bounds
+from knotwork.verification.bounds.link_motion import TreeMotion, product, tree_motion, unit_bounds
 from knotwork.waypoints import FloatArray
 
 
@@ -24,7 +22,6 @@ def torque_bound(
     trajectory: JointTrajectory,
     *,
     limit: ArrayLike | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> tuple[Bound, ...]:
     """Bound every joint's torque (its force, if prismatic) over all time [N m or N].
 
@@ -37,7 +34,6 @@ def torque_bound(
         trajectory: The motion of its joints.
         limit: Upper limit for each joint [N m or N], shape (d,), infinite where there is none; by
             default the robot's `effort_limit`.
-        budget: Maximum number of evaluations after the first 500.
 
     Returns:
         One bound per joint, in the robot's order; without a limit it is tight to 0.1 %.
@@ -60,7 +56,7 @@ def torque_bound(
         raise InputError(fault)
 
     curve, quantity = curve_of(robot, trajectory), torque_quantity(robot.model)
-    return upper_bounds(curve, quantity, limits, budget=budget)
+    return upper_bounds(curve, quantity, limits)
 
 
 class Masses(NamedTuple):

@@ -40,10 +40,10 @@ class Peak:
 def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
     """Largest distance of a joint from a waypoint at its time [rad or m].
 
-    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> position_miss(kw.interpolation.get_planner("cubic")(asked), asked)
+    >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> position_miss(kw.interpolation.get_planner("cubic")(task), task)
     0.0
-    >>> round(position_miss(kw.interpolation.get_planner("parabolic-blend")(asked), asked), 6)
+    >>> round(position_miss(kw.interpolation.get_planner("parabolic-blend")(task), task), 6)
     0.1
 
     Args:
@@ -59,10 +59,10 @@ def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
     """Largest difference of a joint's velocity from its waypoint's [rad/s or m/s].
 
-    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> velocity_miss(kw.interpolation.get_planner("cubic")(asked), asked)
+    >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> velocity_miss(kw.interpolation.get_planner("cubic")(task), task)
     0.0
-    >>> round(velocity_miss(kw.interpolation.get_planner("bspline")(asked), asked), 6)
+    >>> round(velocity_miss(kw.interpolation.get_planner("bspline")(task), task), 6)
     0.5
 
     Args:
@@ -78,10 +78,10 @@ def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 def acceleration_jump(trajectory: JointTrajectory) -> float:
     """Largest jump of a joint's acceleration at a break [rad/s² or m/s²].
 
-    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> round(acceleration_jump(kw.interpolation.get_planner("cubic")(asked)), 6)
+    >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> round(acceleration_jump(kw.interpolation.get_planner("cubic")(task)), 6)
     4.0
-    >>> round(acceleration_jump(kw.interpolation.get_planner("modified-hermite")(asked)), 6)
+    >>> round(acceleration_jump(kw.interpolation.get_planner("modified-hermite")(task)), 6)
     0.0
 
     Args:
@@ -93,10 +93,10 @@ def acceleration_jump(trajectory: JointTrajectory) -> float:
 def end_acceleration(trajectory: JointTrajectory) -> float:
     """Largest magnitude of a joint's acceleration at start and end [rad/s² or m/s²].
 
-    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> round(end_acceleration(kw.interpolation.get_planner("cubic")(asked)), 6)
+    >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> round(end_acceleration(kw.interpolation.get_planner("cubic")(task)), 6)
     7.0
-    >>> round(end_acceleration(kw.interpolation.get_planner("quintic")(asked)), 6)
+    >>> round(end_acceleration(kw.interpolation.get_planner("quintic")(task)), 6)
     0.0
 
     Args:
@@ -145,10 +145,10 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     sum over the intervals. A velocity that changes monotonically from v₀ to v₁, or is constant, has
     zero fluctuation.
 
-    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
     >>> for name in "cubic", "quintic":
     ...     planner = kw.interpolation.get_planner(name)
-    ...     print(velocity_fluctuation(planner(asked), asked).round(3))
+    ...     print(velocity_fluctuation(planner(task), task).round(3))
     [2.044]
     [3.54]
 

@@ -11,14 +11,13 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.verification.recording.lateness import Delay, delays
+from knotwork.verification.recording.lateness import Delay, delays, fit_delay, plan_at
 from knotwork.verification.recording.noise import largest_near
 from knotwork.verification.recording.smoothing import ERROR_ORDERS, Smoothed
 from knotwork.waypoints import FloatArray
 
 COARSE_STEPS = 2000
 """Number of steps of a plan in the search for the shift."""
-MOST_SHIFT_STEPS = 50
 STANDARD_ERRORS = 4.0
 """Number of standard errors beyond which a margin counts."""
 PLAN_RESIDUAL_RATIO = 1.5
@@ -117,11 +116,11 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     begin, end = reference.start_time, reference.end_time
     if not np.abs(reference.extrema(1).peak).max() > 0.0:
         raise InputError("the plan never moves, so the time shift of the log can't be found")
-    shift, error = _refine_shift(curve, reference, _coarse_shift(curve, reference))
+    whole = Delay(-np.inf, np.inf, _coarse_shift(curve, reference))
+    shift, error = fit_delay(curve, reference, whole)
     spans = delays(curve, reference, shift)
-    first_late = spans[0].late
-    spans = tuple(span._replace(late=span.late - first_late) for span in spans)
-    shift += first_late
+    shift = spans[0].late
+    spans = tuple(span._replace(late=span.late - shift) for span in spans)
     # a log that only overlaps the plan by its extrapolation still has that part
     first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
     last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
@@ -142,20 +141,11 @@ def _shifted_part(
     return PiecewisePolynomial(cut.c, np.concatenate(([start], cut.x[1:-1] - ahead, [end])))
 
 
-def _extend_plan(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
-    """The plan at any times; at rest before and after its own."""
-    inside = np.clip(time, reference.start_time, reference.end_time)
-    values = reference(inside, order)
-    if order:
-        values = np.where((inside == time)[:, None], values, 0.0)
-    return np.asarray(values)
-
-
 def _coarse_shift(curve: Smoothed, reference: JointTrajectory) -> float:
     """The shift with the smallest sum of squares, in steps."""
     length = curve.log.time[-1]
     step = max(curve.log.period, reference.duration / COARSE_STEPS)
-    plan = _extend_plan(reference, np.arange(reference.start_time, reference.end_time + step, step))
+    plan = plan_at(reference, np.arange(reference.start_time, reference.end_time + step, step))
     log = curve.trajectory.position(np.clip(np.arange(0.0, length + step, step), 0.0, length))
     middle, margin = plan.mean(axis=0), len(plan) - 1
     log, plan = np.pad(log - middle, ((margin, margin), (0, 0)), mode="edge"), plan - middle
@@ -164,23 +154,6 @@ def _coarse_shift(curve: Smoothed, reference: JointTrajectory) -> float:
     for j in range(plan.shape[1]):
         sums = sums - 2.0 * np.correlate(log[:, j], plan[:, j], mode="valid")
     return float((int(sums.argmin()) - margin) * step - reference.start_time)
-
-
-def _refine_shift(curve: Smoothed, reference: JointTrajectory, shift: float) -> tuple[float, float]:
-    """The shift by least squares of all samples (Gauss-Newton), and its error."""
-    time, q = curve.log.time, curve.log.position
-    for _ in range(MOST_SHIFT_STEPS):
-        slopes = _extend_plan(reference, time - shift, 1)
-        residuals = q - _extend_plan(reference, time - shift)
-        weight = float((slopes**2).sum())
-        if weight == 0.0:
-            return shift, np.inf
-        step = float((slopes * residuals).sum()) / weight
-        shift -= step
-        if abs(step) < 1e-12 * max(1.0, abs(shift)):
-            break
-    moving = slopes.any(axis=1)
-    return shift, float(np.sqrt((residuals[moving] ** 2).mean() / weight))
 
 
 @dataclass(frozen=True, eq=False)

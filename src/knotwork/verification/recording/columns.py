@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from knotwork.files.foreign.header import HeadingError, column, quantity_named, words
 
-STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
 PREFERRED_TOPIC = "joint_states"
 
 _INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
+_STAMP = re.compile(r"(?P<prefix>.*)header/stamp(/(?P<part>s(?=ec)|n(?=sec|anosec))\w+)?")
 _TOPIC_SEPARATORS = re.compile(r"[./:]")
 _MEASURED = ("actual", "measured", "state")
 _REQUESTED = ("target", "desired", "reference", "command", "commanded", "error", "output")
@@ -164,15 +164,8 @@ def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: 
             "or NAME [deg]; or position[0], actual_q_0 and so on for every joint in the robot's "
             "order",
         )
-    measured = [
-        topic for topic in complete if not set(words(topic.rpartition("/")[2])) & set(_REQUESTED)
-    ]
-    chosen = (
-        [topic for topic in complete if topic.rpartition("/")[2] == PREFERRED_TOPIC]
-        or [topic for topic in measured or complete if set(words(topic)) & set(_MEASURED)]
-        or measured
-        or complete
-    )
+    ranks = [_rank(topic) for topic in complete]
+    chosen = [topic for topic, rank in zip(complete, ranks, strict=True) if rank == min(ranks)]
     if len(chosen) > 1:
         raise HeadingError(
             f"{len(chosen)} topics have positions of all joints: {', '.join(chosen)}",
@@ -185,24 +178,33 @@ def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: 
     return chosen[0]
 
 
+def _rank(topic: str) -> int:
+    """Preference of a topic, the best one first: joint states, measured, other, requested."""
+    last = topic.rpartition("/")[2]
+    if last == PREFERRED_TOPIC:
+        return 0
+    if set(words(last)) & set(_REQUESTED):
+        return 3
+    return 1 if set(words(topic)) & set(_MEASURED) else 2
+
+
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
     """Columns of the time: the stamp of the messages, or otherwise the time of their reception."""
-    paths, topic_path = (
-        [_TOPIC_SEPARATORS.sub("/", text.strip()).lower() for text in texts]
-        for texts in (headings, [topic])
-    )
-    stamps = {path.partition("header/stamp")[0] for path in paths if "header/stamp" in path}
-    prefix = f"{topic_path[0]}/".lstrip("/")
-    if prefix in stamps or len(stamps) == 1:
-        stamp = f"{prefix if prefix in stamps else stamps.pop()}header/stamp"
-        for seconds, fraction in STAMPS:
-            if f"{stamp}/{seconds}" in paths and f"{stamp}/{fraction}" in paths:
-                return (
-                    (paths.index(f"{stamp}/{seconds}"), 1.0),
-                    (paths.index(f"{stamp}/{fraction}"), 1e-9),
-                )
-        if stamp in paths:
-            return ((paths.index(stamp), 0.0),)
+
+    def path_of(heading: str) -> str:
+        return _TOPIC_SEPARATORS.sub("/", heading.strip()).lower()
+
+    stamps: dict[str, dict[str, int]] = {}
+    for index, heading in enumerate(headings):
+        if match := _STAMP.fullmatch(path_of(heading)):
+            stamps.setdefault(match["prefix"], {})[match["part"] or "whole"] = index
+    stamp = stamps.get(f"{path_of(topic)}/".lstrip("/"), {})
+    if not stamp and len(stamps) == 1:
+        stamp = next(iter(stamps.values()))
+    if "s" in stamp and "n" in stamp:
+        return (stamp["s"], 1.0), (stamp["n"], 1e-9)
+    if "whole" in stamp:
+        return ((stamp["whole"], 0.0),)
     times = []
     for index, heading in enumerate(headings):
         try:

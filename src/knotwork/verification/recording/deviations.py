@@ -68,11 +68,7 @@ def deviation_findings(
     """
     motion = alignment.trajectory if tolerances.late is None else alignment.on_time()
     joints = list(_joint_findings(motion, alignment, units, tolerances))
-    tool = (
-        list(_tool_findings(motion, alignment, robot, units, tolerances))
-        if robot is not None
-        else []
-    )
+    tool = list(_tool_findings(motion, alignment, robot, units, tolerances))
     worst: dict[str, Finding] = {}
     for finding in joints:
         if finding.quantity == "joint_deviation":
@@ -134,10 +130,12 @@ def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> Piecew
 def _tool_findings(
     motion: JointTrajectory,
     alignment: Alignment,
-    robot: Robot,
+    robot: Robot | None,
     units: Units,
     tolerances: LogTolerances,
 ) -> Iterator[Finding]:
+    if robot is None:
+        return
     import pinocchio as pin
 
     motion = motion.reordered(robot.joint_names, robot.joint_units)
@@ -145,8 +143,10 @@ def _tool_findings(
     times = alignment.curve.log.time - alignment.start
     times = times[(times >= motion.start_time) & (times <= motion.end_time)]
     errors = np.empty((2, times.size))
-    for i, (q, asked) in enumerate(zip(motion.position(times), plan.position(times), strict=True)):
-        pose, wanted = robot.forward(q), robot.forward(asked)
+    for i, (q, requested) in enumerate(
+        zip(motion.position(times), plan.position(times), strict=True)
+    ):
+        pose, wanted = robot.forward(q), robot.forward(requested)
         errors[0, i] = np.linalg.norm(pose.translation - wanted.translation)
         errors[1, i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
     rows = ("tool_deviation", "position", "m"), ("tool_orientation_deviation", "orientation", "rad")

@@ -3,7 +3,7 @@
 The delay at a time of the plan is a multiple of a step. A change of the delay costs as much as a
 few samples far off the plan, so that the delay changes only with evidence in the log. Dynamic
 programming (Viterbi) finds the cheapest sequence of delays. The delay of each span with a constant
-one is then improved by least squares.
+one is then improved by least squares. Before and after its time the plan is at rest.
 """
 
 from __future__ import annotations
@@ -12,19 +12,24 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.smoothing import Smoothed
 from knotwork.waypoints import FloatArray
 
-MOST_PLAN_STEPS = 1000
+MAX_PLAN_STEPS = 1000
 """Largest number of steps of the plan."""
 CHANGE_COST = 10.0
 """Cost of a change of the delay, in squares of the plan's motion per step."""
 EVIDENCE = 0.25
 """Fraction of the sum of squares of a constant delay below which delays count."""
-LEAST_DELAY_STEPS = 3.0
+MIN_DELAY_STEPS = 3.0
 """Number of steps below which delays are equal."""
+
+
+MAX_STEPS = 50
+"""Maximum number of Gauss-Newton steps."""
 
 
 class Delay(NamedTuple):
@@ -32,7 +37,7 @@ class Delay(NamedTuple):
 
     Attributes:
         start, end: Span in the plan's time [s].
-        late: Delay relative to the plan's clock [s]; negative if early.
+        late: Delay relative to the plan's clock, or the log's first sample [s]; negative if early.
     """
 
     start: float
@@ -40,8 +45,17 @@ class Delay(NamedTuple):
     late: float
 
 
+def plan_at(plan: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
+    """The plan at any times; at rest before and after its own."""
+    inside = np.clip(time, plan.start_time, plan.end_time)
+    values = plan(inside, order)
+    if order:
+        values = np.where((inside == time)[:, None], values, 0.0)
+    return np.asarray(values)
+
+
 def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay, ...]:
-    """Delays of a log over time: spans with a constant delay.
+    """Delays of a log over time since its first sample: spans with a constant delay.
 
     Args:
         curve: The smoothed log.
@@ -51,75 +65,94 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
     Returns:
         Spans in order of time; a single span without evidence of several delays.
     """
-    constant = Delay(plan.start_time, plan.end_time, 0.0)
-    step = max(curve.log.period, plan.duration / MOST_PLAN_STEPS)
+    constant = Delay(plan.start_time, plan.end_time, shift)
+    step = max(curve.log.period, plan.duration / MAX_PLAN_STEPS)
     time = np.arange(plan.start_time, plan.end_time, step)
-    asked = plan.position(time)
     reach = len(time)
     ahead = np.arange(-reach, len(time) + reach + 1) * step + plan.start_time + shift
     log = curve.trajectory.position(np.clip(ahead, 0.0, curve.log.time[-1]))
     moves = float((plan.velocity(time) ** 2).sum(axis=1).mean()) * step**2
     cost = CHANGE_COST * (moves + float((curve.noise.position**2).sum()))
-    steps = _cheapest_delays(asked, log, reach, cost)
-    spans = _constant_spans(steps, np.append(time, plan.end_time), step)
+    steps = _cheapest_delays(plan.position(time), log, reach, cost)
+    spans = _constant_spans(steps * step, np.append(time, plan.end_time), step)
     if len(spans) < 2:
         return (constant,)
-    spans = [_refine_delay(curve, plan, shift, span) for span in spans]
-    squares = [
-        sum(float((_residuals(curve, plan, shift, span)[1] ** 2).sum()) for span in several)
-        for several in ([constant], spans)
-    ]
-    return tuple(spans) if squares[1] < EVIDENCE * squares[0] else (constant,)
+    spans = [span._replace(late=shift + span.late) for span in spans]
+    spans = [span._replace(late=fit_delay(curve, plan, span, 1)[0]) for span in spans]
+    squares, several = (
+        sum(float((_residuals(curve, plan, span) ** 2).sum()) for span in considered)
+        for considered in ([constant], spans)
+    )
+    return tuple(spans) if several < EVIDENCE * squares else (constant,)
 
 
-def _cheapest_delays(asked: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:
+def fit_delay(
+    curve: Smoothed, plan: JointTrajectory, span: Delay, max_steps: int = MAX_STEPS
+) -> tuple[float, float]:
+    """Delay of a span since the log's first sample, and its standard error [s].
+
+    Least squares of the span's samples, by Gauss-Newton steps. One step is sufficient for a delay
+    that is known to the sample period.
+    """
+    late, samples = span.late, _samples_in(curve, span)
+    time, q = curve.log.time[samples], curve.log.position[samples]
+    for _ in range(max_steps):
+        slopes = plan_at(plan, time - late, 1)
+        residuals = q - plan_at(plan, time - late)
+        weight = float((slopes**2).sum())
+        if weight == 0.0:
+            return late, np.inf
+        step = float((slopes * residuals).sum()) / weight
+        late -= step
+        if abs(step) < 1e-12 * max(1.0, abs(late)):
+            break
+    moving = slopes.any(axis=1)
+    return late, float(np.sqrt((residuals[moving] ** 2).mean() / weight))
+
+
+def _samples_in(curve: Smoothed, span: Delay) -> NDArray[np.bool_]:
+    """Whether each sample of the log is in a span, shape (n,)."""
+    at = curve.log.time - span.late
+    return (at >= span.start) & (at < span.end)
+
+
+def _residuals(curve: Smoothed, plan: JointTrajectory, span: Delay) -> FloatArray:
+    """Samples of a span minus the plan, shape (k, d)."""
+    samples = _samples_in(curve, span)
+    at = curve.log.time[samples] - span.late
+    return curve.log.position[samples] - plan.position(at)
+
+
+def _cheapest_delays(plan: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:
     """The delay at each of the plan's times, in steps, shape (m,)."""
     count = 2 * reach + 1
     total = np.zeros(count)
-    stays = np.empty((len(asked), count), dtype=bool)
-    best = np.empty(len(asked), dtype=np.intp)
-    for j, q in enumerate(asked):
+    stays = np.empty((len(plan), count), dtype=bool)
+    best = np.empty(len(plan), dtype=np.intp)
+    for j, q in enumerate(plan):
         best[j] = total.argmin()
         changed = total[best[j]] + cost
         stays[j] = total <= changed
         total = np.minimum(total, changed) + ((log[j : j + count] - q) ** 2).sum(axis=1)
-    delay = np.empty(len(asked))
+    delay = np.empty(len(plan))
     k = int(total.argmin())
-    for j in range(len(asked) - 1, -1, -1):
+    for j in range(len(plan) - 1, -1, -1):
         delay[j] = k - reach
         k = k if stays[j, k] else int(best[j])
     return delay
 
 
-def _constant_spans(steps: FloatArray, time: FloatArray, step: float) -> list[Delay]:
-    """Spans with a nearly constant delay."""
+def _constant_spans(late: FloatArray, time: FloatArray, step: float) -> list[Delay]:
+    """Spans with a nearly constant delay, from the delay [s] after each time but the last."""
     spans: list[Delay] = []
-    cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
+    cuts = [0, *(np.flatnonzero(np.diff(late)) + 1).tolist(), len(late)]
     for i, k in pairwise(cuts):
-        late, end = float(steps[i]) * step, float(time[k])
-        if spans and abs(late - spans[-1].late) < LEAST_DELAY_STEPS * step:
+        end = float(time[k])
+        if spans and abs(late[i] - spans[-1].late) < MIN_DELAY_STEPS * step:
             spans[-1] = spans[-1]._replace(end=end)
         else:
-            spans.append(Delay(float(time[i]), end, late))
+            spans.append(Delay(float(time[i]), end, float(late[i])))
     return spans
-
-
-def _residuals(
-    curve: Smoothed, plan: JointTrajectory, shift: float, span: Delay
-) -> tuple[FloatArray, FloatArray]:
-    """Times of the plan for a span's samples, and their residuals."""
-    at = curve.log.time - shift - span.late
-    inside = (at >= span.start) & (at < span.end)
-    return at[inside], curve.log.position[inside] - plan.position(at[inside])
-
-
-def _refine_delay(curve: Smoothed, plan: JointTrajectory, shift: float, span: Delay) -> Delay:
-    """A span with the delay from least squares of its samples; one Gauss-Newton step."""
-    at, off = _residuals(curve, plan, shift, span)
-    slopes = plan.velocity(at)
-    weight = float((slopes**2).sum())
-    change = float((slopes * off).sum()) / weight if weight else 0.0
-    return span._replace(late=span.late - change)
 
 
 def delay_text(spans: tuple[Delay, ...]) -> str:
@@ -131,7 +164,7 @@ def delay_text(spans: tuple[Delay, ...]) -> str:
     middle = spans.index(worst)
     first = next((i + 1 for i in range(middle, -1, -1) if not similar[i]), 0)
     last = next((i - 1 for i in range(middle, len(spans)) if not similar[i]), len(spans) - 1)
-    most = "up to " if first < last or len(spans) > 3 else ""
+    up_to = "up to " if first < last or len(spans) > 3 else ""
     to = "on" if last + 1 == len(spans) else f"to {spans[last].end:.4g} s"
     word = "late" if worst.late > 0.0 else "early"
-    return f"{most}{abs(worst.late):.3g} s {word} from {spans[first].start:.4g} s {to}"
+    return f"{up_to}{abs(worst.late):.3g} s {word} from {spans[first].start:.4g} s {to}"

@@ -18,7 +18,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.recording.alignment import (
@@ -150,7 +150,7 @@ def compare_log(
         end_time=alignment.trajectory.end_time,
         findings=(
             *deviation_findings(alignment, robot, units, tolerances),
-            *_log_findings(alignment, allowed, units),
+            *_log_findings(alignment, units),
             *residuals,
             *hole_findings(alignment),
         ),
@@ -248,28 +248,20 @@ def _residual_findings(
         )  # fmt: skip
 
 
-def _log_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
-    """The assumptions about the log, and its resolution."""
+def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
+    """The assumptions about the log."""
     curve, log, noise = alignment.curve, alignment.curve.log, alignment.curve.noise
     origin = "as given" if noise.stated else "estimated from the samples and their digits"
-    rows = [("noise", 0, f"samples are off by {{}} (standard deviation), {origin}", noise.position)]
-    for order, quantity in enumerate(DERIVATIVES[:3]):
-        text = f"the log resolves {quantity} to {{}} at worst"
-        errors = alignment.uncertainty(order, None)
-        rows.append((f"{quantity}_known_to", order, text, errors))
     largest: dict[str, float] = {}
-    for quantity, order, text, values in rows:
-        for name, joint_unit, value in zip(
-            log.joint_names, log.joint_units, values.tolist(), strict=True
-        ):
-            unit = rate_unit(joint_unit, order)
-            fact = f"joint {name!r}: {text.format(units.text(value, unit, '.2g'))}"
-            yield Finding(
-                LOG, "joint", name, quantity, "information", fact, value=value, unit=unit,
-                proof="sampled",
-            )  # fmt: skip
-            if quantity == "noise":
-                largest[unit] = max(value, largest.get(unit, 0.0))
+    joints = zip(log.joint_names, log.joint_units, noise.position.tolist(), strict=True)
+    for name, unit, value in joints:
+        size = units.text(value, unit, ".2g")
+        fact = f"joint {name!r}: samples are off by {size} (standard deviation), {origin}"
+        yield Finding(
+            LOG, "joint", name, "noise", "information", fact, value=value, unit=unit,
+            proof="sampled",
+        )  # fmt: skip
+        largest[unit] = max(value, largest.get(unit, 0.0))
     sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
     yield _information(
         "log",
@@ -279,16 +271,6 @@ def _log_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> It
     )
     if log.notes:
         yield _information("left_out", f"left out or corrected: {'; '.join(log.notes)}")
-    beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
-    missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
-    if missed:
-        start, end = (time - alignment.start for time in missed[0])
-        times = f", {len(missed)} times, first" if len(missed) > 1 else ""
-        fact = (
-            f"the motion changes faster than the log resolves{times}, from {start:.4f} s to "
-            f"{end:.4f} s: it is uncertain there"
-        )
-        yield Finding("Warnings", "motion", "", "too_coarse", "warning", fact, time=float(start))
 
 
 def _information(quantity: str, fact: str, brief: str = "") -> Finding:
@@ -311,32 +293,32 @@ def hole_findings(alignment: Alignment) -> Iterator[Finding]:
         moved = _range(cut_curve(plan.polynomial, start, end))
         moves = moved > REST_DEVIATIONS * alignment.curve.noise.position
         is_far = (moves & (moved > far)).any()
-        allowed = MOVING_GAP_PERIODS if is_far else GAP_PERIODS
-        if end - start > allowed * log.period:
-            yield _gap_finding((start, end), log.period, allowed, moves=bool(moves.any()))
+        limit = log.period * (MOVING_GAP_PERIODS if is_far else GAP_PERIODS)
+        duration = end - start
+        if duration <= limit:
+            continue
+        plan_text = "is at rest there, which the log does not confirm"
+        if moves.any():
+            plan_text = "moves there, so the motion of the robot is undecided"
+        yield Finding(
+            group=LOG,
+            subject="motion",
+            name="",
+            quantity="hole",
+            verdict="failed" if moves.any() else "warning",
+            fact=f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "
+            f"{duration / log.period:.3g} times its interval of {1e3 * log.period:.4g} ms; "
+            f"the plan {plan_text}",
+            value=duration,
+            limit=limit,
+            margin=limit - duration,
+            unit="s",
+            time=start,
+            interval=(start, end),
+        )
 
 
 def _range(curve: PiecewisePolynomial) -> FloatArray:
     """Range of motion of each joint, shape (d,)."""
     extrema = curve.extrema(0)
     return extrema.maximum - extrema.minimum
-
-
-def _gap_finding(
-    interval: tuple[float, float], period: float, allowed: float, *, moves: bool
-) -> Finding:
-    start, end = interval
-    duration, limit = end - start, allowed * period
-    plan_text = (
-        "moves there, so the motion of the robot is undecided"
-        if moves
-        else "is at rest there, which the log does not confirm"
-    )
-    fact = (
-        f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "
-        f"{duration / period:.3g} times its interval of {1e3 * period:.4g} ms; the plan {plan_text}"
-    )
-    return Finding(
-        "Log", "motion", "", "hole", "failed" if moves else "warning", fact, value=duration,
-        limit=limit, margin=limit - duration, unit="s", time=start, interval=interval,
-    )  # fmt: skip

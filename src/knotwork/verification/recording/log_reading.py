@@ -14,13 +14,13 @@ from knotwork.files.foreign.header import HeadingError
 from knotwork.verification.recording.columns import LogColumns, log_columns
 from knotwork.waypoints import FloatArray
 
-FEWEST_SAMPLES = 16
+MIN_SAMPLES = 16
 """Smallest number of samples for an estimate of the noise."""
 
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 """Sizes above which times without a unit are ns, µs and ms since 1970."""
 
-LARGEST_RADIANS = 4.0 * np.pi * 1.001
+MAX_RADIANS = 4.0 * np.pi * 1.001
 """Joint position [rad] above which the unit is probably degrees: two whole turns."""
 
 _DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[eE](?P<power>[+-]?\d+))?")
@@ -111,9 +111,9 @@ def _to_recording(
     notes = []
     if not complete.all():
         notes.append(f"{int((~complete).sum())} rows without time and position of every joint")
-    if complete.sum() < FEWEST_SAMPLES:
+    if complete.sum() < MIN_SAMPLES:
         message = f"has {int(complete.sum())} rows with the time and a position of every joint"
-        raise rows.error(None, None, message, f"at least {FEWEST_SAMPLES}")
+        raise rows.error(None, None, message, f"at least {MIN_SAMPLES}")
     position = position[complete]
     _refuse_degrees(rows, columns, position, names, units)
     since, origin = _seconds(clock[complete], [factor for _, factor in columns.clock])
@@ -124,9 +124,9 @@ def _to_recording(
     if time.size < since.size:
         sorting.append(f"{since.size - time.size} rows had the time of another")
     notes += [" and ".join(sorting)] if sorting else []
-    if time.size < FEWEST_SAMPLES:
+    if time.size < MIN_SAMPLES:
         message = f"has samples at {time.size} times"
-        raise rows.error(None, None, message, f"at least {FEWEST_SAMPLES}")
+        raise rows.error(None, None, message, f"at least {MIN_SAMPLES}")
     means = np.zeros((time.size, len(names)))
     np.add.at(means, order, position)
     means /= np.bincount(order)[:, None]
@@ -162,7 +162,7 @@ def _values(rows: Rows, columns: Sequence[tuple[int, float]]) -> tuple[FloatArra
 def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, float]:
     """Times since the first row [s], and its time by the log's clock."""
     largest = float(np.abs(clock[:, 0]).max())
-    guessed = next((factor for most, factor in EPOCHS if largest > most), 1.0)
+    guessed = next((factor for size, factor in EPOCHS if largest > size), 1.0)
     sizes = [factor or guessed for factor in factors]
     since = sum((clock[:, i] - clock[0, i]) * size for i, size in enumerate(sizes))
     origin = sum(float(clock[0, i]) * size for i, size in enumerate(sizes))
@@ -179,7 +179,7 @@ def _refuse_degrees(
     for j, (index, factor) in enumerate(columns.position):
         largest = float(np.abs(position[:, j]).max())
         plain = units[j] == "rad" and factor == 1.0 and j not in columns.units_given
-        if plain and largest > LARGEST_RADIANS:
+        if plain and largest > MAX_RADIANS:
             raise rows.error(
                 rows.head,
                 index,

@@ -14,7 +14,6 @@ hardly count. σ is at least the rounding error, the last digit divided by √12
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,11 +24,12 @@ from knotwork.verification.recording.log_reading import Recording
 from knotwork.waypoints import FloatArray
 
 SPEED_GROUPS = 8
-WEIGHT_ROUNDS = 10
+MIN_IN_GROUP = 8
+"""Minimum number of samples of a group."""
 MEDIAN_RATIO = 1.4826
 """Ratio of standard deviation and median magnitude of normal numbers."""
 DIGIT_ERROR = 12.0**-0.5
-LEAST_NOISE = 1e-12
+MIN_NOISE = 1e-12
 """Lower bound of the noise [rad or m]."""
 
 
@@ -64,7 +64,7 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
     Raises:
         InputError: The given noise is not a positive number.
     """
-    floor = np.maximum(log.resolution * DIGIT_ERROR, LEAST_NOISE)
+    floor = np.maximum(log.resolution * DIGIT_ERROR, MIN_NOISE)
     sigma, jitter = _by_speed(*_residuals(log.time, log.position), floor)
     position = np.maximum(sigma, floor)
     if stated is not None:
@@ -108,37 +108,25 @@ def _by_speed(
 ) -> tuple[FloatArray, float]:
     """Noise of each joint and their common jitter, from the variances of groups.
 
-    A variance has a relative error, so each group is weighted by one over the square of its
-    expectation, which is updated in each iteration.
+    A variance has a relative error, so the differences are relative to the measured variances.
     """
     from scipy.optimize import nnls
 
     count = residuals.shape[1]
     rows: list[FloatArray] = []
-    variances: list[float] = []
     for j in range(count):
         # constant values are rounded and have no information on their noise
         moving = np.flatnonzero(np.isfinite(residuals[:, j]) & (residuals[:, j] != 0.0))
         by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
-        for group in _groups(by_speed):
+        groups = min(SPEED_GROUPS, len(moving) // MIN_IN_GROUP)
+        for group in np.array_split(by_speed, groups) if groups else ():
             row = np.zeros(count + 1)
             row[j], row[count] = 1.0, float(np.median(slopes[group, j] ** 2))
-            rows.append(row)
             size = MEDIAN_RATIO * float(np.median(np.abs(residuals[group, j])))
-            variances.append(max(size, float(floor[j])) ** 2)
+            rows.append(row / max(size, float(floor[j])) ** 2)
     if not rows:
         return np.zeros(count), 0.0
-    matrix, solution = np.array(rows), np.zeros(count + 1)
-    expected = measured = np.array(variances)
-    for _ in range(WEIGHT_ROUNDS):
-        weighted = matrix / expected[:, None]
-        scale = np.maximum(weighted.max(axis=0), np.finfo(float).tiny)
-        solution = nnls(weighted / scale, measured / expected)[0] / scale
-        expected = np.maximum(matrix @ solution, measured.min())
-    sigma = np.sqrt(solution)
+    matrix = np.array(rows)
+    scale = np.maximum(matrix.max(axis=0), np.finfo(float).tiny)
+    sigma = np.sqrt(nnls(matrix / scale, np.ones(len(rows)))[0] / scale)
     return np.asarray(sigma[:count]), float(sigma[count])
-
-
-def _groups(order: Sequence[int] | np.ndarray) -> list[np.ndarray]:
-    parts = min(SPEED_GROUPS, len(order) // 8)
-    return [part for part in np.array_split(np.asarray(order), parts) if part.size] if parts else []

@@ -26,12 +26,10 @@ NOISE_SLACK = 1.1
 """Tolerated ratio of true and estimated noise."""
 EXTENSION_PERIODS = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
-FEWEST_IN_INTERVAL = 4
+MIN_IN_INTERVAL = 4
 """Smallest number of samples in an interval."""
-CERTAIN_MISS = 5.0
-"""Number of standard deviations of white noise beyond which the curve certainly misses the
-samples.
-"""
+MISS_DEVIATIONS = 3.0
+"""Number of standard deviations of white noise beyond which the curve misses the samples."""
 ERROR_ORDERS = range(4)
 """Number of quantities with standard errors: position, velocity, acceleration and jerk."""
 
@@ -53,8 +51,6 @@ class Smoothed:
             per s², per s³], shape (4, g, d), with the change by the last halving of the knots.
         residuals: Samples minus motion [rad or m], shape (n, d).
         sigma: Standard deviation of each sample [rad or m], shape (n, d).
-        missed: Time intervals [s] in which the curve can't follow the samples, even with the
-            shortest pieces. There the motion changes faster than the log can resolve.
     """
 
     trajectory: JointTrajectory
@@ -64,7 +60,6 @@ class Smoothed:
     errors: FloatArray
     residuals: FloatArray
     sigma: FloatArray
-    missed: tuple[tuple[float, float], ...]
 
     def curve_of(self, position: FloatArray) -> PiecewisePolynomial:
         """The curve with the same knots and weights for samples of another motion.
@@ -96,7 +91,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     """
     known = noise_of(log, noise)
     sigma = known.of_samples(slopes_of(log.time, log.position))
-    coarse, fit, missed = _fits(log, sigma)
+    coarse, fit = _fits(log, sigma)
     grid = _grid(log, fit.breaks)
     trajectory = JointTrajectory(
         log.joint_names,
@@ -108,7 +103,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
     changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
     errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
-    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, missed)
+    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma)
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
@@ -119,13 +114,10 @@ def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
     return np.unique(np.concatenate((breaks, middles, *ends)))
 
 
-def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit, tuple[tuple[float, float], ...]]:
-    """Fits on intervals that follow the samples within their noise, and on halves of these.
-
-    The last result has the intervals that miss the samples but are too short to halve [s].
-    """
+def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit]:
+    """Fits on intervals that follow the samples within their noise, and on halves of these."""
     n = log.time.size
-    count = max(1, min(8, n // (2 * FEWEST_IN_INTERVAL)))
+    count = max(1, min(8, n // (2 * MIN_IN_INTERVAL)))
     cuts = np.unique(np.linspace(0, n, count + 1).astype(int))
     while True:
         fit = Fit(log.time, _times(log, cuts), log.position, sigma)
@@ -135,13 +127,10 @@ def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit, tuple[tuple[floa
             break
         cuts = halves
     finer = _halve(cuts, np.ones(cuts.size - 1, dtype=bool))
-    spans = np.column_stack((fit.breaks[:-1], fit.breaks[1:]))
-    missed = spans[_misses(shares, cuts, CERTAIN_MISS)].tolist()
-    fine = Fit(log.time, _times(log, finer), log.position, sigma)
-    return fit, fine, tuple((start, end) for start, end in missed)
+    return fit, Fit(log.time, _times(log, finer), log.position, sigma)
 
 
-def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
+def _misses(shares: FloatArray, cuts: Any) -> Any:
     """Intervals in which the curve misses the samples, from residuals relative to the noise.
 
     There the mean square of one joint or of all joints is too large, or successive residuals have
@@ -149,17 +138,18 @@ def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
     """
     sizes, joints = np.diff(cuts), shares.shape[1]
     means = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]
-    alone = (means > NOISE_SLACK * (1.0 + certain * np.sqrt(2.0 / sizes))[:, None]).any(axis=1)
-    together = means.mean(axis=1) > NOISE_SLACK * (1.0 + certain * np.sqrt(2.0 / (sizes * joints)))
+    slack = MISS_DEVIATIONS * np.sqrt(2.0 / sizes)
+    alone = (means > NOISE_SLACK * (1.0 + slack)[:, None]).any(axis=1)
+    together = means.mean(axis=1) > NOISE_SLACK * (1.0 + slack / np.sqrt(joints))
     products = np.zeros(len(shares))
     products[1:] = (shares[1:] * shares[:-1]).mean(axis=1)
-    signs = np.add.reduceat(products, cuts[:-1]) / sizes > certain / np.sqrt(sizes * joints)
-    return alone | together | signs
+    means = np.add.reduceat(products, cuts[:-1]) / sizes
+    return alone | together | (means > MISS_DEVIATIONS / np.sqrt(sizes * joints))
 
 
 def _halve(cuts: Any, chosen: Any) -> Any:
     """Halve intervals with enough samples."""
-    chosen = chosen & (np.diff(cuts) >= 2 * FEWEST_IN_INTERVAL)
+    chosen = chosen & (np.diff(cuts) >= 2 * MIN_IN_INTERVAL)
     return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[chosen])))
 
 

@@ -1,8 +1,10 @@
-"""A proved lower bound on the smallest singular value of the tool Jacobian."""
+"""Proved bounds on the motion of the tool or another frame: speed, acceleration, singularities."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,11 +12,100 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
-from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET, Quantity, upper_bounds
-from knotwork.verification.bounds.derivatives import product
-from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
-from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
+from knotwork.verification.bounds.adaptive import (
+    Bound,
+    Quantity,
+    checked_limit,
+    curve_of,
+    upper_bounds,
+)
+from knotwork.verification.bounds.link_motion import TreeMotion, carrier_of, product, tree_motion
 from knotwork.waypoints import FloatArray
+
+
+def tool_speed_bound(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    *,
+    frame: str | None = None,
+    limit: float | None = None,
+) -> Bound:
+    """Bound the speed of the tool centre point, or of a frame's origin, over all time [m/s].
+
+    Between samples h apart the speed is at most the larger of both plus h²/8 times a bound on its
+    second derivative along the chain of joints: see "Proved over all time" in the documentation.
+
+    Args:
+        robot: The arm.
+        trajectory: The motion of its joints.
+        frame: Name of a link, for example the forearm for the elbow; by default the tool.
+        limit: Upper limit [m/s]; without one the bound is tight to 0.1 %.
+
+    Raises:
+        UnknownNameError: The robot has no such frame.
+        RobotError: No frame is given and no tool frame has been chosen.
+        InputError: The trajectory is not of the robot's joints, or the limit isn't positive.
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> speed = kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=0.25)
+    >>> speed.ok, speed.proved
+    (True, True)
+    """
+    return _point_bound(robot, trajectory, frame, 1, checked_limit(limit, "tool speed"))
+
+
+def tool_acceleration_bound(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    *,
+    frame: str | None = None,
+    limit: float | None = None,
+) -> Bound:
+    """Bound the acceleration of the tool centre point, or of a frame's origin [m/s²].
+
+    The bound holds over all time, on both sides of breaks. Arguments and errors are those of
+    `tool_speed_bound`, the limit in m/s².
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> robot = plan.space.robot
+    >>> found = kw.verification.tool_acceleration_bound(robot, plan.trajectory, limit=1.0)
+    >>> found.ok, found.proved, found.value < found.bound < 1.0
+    (True, True, True)
+    """
+    return _point_bound(robot, trajectory, frame, 2, checked_limit(limit, "tool acceleration"))
+
+
+def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
+    """Speed (order 1) or acceleration (order 2) of a frame's origin."""
+    moved: Callable[..., Any] = (
+        pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
+    )
+    joints, data, (joint, lever) = joint_tree(model), model.createData(), carrier_of(model, frame)
+
+    def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        sizes = np.empty((len(q), 1))
+        for row, state in zip(sizes, zip(q, v, a, strict=True), strict=True):
+            pin.forwardKinematics(model, data, *state)
+            row[0] = np.linalg.norm(moved(model, data, frame).linear)
+        return sizes
+
+    def bounds(rates: FloatArray) -> FloatArray:
+        return tree_motion(joints, rates).point(joint, lever)[order : order + 3, None]
+
+    return Quantity(values, bounds, joints.angles)
+
+
+def _point_bound(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    frame: str | None,
+    order: int,
+    limit: float,
+) -> Bound:
+    index = robot.require_tool() if frame is None else robot.frame_index(frame)
+    quantity, limits = speed_quantity(robot.model, index, order), np.array([limit])
+    return upper_bounds(curve_of(robot, trajectory), quantity, limits)[0]
+
 
 VALUE_PRECISION = 1e-2
 """Relative tightness of the bound."""
@@ -28,7 +119,6 @@ def singular_value_bound(
     trajectory: JointTrajectory,
     *,
     limit: float | None = None,
-    budget: int = EVALUATION_BUDGET,
 ) -> Bound:
     """Lower bound of the smallest singular value σ of the tool Jacobian, over all time.
 
@@ -41,7 +131,6 @@ def singular_value_bound(
         trajectory: The motion of its joints.
         limit: Lower limit (metres and radians mixed); without one the bound is tight to 1 % or
             0.001, whichever is more.
-        budget: Maximum number of evaluations after the first 500.
 
     Raises:
         RobotError: No tool frame has been chosen.
@@ -56,7 +145,7 @@ def singular_value_bound(
     allowed = None if limit is None else checked_limit(limit, "smallest singular value")
     limits = np.array([math.inf if allowed is None else -allowed * allowed])
     curve = curve_of(robot, trajectory)
-    (worst,) = upper_bounds(curve, _quantity(robot), limits, _precision, budget)
+    (worst,) = upper_bounds(curve, _singularity(robot), limits, _singularity_precision)
     smallest = math.sqrt(max(-worst.value, 0.0)) if math.isfinite(worst.value) else -worst.value
     return worst._replace(
         value=smallest,
@@ -66,13 +155,13 @@ def singular_value_bound(
     )
 
 
-def _precision(value: FloatArray, _scale: FloatArray) -> FloatArray:
+def _singularity_precision(value: FloatArray, _scale: FloatArray) -> FloatArray:
     smallest = np.sqrt(np.maximum(-value, 0.0))
     step = np.maximum(VALUE_PRECISION * smallest, VALUE_RESOLUTION)
     return np.asarray(np.maximum(smallest**2 - np.maximum(smallest - step, 0.0) ** 2, step**2))
 
 
-def _quantity(robot: Robot) -> Quantity:
+def _singularity(robot: Robot) -> Quantity:
     """Negative square of the smallest singular value, to be maximised.
 
     Singular values do not depend on the axes. In the axes of the first moving link, the first joint

@@ -1,8 +1,8 @@
-"""Limits on the motion of tool and links, and distance to singularities, bounded over all time."""
+"""Efforts, motion of tool and links, distance to singularities: bounded over all time."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,20 +19,18 @@ from knotwork.verification.limits import (
     WorstValue,
     add_slack,
     bounded_value,
+    joint_finding,
+    jumps_below,
     keeps_limit,
     limit_finding,
     slower_remedy,
-    velocity_jumps,
 )
 
 if TYPE_CHECKING:
-    from knotwork.robot import Robot
+    from knotwork.verification.bounds import Bound
 
 ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
-
-SMALLEST_TOOL_JUMP = 1e-9
-"""Rounding tolerance of jumps of the tool's velocity [m/s]."""
 
 
 def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -52,12 +50,11 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
             continue
         order = 2 if quantity == "tool_acceleration" else 1
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
-        most = float(add_slack(limit))
-        bound = compute_bound(robot, motion.trajectory, frame=frame, limit=most)
+        bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
         worst = bounded_value(bound)
-        jump = _tool_jump(motion, robot) if order == 2 else None
-        if jump is not None:
-            worst = WorstValue(np.inf, jump)
+        jumps = jumps_below(motion.curve, 2) if order == 2 else {}
+        if jumps:
+            worst = WorstValue(np.inf, min(jumps.values())[0])
         margin = limit - worst.value - (worst.excess if bound.ok else 0.0)
         remedy = ""
         if not keeps_limit(margin, limit) and np.isfinite(worst.value):
@@ -69,14 +66,6 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         )  # fmt: skip
 
 
-def _tool_jump(motion: Motion, robot: Robot) -> float | None:
-    """The first time [s] at which the tool's velocity jumps."""
-    for time, q, jump in velocity_jumps(motion.curve):
-        if np.linalg.norm(robot.jacobian(q)[:3] @ jump) > SMALLEST_TOOL_JUMP:
-            return time
-    return None
-
-
 def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find the smallest singular value of the motion, and compare it with its limit, if any."""
     if space.robot is None or space.robot.tool_frame is None:
@@ -84,8 +73,8 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     from knotwork.verification.bounds import singular_value_bound
 
     limit = scenario.motion_limits.singular_value
-    least = None if limit is None else limit * (1.0 - LIMIT_SLACK)
-    bound = singular_value_bound(space.robot, motion.trajectory, limit=least)
+    allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
+    bound = singular_value_bound(space.robot, motion.trajectory, limit=allowed)
     worst, subject = bounded_value(bound), (SINGULARITY, "tool", "")
     quantity = "smallest_singular_value"
     label = "tool: the smallest singular value (metres and radians mixed)"
@@ -100,3 +89,36 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         *subject, quantity, "information", f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
         **worst._asdict(), brief=brief if bound.value < ALMOST_SINGULAR else "",
     )  # fmt: skip
+
+
+def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare joint torques and forces, by inverse dynamics, with their limits."""
+    if space.carrying is None:
+        if space.robot is not None and space.robot.base_moves:
+            name = space.robot.base_frame
+            message = f"efforts are not judged, as {name}, which carries the poses, moves"
+            yield Finding("Motion", "motion", "", "efforts", "warning", message)
+        return
+    from knotwork.verification.bounds import torque_bound
+
+    limits = space.limits["effort"]
+    jumps = jumps_below(motion.curve, 2)  # a jump of one joint is an impulse on all
+    parts = [
+        torque_bound(robot, part, limit=add_slack(limits))
+        for robot, part in space.carrying.parts(motion.trajectory)
+    ]
+    for i, bounds in enumerate(zip(*parts, strict=True)):
+        bound = _worst_bound(bounds)
+        worst, limit = bounded_value(bound), float(np.copysign(limits[i], bound.value))
+        margin = abs(limit) - abs(worst.value) - (worst.excess if bound.ok else 0.0)
+        jump = jumps.get(i, next(iter(jumps.values()), None))
+        yield joint_finding(space, i, "effort", worst, limit, margin, jump)
+
+
+def _worst_bound(bounds: Sequence[Bound]) -> Bound:
+    """The worst bound over all parts of a motion. Parts that violate the limit have priority."""
+    decisive = [bound for bound in bounds if not bound.ok] or bounds
+    return max(decisive, key=lambda bound: abs(bound.value))._replace(
+        bound=max(abs(bound.bound) for bound in bounds),
+        proved=all(bound.proved for bound in decisive),
+    )
