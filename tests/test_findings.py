@@ -98,9 +98,7 @@ def test_own_check_shows_in_report_json_pages_and_scene() -> None:
     assert "three four loudness 71.5 of 60 dB" in scene
 
 
-def test_own_check_shows_on_terminal_and_in_exit_code(
-    knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_terminal_shows_own_check(knotwork: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(CHECKS, "whistling", whistling)
     ran = knotwork("plan", "planar2_closed_form")
     assert ran.code == 1, ran.err

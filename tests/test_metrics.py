@@ -26,9 +26,7 @@ def random_waypoints(seed: int, n: int, joints: int = 2) -> JointWaypoints:
 
 @examples(in_all=360)
 @given(st.integers(0, 10**6), st.integers(2, 6), st.sampled_from(sorted(PLANNERS)))
-def test_fluctuation_is_the_sampled_variation_beyond_the_least(
-    seed: int, n: int, planner: str
-) -> None:
+def test_fluctuation_is_variation_beyond_minimum(seed: int, n: int, planner: str) -> None:
     waypoints = random_waypoints(seed, n)
     try:
         trajectory = PLANNERS[planner](waypoints, PlannerOptions())

@@ -234,9 +234,7 @@ CHECKS["faulty"] = faulty
 
 
 @pytest.mark.exhaustive
-def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rows_hang_or_crash_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By a check of one's own in the processes that plan."""
     (tmp_path / "sitecustomize.py").write_text(FAULTY, encoding="utf-8")
     paths = (str(tmp_path), *sys.path[1:])
