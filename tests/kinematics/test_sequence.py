@@ -122,7 +122,7 @@ def test_equals_brute_force_over_sequences(
     every = itertools.product(*(range(m) for m in sizes))
     best = min(cost_of(layers, index, steps) for index in every)
     if np.isinf(best[0]):
-        assert chosen.blocked is not None
+        assert chosen.blocked_at is not None
         return
     assert tuple(chosen.cost.tolist()) == pytest.approx(best)
     assert cost_of(layers, chosen.index, steps) == pytest.approx(best)
