@@ -76,7 +76,6 @@ def test_other_tools_files_need_to_be_told_their_joints(name: str, run: Command)
         assert ran.code == 2
         needs = f"error: {source} needs its scenario: give --scenario"
         assert ran.err.startswith(needs)
-        assert ("or its robot with --robot" in ran.err) == (command[0] == "view")
     # The robot says as much as the scenario about the joints, but not what is asked of them.
     ran = run("view", source, "--robot", "planar2", "--html", "a.html")
     assert (ran.code, ran.out) == (0, "wrote a.html\n"), ran.err

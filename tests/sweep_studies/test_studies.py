@@ -123,6 +123,16 @@ def test_a_study_stands_on_all_files_that_are_named(changed: str, tmp_path: Path
         kw.sweep(task, vary, out=tmp_path / "study", workers=0, resume=True)
 
 
+@pytest.mark.parametrize("wrong", ['{"row": 99}', "[]", '{"row": 1'])
+def test_damaged_rows_are_named(wrong: str, lifted: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(lifted, tmp_path / "lift")
+    file = folder / "rows.jsonl"
+    first, _, *others = file.read_text(encoding="utf-8").splitlines()
+    file.write_text("\n".join([first, wrong, *others, ""]), encoding="utf-8")
+    with pytest.raises(kw.InputError, match=r"rows\.jsonl: line 2 can't be read"):
+        kw.Study.open(folder)
+
+
 def test_it_stops_when_enough_rows_pass() -> None:
     study = kw.sweep(LIFT, VARY, workers=0, stop_after=3)
     assert 3 <= study.passed < 8

@@ -84,7 +84,7 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     places = [(robot.base_placement * robot.forward(q)).translation for q in plan.trajectory(time)]
     near = np.linalg.norm(np.array(places)[:, None] - red, axis=2).min(axis=1) < 0.01 * page["size"]
     assert near[use > 1].all()
-    assert (use > 1).any()
+    assert (use > 1).sum() > 5  # as long as it is broken
 
     figure = plot_tool(plan)
     named = {" ".join(one.get_ylabel().split()): one for one in figure.axes}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,7 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, echo_json
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.task.scenario import Scenario
@@ -114,7 +113,7 @@ def check(
         reference = planned_scenario(log) if log is not None else stated_path(trajectory)
     report, scenario = _checked_report(trajectory, reference, log, alone)
     if as_json:
-        echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
+        echo_json(report.to_dict())
     elif full:
         from knotwork.cli import report_tables
 

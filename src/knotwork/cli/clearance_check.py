@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import click
 from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import FAILED, PASSED, Seconds, bundle_options
 from knotwork.cli.sources import read_motions
-from knotwork.cli.terminal import echo_data, echo_line
+from knotwork.cli.terminal import echo_json, echo_line
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -97,7 +96,7 @@ def check_together(
     nearest = clearance_between(first.trajectory, first.scenario, other, space=first.space)
     word, colour = ("clear:", "green") if nearest.ok else ("TOO NEAR:", "red")
     if as_json:
-        echo_data(json.dumps(nearest.to_dict(), indent=1, allow_nan=False) + "\n")
+        echo_json(nearest.to_dict())
     else:
         echo_line(f"{word} {nearest.message}", word, fg=colour, bold=True)
     return PASSED if nearest.ok else FAILED

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,12 +12,12 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     Listed,
-    NewPath,
+    folder_option,
     json_option,
     package_path_option,
 )
 from knotwork.cli.progress_display import show_planning
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, echo_json
 from knotwork.curves.interpolation import PLANNER_SPECS, rules
 from knotwork.planning.comparison import Comparison, Refusal, Score, best
 from knotwork.planning.comparison import compare as compare_planners
@@ -46,13 +45,7 @@ _COLUMNS = {
     help="Planners to compare, separated by commas; all by default. A rule may follow a "
     "colon: septic:estimated.",
 )
-@click.option(
-    "--out",
-    "-o",
-    metavar="DIR",
-    type=NewPath(),
-    help="Write comparison.json and comparison.csv there.",
-)
+@folder_option("Write comparison.json and comparison.csv there.")
 @package_path_option
 @json_option
 def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json: bool) -> int:
@@ -69,7 +62,7 @@ def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json
         comparison = compare_planners(scenario, planners)
     written = comparison.save(out) if out is not None else []
     if as_json:
-        echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
+        echo_json(comparison.to_dict())
     else:
         print_comparison(comparison)
         for path in written:
@@ -86,7 +79,7 @@ def planners(as_json: bool) -> int:
         del row["makes"]
         row["rules"] = rules(row["name"])
     if as_json:
-        echo(json.dumps(rows, indent=1))
+        echo_json(rows)
         return PASSED
     for row in rows:
         tables.print_entry(

@@ -8,7 +8,14 @@ from typing import Any
 import click
 
 from knotwork.cli.live_view import Files, follow
-from knotwork.cli.parameters import PASSED, NewPath, budget_option, package_path_option, port_option
+from knotwork.cli.parameters import (
+    PASSED,
+    NewPath,
+    budget_option,
+    no_open_option,
+    package_path_option,
+    port_option,
+)
 from knotwork.cli.terminal import echo, offer
 from knotwork.cli.view import source_files
 from knotwork.errors import InputError
@@ -50,7 +57,7 @@ class _Edited(Files):
     type=NewPath(),
     help="Edit a copy, written to this file; required for a shipped scenario.",
 )
-@click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
+@no_open_option
 @port_option
 @package_path_option
 @budget_option

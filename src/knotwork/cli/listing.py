@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.cli.parameters import PASSED, json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import further_robots
@@ -43,7 +43,7 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
     )
     rows = [robot_to_dict(robot) for robot in shown]
     if as_json:
-        echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
+        echo_json(rows[0] if name else rows)
     elif name is not None:
         print_robot(shown[0])
     else:
@@ -64,7 +64,7 @@ def _collisions(name: str | None, as_json: bool) -> int:
     model = robot_collision_model(robot)
     data = collisions_to_dict(robot, model)
     if as_json:
-        echo(json.dumps(data, indent=1))
+        echo_json(data)
     else:
         print_collisions(robot, [*model.missing, model.bare_links_note], data)
     return PASSED
@@ -89,7 +89,7 @@ def scenarios(as_json: bool) -> int:
         for scenario in map(load_scenario, resources.names("scenarios"))
     ]
     if as_json:
-        echo(json.dumps(rows, indent=1))
+        echo_json(rows)
     else:
         for row in rows:
             duration = row["duration"]

@@ -171,13 +171,7 @@ def checked_log(
         span = (float(scenario.times[0]), float(scenario.times[-1]))
         plan = read_trajectory(log.against, space.joint_names, space.joint_units, span=span)[0]
     else:
-        try:
-            plan = planning.plan(reference).trajectory
-        except InputError as error:
-            raise InputError(
-                f"a log is aligned with a plan, and {reference} can't be planned; give a "
-                f"plan with --against: {error}"
-            ) from error
+        plan = planning.plan(reference).trajectory
     alignment = aligned(curve, plan)
     report = check_log(alignment, scenario, space, log.tolerances)
     return alignment.trajectory, report

@@ -104,6 +104,23 @@ json_option = click.option(
 )
 
 
+freeze_option = click.option(
+    "--freeze",
+    metavar="FILE",
+    type=NewPath(),
+    help="Write the scenario, of a sweep that of the best row, with the chosen times and speeds as "
+    "numbers, comments kept; planning that file gives the same motion. For one scenario.",
+)
+no_open_option = click.option(
+    "--no-open", is_flag=True, help="Open no browser; only print the address."
+)
+
+
+def folder_option(help: str) -> Callable[[Command], Command]:
+    """Make the option for a folder to write."""
+    return click.option("--out", "-o", metavar="DIR", type=NewPath(), help=help)
+
+
 def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
     """Put folders before those of ROS in the search for meshes."""
     if folders:

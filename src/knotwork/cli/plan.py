@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,9 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     WRONG_INPUT,
-    NewPath,
     budget_option,
+    folder_option,
+    freeze_option,
     full_option,
     json_option,
     package_path_option,
@@ -23,7 +23,7 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.short_report import print_next, print_short_plan
-from knotwork.cli.terminal import echo, echo_line
+from knotwork.cli.terminal import echo, echo_json, echo_line
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files.storage import trajectory_to_dict
 from knotwork.planning import Plan
@@ -31,13 +31,7 @@ from knotwork.planning import Plan
 
 @click.command(epilog=EXIT_CODES)
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True)
-@click.option(
-    "--out",
-    "-o",
-    metavar="DIR",
-    type=NewPath(),
-    help="Write trajectory.json, samples.csv and report.json there, for one scenario.",
-)
+@folder_option("Write trajectory.json, samples.csv and report.json there, for one scenario.")
 @planner_option
 @click.option(
     "--rate",
@@ -47,13 +41,7 @@ from knotwork.planning import Plan
 )
 @package_path_option
 @full_option
-@click.option(
-    "--freeze",
-    metavar="FILE",
-    type=NewPath(),
-    help="Write the scenario with the chosen times and speeds as numbers, comments kept; "
-    "planning that file gives the same motion. For one scenario whose times are free.",
-)
+@freeze_option
 @budget_option
 @json_option
 def plan(
@@ -93,7 +81,7 @@ def plan(
     code = max(_verdict(result) for _, result, _ in results)
     if as_json:
         rows = [plan_to_dict(*row) for row in results]
-        echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
+        echo_json({"ok": code == PASSED, "plans": rows})
         return code
     for _, result, written in results:
         print_plan(result, written, full)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
@@ -14,16 +13,16 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     GivenPath,
-    NewPath,
     Seconds,
     budget_option,
+    folder_option,
     full_option,
     json_option,
     package_path_option,
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
 from knotwork.cli.progress_display import show_planning
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo_json
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Document
@@ -43,13 +42,7 @@ from knotwork.task.scenario import Scenario, load_scenario
     metavar="TIME",
     help="Time in the running motion, for example 3.2 or 3.2s.",
 )
-@click.option(
-    "--out",
-    "-o",
-    metavar="DIR",
-    type=NewPath(),
-    help="Write trajectory.json, samples.csv, scenario.yaml and report.json there.",
-)
+@folder_option("Write trajectory.json, samples.csv, scenario.yaml and report.json there.")
 @package_path_option
 @full_option
 @budget_option
@@ -84,7 +77,7 @@ def replan(
     code = PASSED if plan.report.ok else FAILED
     if as_json:
         plans = [plan_to_dict(task, plan, written)]
-        echo(json.dumps({"ok": code == PASSED, "plans": plans}, indent=1, allow_nan=False))
+        echo_json({"ok": code == PASSED, "plans": plans})
     else:
         print_plan(plan, written, full)
     return code

@@ -64,8 +64,6 @@ def read_motions(
     compare: list[str] | None = None,
     *,
     robot: Robot | None = None,
-    strict: bool = False,
-    instead: str = "",
     log: LogOptions | None = None,
 ) -> list[Motion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
@@ -76,9 +74,6 @@ def read_motions(
         options: Planning options of a scenario.
         compare: Other planners for a scenario; their plans follow the first.
         robot: Robot of a trajectory without a scenario, if known.
-        strict: Refuse an unchecked file that contradicts itself or the report in its folder; by
-            default only print a note on standard error.
-        instead: Alternatives to a trajectory's scenario, for errors.
         log: Options of a log. The plan that it is compared with follows it.
 
     Raises:
@@ -104,7 +99,7 @@ def read_motions(
             else [checked_motions, read_checked(against, reference)]
         )
     if log is None:
-        return [_read_unchecked(source, robot, strict, instead)]
+        return [_read_unchecked(source, robot)]
     if robot is not None and log.against is None:
         return [smoothed_log(source, robot.joint_names, robot.joint_units, log).trajectory]
     alignment, plan = log_beside_plan(source, log)
@@ -124,7 +119,9 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
         return CheckedFile(trajectory, scenario, space, report)
     span = (float(scenario.times[0]), float(scenario.times[-1]))
     trajectory, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
-    _note_change(path)
+    fault = set_disagreement(Path(path))
+    if fault is not None:
+        echo(f"note: {path} {fault}", err=True)
     report = check(trajectory, scenario, space=space, defects=defects)
     return CheckedFile(trajectory, scenario, space, report)
 
@@ -138,28 +135,25 @@ def _is_trajectory(source: str, reference: str | None) -> bool:
     return is_trajectory(source)
 
 
-def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) -> JointTrajectory:
+def _read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
+    """Read a trajectory without its scenario.
+
+    Raises:
+        InputError: The file can't be read, or it contradicts itself or the report in its folder.
+    """
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     if robot is None and is_foreign(path):
-        raise InputError(f"{path} needs its scenario: give --scenario{instead}")
+        raise InputError(
+            f"{path} needs its scenario: give --scenario, or for `view` its robot with --robot"
+        )
     owner = f"robot {robot.name!r}" if robot is not None else "the scenario"
     trajectory, defects = read_trajectory(path, names, units, owner=owner)
-    if not strict:
-        _note_change(path)
-    for defect in defects:
-        if strict:
-            raise InputError(f"{path}: {defect}")
-        echo(f"note: {path}: {defect}", err=True)
-    if strict and (fault := set_disagreement(Path(path))) is not None:
-        raise InputError(f"{path} {fault}; give its scenario with --scenario")
-    return trajectory
-
-
-def _note_change(path: str | Path) -> None:
-    """Print a note on standard error if a file was changed since its report was written."""
+    if defects:
+        raise InputError(f"{path}: {defects[0]}")
     fault = set_disagreement(Path(path))
     if fault is not None:
-        echo(f"note: {path} {fault}", err=True)
+        raise InputError(f"{path} {fault}; give its scenario with --scenario")
+    return trajectory
 
 
 def refuse(options: dict[str, Any], reason: str) -> None:
@@ -181,7 +175,7 @@ def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Pl
         first = planning.plan(source, progress=progress, **asdict(options))
     plans = [first]
     for name in dict.fromkeys(planners):
-        if name == plans[0].scenario.si.planner:
+        if name == plans[0].scenario.task.planner:
             continue
         try:
             with show_planning(f"{source}, {name}") as progress:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,14 @@ from knotwork.cli import tables
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
-    NewPath,
     Seconds,
+    folder_option,
+    freeze_option,
     json_option,
     package_path_option,
 )
 from knotwork.cli.progress_display import show_sweep
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.errors import InputError
 from knotwork.planning import sweeps
 from knotwork.planning.sweeps import Study
@@ -61,7 +61,7 @@ MAX_REASONS = 12
     help="Number of random samples of uniform(…) values.",
 )
 @click.option("--seed", metavar="N", type=int, help="Seed of the random samples; 0 if left out.")
-@click.option("--out", "-o", metavar="DIR", type=NewPath(), help="Folder for the study.")
+@folder_option("Folder for the study.")
 @click.option("--resume", is_flag=True, help="Continue the study in the folder.")
 @click.option(
     "--workers",
@@ -87,13 +87,7 @@ MAX_REASONS = 12
     help="Time limit of a row, for example 20s; 60 s if left out.",
 )
 @click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
-@click.option(
-    "--freeze",
-    metavar="FILE",
-    type=NewPath(),
-    help="Write the scenario of the best row, comments kept; with chosen times and speeds as "
-    "numbers, like plan --freeze.",
-)
+@freeze_option
 @package_path_option
 @json_option
 def sweep(
@@ -137,7 +131,7 @@ def sweep(
             raise InputError(f"{freeze} was not written: no row passes")
         study.freeze(best_row["row"], freeze)
     if as_json:
-        echo(json.dumps(study_to_dict(study, figure, best_row), indent=1, allow_nan=False))
+        echo_json(study_to_dict(study, figure, best_row))
     else:
         print_best(study, figure, best_row)
         if freeze is not None:

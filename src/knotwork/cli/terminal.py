@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
-import shutil
 import sys
-import textwrap
 from typing import Any
 
 import click
@@ -29,27 +28,13 @@ def cell(text: str, *, lines: bool = False) -> str:
 def echo(text: str, *, err: bool = False) -> None:
     """Print text, control characters escaped.
 
-    On a terminal, messages are wrapped between words.
-
     If standard error can't be written to, the exit code still reports the error.
     """
-    text = plain(text)
     try:
-        if err and sys.stderr is not None and sys.stderr.isatty():
-            text = "\n".join(map(_wrap, text.split("\n")))
-        click.echo(text, err=err)
+        click.echo(plain(text), err=err)
     except OSError:
         if not err:
             raise
-
-
-def _wrap(line: str) -> str:
-    width = shutil.get_terminal_size().columns
-    if len(line) <= width:
-        return line
-    return textwrap.fill(
-        line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
-    )
 
 
 def echo_line(text: str, word: str = "", **style: Any) -> None:
@@ -73,6 +58,11 @@ def internal_error(error: Exception) -> str:
         f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
         "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened."
     )
+
+
+def echo_json(data: object) -> None:
+    """Print plain data as JSON."""
+    echo(json.dumps(data, indent=1, allow_nan=False))
 
 
 def echo_data(text: str | bytes) -> None:

@@ -19,6 +19,7 @@ from knotwork.cli.parameters import (
     PlanOptions,
     html_option,
     motion_options,
+    no_open_option,
     package_path_option,
     port_option,
 )
@@ -50,9 +51,6 @@ from knotwork.view.study_map import MapServer, map_page
 Made = Callable[[Mapping[str, Any] | None], tuple[dict[str, Any], Motion]]
 """The scene of a motion and the motion, from the scene before the source changed."""
 
-INSTEAD = ", or its robot with --robot"
-"""Alternatives to a scenario, for messages."""
-
 _VIEW_EPILOG = """
 In the page: space plays and pauses, the arrow keys step by frame, the mouse turns the scene,
 c shows the collision shapes of the links.
@@ -76,7 +74,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     "the open page.",
 )
 @click.option("--meshcat", is_flag=True, help="Play in Meshcat, with a new server, instead.")
-@click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
+@no_open_option
 @port_option
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
 @package_path_option
@@ -123,7 +121,7 @@ def view(
         return PASSED
 
     def made(before: Mapping[str, Any] | None) -> tuple[dict[str, Any], Motion]:
-        shown = read_motions(source, reference, options, robot=arm, instead=INSTEAD, log=log)
+        shown = read_motions(source, reference, options, robot=arm, log=log)
         print_failures(shown)
         return _scene(source, shown[0], arm, before), shown[0]
 
@@ -220,7 +218,7 @@ def source_files(motion: Any) -> list[Path]:
     known: list[Path | None] = []
     if robot is not None:
         known = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]
-    named = named_files(motion.scenario.task.to_dict(), source.parent) if source else {}
+    named = named_files(motion.scenario.given.to_dict(), source.parent) if source else {}
     return [path for path in (source, *known, *named.values()) if path is not None]
 
 

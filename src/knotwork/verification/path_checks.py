@@ -139,7 +139,7 @@ def _follow_paths(
     from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed = scenario.si.tolerances
+    allowed = scenario.task.tolerances
     clock = None if execution is None else execution.clock
 
     def follow(turn: float) -> list[_FollowedStretch]:
@@ -194,7 +194,7 @@ def _executed_stretches(
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
     """Findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
-    tolerances, progress = scenario.si.tolerances, result.progress
+    tolerances, progress = scenario.task.tolerances, result.progress
     bounds = dict(result.bounds)
     bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
         limit=max(tolerances.path, tolerances.position),
@@ -262,7 +262,7 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
             f"{total} {length} and moves back by {backward} {length}, tolerance {limit}"
         )
     speed = f"{scale * stretch.speed:.5g}"
-    within = f"tolerance {100 * scenario.si.tolerances.path_speed:.3g} %"
+    within = f"tolerance {100 * scenario.task.tolerances.path_speed:.3g} %"
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)

@@ -173,7 +173,7 @@ def _tool_findings(
     for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
             "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
-            requested, achieved, error, getattr(scenario.si.tolerances, quantity), unit,
+            requested, achieved, error, getattr(scenario.task.tolerances, quantity), unit,
             scenario.units,
         )  # fmt: skip
 

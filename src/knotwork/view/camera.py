@@ -14,9 +14,8 @@ from knotwork.waypoints import FloatArray
 ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
 # Azimuth relative to the direction of the task, so that the arm does not hide it.
 ASIDE_ANGLE = np.radians(10.0)
-# Azimuth from other robots, if possible, so that they do not hide the arm. Robots nearer to the
-# task than this fraction of the whole scene have no direction.
-CLEAR_ANGLE, NEAR_ROBOT = np.radians(75.0), 0.15
+# Turn of the azimuth away from other robots, so that they do not hide the arm.
+CLEAR_ANGLE = np.radians(75.0)
 # Margin around a view of the task alone, as a fraction of its size.
 VIEW_MARGIN = 0.35
 
@@ -43,8 +42,9 @@ def views(
     if towards is None:
         x, y, _ = (task if len(task) else points).mean(axis=0)
         around = (np.arctan2(y, x) if np.hypot(x, y) > 1e-3 else 0.0) + ASIDE_ANGLE
-        apart = other_robots[:, :2] - [x, y]
-        around += _turn_away(apart[np.hypot(*apart.T) > NEAR_ROBOT * size.max()], around)
+        if len(other_robots):
+            apart_x, apart_y = (other_robots[:, :2] - [x, y]).mean(axis=0)
+            around -= np.copysign(CLEAR_ANGLE, np.sin(np.arctan2(apart_y, apart_x) - around))
         up = STEEP if size[2] < FLAT_SCENE * size[:2].max() else ELEVATION
         level = np.cos(up)
         towards = [float(level * np.cos(around)), float(level * np.sin(around)), float(np.sin(up))]
@@ -55,14 +55,3 @@ def views(
     margin = VIEW_MARGIN * extent
     corners = box_corners(np.array([task.min(axis=0) - margin, task.max(axis=0) + margin]))
     return {"view": view, "work": {**view, "points": corners.tolist()}}
-
-
-def _turn_away(apart: FloatArray, around: float) -> float:
-    """Smallest turn of a direction that keeps it away from others (k, 2)."""
-    if not len(apart):
-        return 0.0
-    turns = np.radians(np.arange(-165, 181, 15))
-    turns = turns[np.argsort(np.abs(turns), kind="stable")]
-    off = around + turns[:, None] - np.arctan2(apart[:, 1], apart[:, 0])
-    clear = np.arccos(np.clip(np.cos(off), -1.0, 1.0)).min(axis=1)
-    return float(turns[np.argmax(np.minimum(clear, CLEAR_ANGLE))])

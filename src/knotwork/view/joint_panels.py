@@ -134,28 +134,19 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
 
 def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:
     """Name the curve nearest to its limit or farthest beyond it, and state whether it is beyond."""
-    quantity, factor, unit = panel.title, panel.factor, panel.unit
-    uses = {item: use for item in limited if (use := item.use(quantity)) is not None}
+    factor, unit = panel.factor, panel.unit
+    uses = {item: use for item in limited if (use := item.use(panel.title)) is not None}
     use = uses[nearest]
     name = f"{nearest.label}: " if nearest.label else ""
-    lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, quantity))
+    lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, panel.title))
     if lower == -upper:
         limits = f"limit ±{rounded_text(upper)} {unit}"
-    elif quantity == "position" and np.isfinite([lower, upper]).all():
+    elif np.isfinite([lower, upper]).all():
         limits = f"limits {rounded_text(lower)} … {rounded_text(upper)} {unit}"
     else:
         limits = f"limit {rounded_text(factor * (use.limit or 0.0))} {unit}"
-    value = f"{rounded_text(factor * (use.value or 0.0))} at {rounded_text(use.time or 0.0)} s"
+    value = rounded_text(factor * (use.value or 0.0)) if np.isfinite(use.value or 0.0) else "a jump"
     broken = sum(not item.ok for item in uses.values())
-    if broken:
-        more = f", and {broken - 1} more beyond" if broken > 1 else ""
-        if np.isinf(use.value or 0.0):
-            value = f"a jump, infinite {quantity}, at {rounded_text(use.time or 0.0)} s"
-        return f"{name}{value} exceeds {limits}{more}", True
-    if use.only_sampled:
-        return f"{name}{value}, sampled only: {limits}", False
-    if quantity == "position":
-        margin = use.margin if use.margin is not None else np.inf
-        return f"{name}{rounded_text(factor * margin)} {unit} inside {limits}", False
-    part = 100 * (1 - nearest.margin(quantity))
-    return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False
+    more = f", and {broken - 1} more beyond" if broken > 1 else ""
+    proof = ", sampled only" if use.only_sampled else ""
+    return f"{name}{value} at {rounded_text(use.time or 0.0)} s, {limits}{more}{proof}", broken > 0

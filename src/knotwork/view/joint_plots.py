@@ -11,11 +11,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
 from knotwork.view.joint_panels import Series, joint_panel
 from knotwork.view.panel import finish_panel, new_axes, new_figure, page_size
-from knotwork.view.plotted_motions import (
-    check_distinct,
-    choose_names,
-    motions_of,
-)
+from knotwork.view.plotted_motions import choose_names, motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import printable, settings, shorten_names
 
@@ -89,7 +85,6 @@ def _overlaid(motions: list[ShownMotion], names: list[str], kinds: list[str]) ->
     Raises:
         InputError: There is too much for one picture.
     """
-    check_distinct(motions)
     if len(names) > MAX_COLUMNS:
         raise InputError(
             f"{len(names)} joints of {len(motions)} motions are too much for one picture; choose "

@@ -92,12 +92,12 @@ def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
 
 
 class _Drawn:
-    """Shapes as meshes; each mesh file is read once, and their total size is limited."""
+    """Shapes as meshes; the total size of their files is limited."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._files: dict[Path, list[Mesh] | InputError] = {}
-        self._triangles = self._bytes = 0
+        self._sizes: dict[Path, int] = {}
+        self._triangles = 0
 
     def meshes(self, shapes: Sequence[LinkShape]) -> tuple[list[Mesh], list[str]]:
         """Shapes of a link in its axes, and reasons of missing ones."""
@@ -126,28 +126,16 @@ class _Drawn:
 
     def _file(self, name: str, urdf: Path) -> list[Mesh]:
         path = find_mesh(name, urdf, self._robot.package_paths)
-        real = path.resolve()
-        if real not in self._files:
-            try:
-                self._files[real] = self._read(path)
-            except InputError as error:
-                self._files[real] = error
-        meshes = self._files[real]
-        if isinstance(meshes, InputError):
-            raise meshes
-        return meshes
-
-    def _read(self, path: Path) -> list[Mesh]:
         status = path.stat()
-        self._bytes += status.st_size
-        if self._bytes > MAX_FILE_BYTES:
+        self._sizes[path] = status.st_size
+        if sum(self._sizes.values()) > MAX_FILE_BYTES:
             raise InputError(
                 f"mesh {path} is not read: the robot's have more than {MAX_FILE_BYTES} bytes"
             )
         return _read_mesh(path, status.st_mtime_ns)
 
 
-@lru_cache(maxsize=32)  # a scenario is shown again after each change
+@lru_cache(maxsize=64)  # a scenario is shown again after each change
 def _read_mesh(path: Path, changed: int) -> list[Mesh]:
     """Read a mesh file, cached by its last change."""
     return [drawable(part) for part in read_mesh(path)]

@@ -24,8 +24,8 @@ from knotwork.waypoints import FloatArray
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
-# Speeds closer than this fraction of the largest share a mark; largest number of marks.
-MIN_DISTANCE, MAX_MARKS = 0.08, 3
+MAX_MARKS = 3
+"""Largest number of given speeds that are marked on the scale."""
 
 
 def speed_colours(
@@ -38,10 +38,7 @@ def speed_colours(
         given speeds as marks on it [m/s].
     """
     high = max(max_speed(shown), fastest)
-    marks: list[float] = []
-    for speed in sorted(_given_speeds(shown), reverse=True):
-        if all(abs(speed - mark) > MIN_DISTANCE * high for mark in (0.0, *marks)):
-            marks.append(speed)
+    marks = sorted(_given_speeds(shown) - {0.0}, reverse=True)
     colours = mix_colours(path.speed / max(high, 1e-9), SPEED_COLOURS)
     css = ["#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)]
     return colours, {"high": high, "colours": css, "marks": marks[:MAX_MARKS]}

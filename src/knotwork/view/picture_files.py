@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import re
 from pathlib import Path
@@ -40,20 +39,11 @@ def checked_page_path(path: str | Path) -> Path:
 
 
 def _check_path(kind: str, path: str | Path, suffixes: tuple[str, ...]) -> Path:
-    """Return a path if it can be a file with one of some suffixes; its folder need not exist."""
+    """Return a path if it has one of some suffixes."""
     path = Path(path)
-    reason = ""
     if path.suffix.lower() not in suffixes:
         suffix = f"the suffix is {path.suffix!r}" if path.suffix else "it has no suffix"
-        reason = f"{suffix}; give {', '.join(suffixes)}"
-    with contextlib.suppress(OSError, ValueError):  # reported when it is written
-        above = next((folder for folder in path.parents if folder.exists()), None)
-        if path.is_dir():
-            reason = "it is a folder; give the path of a file"
-        elif above is not None and not above.is_dir():
-            reason = f"{above} is not a folder"
-    if reason:
-        raise InputError(f"can't write {kind} to {path}: {reason}")
+        raise InputError(f"can't write {kind} to {path}: {suffix}; give {', '.join(suffixes)}")
     return path
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.trajectory.sampling import sample_times
-from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.units import Units
 from knotwork.view.base_joints import base_joints
@@ -16,8 +15,8 @@ from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_trace import tool_speeds
 
-FRAME_RATE, LONG_MOTION_RATE = 120.0, 60.0
-"""Frame rate of an animation, and of a long one [Hz]."""
+FRAME_RATE = 120.0
+"""Frame rate of an animation that has fewer frames than the maximum [Hz]."""
 MAX_FRAMES = 240_000
 MAX_SPEEDS = 30_000
 
@@ -26,19 +25,10 @@ def arm_frames(shown: ShownMotion) -> dict[str, Any]:
     """Give a motion's frames, and the tool's speed at each unless there are too many.
 
     Between two frames the first one is shown, not interpolated. The last is the motion's end.
-
-    Raises:
-        InputError: The motion is too long for a page.
     """
     curve, robot = shown.curve, shown.robot
     start, end = float(curve.x[0]), float(curve.x[-1])
-    rate = FRAME_RATE if (end - start) * FRAME_RATE < MAX_FRAMES else LONG_MOTION_RATE
-    if (end - start) * rate >= MAX_FRAMES:
-        raise InputError(
-            f"the motion lasts {end - start:g} s; an animation of {rate:g} frames "
-            f"a second can last {MAX_FRAMES / rate:g} s at most: view a part of it"
-        )
-    time = sample_times(start, end, rate)
+    time = sample_times(start, end, min(FRAME_RATE, MAX_FRAMES / (end - start)))
     position = np.hstack((curve(time), known_positions(shown.model, time)))
     arm: dict[str, Any] = {
         "start": start,

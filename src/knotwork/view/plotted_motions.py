@@ -22,12 +22,16 @@ def motions_of(
     """Collect the motions of a picture.
 
     Raises:
-        InputError: There are none, one is neither plan nor trajectory, their joints differ,
-            or the labels do not fit.
+        InputError: There are none, or more than line styles, one is neither plan nor trajectory,
+            their joints differ, or the labels do not fit.
     """
     items: list[Any] = list(motions) if isinstance(motions, Sequence) else [motions]
     if not items:
         raise InputError("a picture needs at least one plan or trajectory")
+    if len(items) > len(DASHES):
+        raise InputError(
+            f"{len(items)} motions are too many for one picture; choose at most {len(DASHES)}"
+        )
     shown = [_motion(item, scenario) for item in items]
     first = shown[0].trajectory
     for motion in shown[1:]:  # raises for other joints
@@ -47,18 +51,6 @@ def _motion(item: Any, scenario: Scenario | None) -> ShownMotion:
     if not isinstance(getattr(item, "trajectory", None), JointTrajectory):
         raise InputError(f"can't draw {type(item).__name__}; give a Plan or a JointTrajectory")
     return ShownMotion.of_plan(item)
-
-
-def check_distinct(motions: Sequence[ShownMotion]) -> None:
-    """Refuse more motions in one panel than there are line styles.
-
-    Raises:
-        InputError: There are too many.
-    """
-    if len(motions) > len(DASHES):
-        raise InputError(
-            f"{len(motions)} motions are too many for one picture; choose at most {len(DASHES)}"
-        )
 
 
 def _distinct(labels: list[str]) -> list[str]:

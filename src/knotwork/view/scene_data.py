@@ -77,18 +77,12 @@ def scene_of_trajectory(
 
 def _tool_warnings(robot: Robot) -> list[str]:
     """Warn that a trajectory without a scenario does not name its tool."""
-    if robot.tcp_frame_id is None:
-        return [
-            f"robot {robot.name!r} names no tool frame, so no path of a tool is shown; give the "
-            "scenario that the trajectory was planned for, or a robot with a tool frame"
-        ]
-    if robot.tool_offset.isIdentity(1e-9):
-        return [
-            "a trajectory does not name its tool: the path and the speed "
-            f"shown are those of the robot's frame {robot.tool_frame!r}; give its scenario "
-            "to see those of its tool"
-        ]
-    return []
+    if robot.tcp_frame_id is not None and not robot.tool_offset.isIdentity(1e-9):
+        return []
+    return [
+        "a trajectory does not name its tool: a path and its speed are those of the frame "
+        f"{robot.tool_frame!r} of robot {robot.name!r}; give the scenario to see those of its tool"
+    ]
 
 
 def make_scene(

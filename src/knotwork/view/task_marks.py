@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors.plain_text import waypoint_text
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import short_text
@@ -19,8 +18,6 @@ from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.targets import given_velocities, spacings, tool_targets, velocity_arrows
 from knotwork.waypoints import CartesianWaypoint
 
-ROUNDING_USE = 1e6
-"""Factor on a tolerance above which the tolerance is one for rounding, and is not printed."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MAX_KNOTS = 2000
@@ -125,21 +122,8 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
             at = (point + reached) / 2
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
-        text = _failure_text(findings[0], report.units)
+        text = short_text(findings[0], report.units)
         if len(findings) > 1:
             text += f", and {len(findings) - 1} more"
         parts.write(text, "miss", at, "\n".join(map(str, findings)), time=time)
     parts.draw("failures", merge_meshes(wrong) if wrong else None, lit=False)
-
-
-def _failure_text(finding: Finding, units: Units) -> str:
-    """Text of a finding as in lists, but without a tolerance that is one for rounding."""
-    name = waypoint_text(finding.name) if finding.subject == "waypoint" else finding.name
-    if finding.requested is not None:
-        miss = units.text(finding.value or 0.0, finding.unit, ".3g")
-        return f"{name}: {finding.title} off by {miss}"
-    if finding.value is None or finding.label or (finding.use or 0.0) <= ROUNDING_USE:
-        return short_text(finding, units)
-    shown, unit = units.shown(finding.value, finding.unit)
-    value = f"{shown:.3g} {unit}" if np.isfinite(shown) else "infinite"
-    return " ".join(filter(None, (name, finding.title, value)))

@@ -13,7 +13,7 @@ from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.headings import picture_title, write_around
 from knotwork.view.panel import LimitLine, Panel, finish_panel, new_axes, new_figure, page_size
-from knotwork.view.plotted_motions import check_distinct, motions_of
+from knotwork.view.plotted_motions import motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import MARK_LOOKS, rounded_text, settings
 from knotwork.view.tool_curves import (
@@ -69,7 +69,6 @@ def plot_tool(
             they have other joints than the scenario.
     """
     drawn = motions_of(motions, scenario=scenario, labels=labels)
-    check_distinct(drawn)
     page, units = page_size(size), drawn[0].units(degrees)
     sample: Callable[..., list[Curve]] = cache(lambda curve: [curve(motion) for motion in drawn])
     rows = [row for row in tool_rows(drawn) if any(len(time) for time, _ in sample(row.curve))]
@@ -105,7 +104,7 @@ def _panel(
         asked = [factor * float(np.linalg.norm(getattr(pose, row.asked))) for pose in poses]
         panel.mark("asked", row.title, np.array([pose.time for pose in poses]), np.array(asked))
     if row.asked == "linear":
-        part = scenario.si.tolerances.path_speed
+        part = scenario.task.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:
                 continue  # its speed is relative to a moving frame

@@ -210,17 +210,12 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
         InputError: The file exists, or the path is not a file.
     """
     try:
-        names_folder = os.path.basename(path) in ("", ".", "..")
         target = Path(path).resolve()
         exists, is_file = target.exists(), target.is_file()
     except (TypeError, OSError, RuntimeError, ValueError) as error:
         # no text; a loop of links; a NUL in the name
         raise InputError(f"can't write to {path!r}: {error}; give the path of a file") from error
-    if names_folder:
-        raise InputError(
-            f"can't write to {str(path)!r}: it names a folder; give the path of a file"
-        )
-    if exists and not is_file:
+    if (exists and not is_file) or os.path.basename(path) in ("", ".", ".."):
         raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
     if exists and not force:
         raise InputError(

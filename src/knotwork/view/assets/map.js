@@ -154,6 +154,5 @@ byId("map").addEventListener("keydown", (event) => {
 });
 for (const id of ["across", "up", "colour"]) byId(id).addEventListener("change", draw);
 window.addEventListener("resize", draw);
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 draw();
 choose(0);

@@ -46,7 +46,6 @@ class DraftReading:
         robot: Its robot, or `None`.
         handles: Its handles; of repeated waypoints only those of the first repetition.
         build: The structure of its text, as from `build`.
-        axes: The parts of the file that determine the axes of handles, within one structure.
         units: Units of the file's values, as from `units`.
         names: Names of waypoints in the scene, by location in the file.
     """
@@ -56,7 +55,6 @@ class DraftReading:
     robot: Robot | None
     handles: list[Handle]
     build: str
-    axes: dict[str, Any]
     units: dict[str, str]
     names: dict[str, str]
 
@@ -79,7 +77,6 @@ class DraftReading:
             robot,
             in_file[::-1],
             build(document.data),
-            _axes(document.data),
             units(document.data, robot),
             _names(scenario),
         )
@@ -184,27 +181,19 @@ class Session:
             raise InputError("an edit needs changes: a list of mappings with at and value")
         self.draft.apply(changes, str(request.get("gesture", "")))
 
-    def _same_build(self, request: Request) -> Any:
-        """The data of the draft, if it still has the structure that the page shows."""
-        data = self.draft.document().data
-        if request.get("build") != build(data):
+    def _same_build(self, request: Request) -> None:
+        """Refuse a request if the draft no longer has the structure that the page shows."""
+        if request.get("build") != build(self.draft.document().data):
             raise InputError("nothing was changed: the task has changed since; try again")
-        return data
 
     def _move(self, request: Request) -> Answer:
-        """Move a handle; while the text can't be read, one of the last valid text."""
-        data, reading = self._same_build(request), self._last_reading()
-        place = tuple(request.get("at", ())), request.get("name")
-        known = [] if reading is None else reading.handles
-        handle = next(
-            (candidate for candidate in known if (candidate.at, candidate.name) == place), None
-        )
-        if handle is None or reading is None:
+        """Move a handle of the present text."""
+        self._same_build(request)
+        reading, place = self._read(), (tuple(request.get("at", ())), str(request.get("name")))
+        known = {(handle.at, handle.name): handle for handle in reading.handles}
+        handle = known.get(place)
+        if handle is None:
             raise InputError(f"there is no handle at {request.get('at')!r}")
-        if _axes(data) != reading.axes:
-            raise InputError(
-                "nothing can be moved: the task can't be read, and its frames have changed"
-            )
         sizes = {"position": 3, "quaternion": 4}
         values = {
             key: read_only(request[key], (size,), key)
@@ -213,7 +202,7 @@ class Session:
         }
         if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle must have norm 1")
-        changes = move_handle(handle, si_factors(reading.scenario.task.units), **values)
+        changes = move_handle(handle, si_factors(reading.scenario.given.units), **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
         return {"build": build(self.draft.document().data)}
 
@@ -240,7 +229,7 @@ class Session:
             raise InputError("nothing can be added before the task is planned")
         robot, q = self._arm(request)
         scenario, planned = reading.scenario, self.plan.scenario
-        task, count = scenario.task, len(scenario.task.waypoints)
+        task, count = scenario.given, len(scenario.given.waypoints)
         if request.get("what") == "box":
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
@@ -290,11 +279,6 @@ def _names(scenario: Scenario) -> dict[str, str]:
         if i >= 0:
             named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), waypoint.name)
     return named
-
-
-def _axes(data: Any) -> dict[str, Any]:
-    """The parts of a file that determine the axes of handles, within one structure."""
-    return {key: part for key, part in data.items() if key not in ("waypoints", "scene")}
 
 
 def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:

@@ -16,7 +16,7 @@ class Editing {
     this.build();
     this.gizmo = new Gizmo(stage.viewer, {
       chosen: (handle) => this.pick(handle.at),
-      dragged: (handle, hand) => this.follow(handle, hand),
+      dragged: (handle) => { if (handle.kind === "jog") this.jog.reach(handle); },
       moved: (handle, hand) => this.moved(handle, hand),
     });
     this.jog = new Jog(this);
@@ -92,9 +92,8 @@ class Editing {
     this.choose(added.at);
   }
 
-  // Another scene is shown: what was moved along is in its new place.
+  // Another scene is shown.
   shown() {
-    for (const { object } of this.stage.data.things) object.position.set(0, 0, 0), object.quaternion.identity();
     if (this.draft) this.say();
     this.jog?.renew();
   }
@@ -157,18 +156,6 @@ class Editing {
     const { at, name, build, position, quaternion } = handle;
     const answer = await this.ask("move", { at, name, build, gesture, ...(use === "turn" ? { quaternion } : { position }) });
     handle.build = answer.build ?? build;
-  }
-
-  // While an object is dragged its shape goes along.
-  follow(handle, hand) {
-    if (handle.kind === "jog") this.jog.reach(handle);
-    if (handle.kind !== "object") return;
-    for (const { of, object } of this.stage.data.things) {
-      if (of !== handle.name) continue;
-      const turn = new THREE.Quaternion(...handle.quaternion).multiply(hand.turn.clone().invert());
-      object.quaternion.copy(turn);
-      object.position.set(...handle.position).sub(hand.position.clone().applyQuaternion(turn));
-    }
   }
 
   async add(what, more = {}) {

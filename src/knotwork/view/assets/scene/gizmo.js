@@ -161,7 +161,7 @@ class Gizmo {
       held.quaternion = turn.multiply(hand.turn).toArray();
     }
     hand.far = true;
-    this.dragged(held, hand);
+    this.dragged(held);
     this.viewer.set_dirty();
     clearTimeout(hand.timer);
     hand.timer = setTimeout(() => this.moved(held, hand), HOLD);

@@ -144,7 +144,7 @@ class Strip {
     if (bottom < height - 9) this.drawTimes(pen, colour, bottom);
     pen.fillStyle = colour("faint");
     for (const stop of data.waypoints) pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, bottom);
-    this.drawEvents(pen, colour, top, bottom);
+    this.drawEvents(pen, colour, top);
     pen.fillStyle = colour("red");
     for (const [start, end] of data.broken) pen.fillRect(this.x(start), bottom - 3, Math.max(this.x(end) - this.x(start), 3), 3);
   }
@@ -252,18 +252,14 @@ class Strip {
   }
 
   // Events, with their names where there is room
-  drawEvents(pen, colour, top, bottom) {
-    const { events } = this.data;
-    const rows = bottom - top > 24 ? [0, 0] : [0]; // of each row, from where on it is free
-    events.forEach(([time, said], i) => {
+  drawEvents(pen, colour, top) {
+    let free = 0;
+    this.data.events.forEach(([time, said]) => {
       const x = this.x(time);
       const width = pen.measureText(said).width;
-      const left = x + 5 + width < this.canvas.clientWidth ? x + 5 : x - 5 - width;
-      const next = i + 1 < events.length ? this.x(events[i + 1][0]) - 4 : Infinity;
-      const row = rows.findIndex((from, k) => left > from && (k || left + width < next));
-      if (row >= 0) {
-        this.write(pen, colour, said, left, top + 10 + 11 * row, "event");
-        rows[row] = left + width;
+      if (x > free && x + 5 + width < this.canvas.clientWidth) {
+        this.write(pen, colour, said, x + 5, top + 10, "event");
+        free = x + 5 + width;
       }
       pen.fillStyle = colour("event");
       pen.beginPath();
