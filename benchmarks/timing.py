@@ -260,7 +260,7 @@ def freed(scenario: Scenario) -> dict[str, Any]:
     Where a joint has no limits to be fast under, the peaks of the motion with given times are all.
     """
     given = kw.plan(scenario)
-    data = scenario.task.to_dict()
+    data = scenario.given.to_dict()
     data.pop("knots", None)
     for waypoint in data["waypoints"]:
         waypoint.pop("time", None)
@@ -287,7 +287,7 @@ def shipped() -> list[dict[str, Any]]:
         scenario = load_scenario(name)
         if scenario.free is not None:
             rows.append(shipped_row(name, scenario, None))
-        elif scenario.si.planner == "modified-hermite" and not scenario.paths:
+        elif scenario.task.planner == "modified-hermite" and not scenario.paths:
             rows.append(shipped_row(name, load_scenario(freed(scenario)), np.ptp(scenario.times)))
     return rows
 

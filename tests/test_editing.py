@@ -43,7 +43,7 @@ def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_move_handle(
 ) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
     scenario = kw.load_scenario(name)
-    robot = kw.load_robot(str(scenario.task.robot))
+    robot = kw.load_robot(str(scenario.given.robot))
     turn = pin.exp3(np.array([0.2, -0.1, 0.3]))
     shift = np.array([0.0123, -0.02, 0.031])
     for handle in handles(scenario, robot):
@@ -258,7 +258,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
     renewed = made.renew()
     assert renewed is not None
     assert made.plan is not None
-    assert made.plan.scenario.task.rate == 120
+    assert made.plan.scenario.given.rate == 120
     made.server.server_close()
 
 
@@ -269,6 +269,6 @@ def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> No
     assert robot is not None
     scene = standing_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
-    assert drawn >= set(scenario.task.scene.objects)
+    assert drawn >= set(scenario.given.scene.objects)
     times = [one["time"] for one in scene["waypoints"]]
     assert np.all(np.diff(times) > 0)

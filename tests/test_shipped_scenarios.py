@@ -73,7 +73,7 @@ def test_it_passes_the_judge_too_and_reports_the_branches_it_takes(
 def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
     scenario = kw.load_scenario(path)
     assert scenario.name == path.stem
-    assert len(scenario.task.description.split()) >= 4
+    assert len(scenario.given.description.split()) >= 4
     assert not any(waypoint.name.startswith("waypoint ") for waypoint in scenario.waypoints)
     assert path.read_text().startswith("#")
 
@@ -102,7 +102,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     scenario = kw.load_scenario(name)
     waypoints = nearest_by_nearest(scenario)
     options = kw.interpolation.PlannerOptions(end_acceleration="zero")
-    trajectory = kw.interpolation.get_planner(scenario.si.planner)(waypoints, options)
+    trajectory = kw.interpolation.get_planner(scenario.task.planner)(waypoints, options)
     report = kw.check(trajectory, scenario)
     broken = {found.name for found in report.failures if found.quantity == "velocity"}
     assert len(broken) >= 3

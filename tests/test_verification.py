@@ -307,7 +307,7 @@ def test_tool_errors_equal_those_of_pinocchio(
     trajectory = tampered(deburring.trajectory, change)
     report = check(trajectory, deburring.scenario)
     assert report.ok == (change == "nothing")
-    tolerances = dict(deburring.scenario.si.tolerances)
+    tolerances = dict(deburring.scenario.task.tolerances)
     checked = 0
     for waypoint in deburring.scenario.waypoints:
         if not isinstance(waypoint, CartesianWaypoint):

@@ -30,7 +30,7 @@ def test_the_payload_bounds_the_times_by_torque() -> None:
     made = planned("ur5_palletise")
     assert made.chosen is not None
     assert any(one.quantity == "effort" for one in made.chosen.binding)
-    document = made.chosen.requested.task.to_dict()
+    document = made.chosen.requested.given.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
     assert kw.plan(light).trajectory.duration < made.trajectory.duration
 

@@ -186,7 +186,8 @@ def test_null_is_the_same_as_a_value_left_out() -> None:
     left_out = {"path": None, "position": None}
     options = {"tolerances": left_out, "path": {"acceleration": None}}
     with_nulls = kw.load_scenario({"units": {"length": "mm"}, "waypoints": ends, **options})
-    assert with_nulls.si.tolerances.path == kw.load_scenario({"waypoints": ends}).si.tolerances.path
+    plain = kw.load_scenario({"waypoints": ends})
+    assert with_nulls.task.tolerances.path == plain.task.tolerances.path
     branch = {"shoulder": "left", "elbow": None}
     task = kw.Task.load("ur5_valve")
     plans = [kw.plan({**task.to_dict(), "branch": b}) for b in (branch, {"shoulder": "left"})]

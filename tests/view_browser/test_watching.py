@@ -35,7 +35,7 @@ from knotwork.cli.main import main
 from knotwork.verification import CHECKS
 
 def faulty(motion, scenario, space):
-    if "fault" in scenario.task.description:
+    if "fault" in scenario.given.description:
         raise ZeroDivisionError("boom")
     return ()
 

@@ -258,7 +258,7 @@ def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
         asked["waypoints"][0]["pose"] = {"position": [300, 350, 150], "rpy": DOWN}
     other = made.replan(at, asked)
     other.report.raise_if_failed()
-    assert judged(other, other.scenario.task.to_dict()) == []
+    assert judged(other, other.scenario.given.to_dict()) == []
     for order in range(3):
         jump = made.trajectory(at, order) - other.trajectory(0.0, order)
         assert np.abs(jump).max() <= 1e-12

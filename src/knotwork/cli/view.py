@@ -218,7 +218,7 @@ def source_files(motion: Any) -> list[Path]:
     known: list[Path | None] = []
     if robot is not None:
         known = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]
-    named = named_files(motion.scenario.task.to_dict(), source.parent) if source else {}
+    named = named_files(motion.scenario.given.to_dict(), source.parent) if source else {}
     return [path for path in (source, *known, *named.values()) if path is not None]
 
 

@@ -133,8 +133,8 @@ def _detour_ends(plan: Plan) -> list[int]:
     """
     scenario, free = plan.scenario, _free_times(plan)
     requested = scenario if plan.chosen is None else plan.chosen.requested
-    planner, _ = planner_and_rule(requested.si.planner)
-    if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
+    planner, _ = planner_and_rule(requested.task.planner)
+    if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
     fixed |= set(plan.space.waits) | {end - 1 for end in (free.ways if free else ())}

@@ -77,7 +77,7 @@ class _Arrival(NamedTuple):
 def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
     """A motion at another speed: see `Plan.scaled`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
-    moving = on_moving_frames(scenario.task)
+    moving = on_moving_frames(scenario.given)
     if moving:
         raise scenario.places.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
@@ -167,7 +167,7 @@ def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion)
         return [Finding("Warnings", "motion", "", "path", "warning", fact)]
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
     execution = Execution(clock, times, executed.ends)
-    moving = on_moving_frames(planned.scenario.task)
+    moving = on_moving_frames(planned.scenario.given)
     fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
     at_rest = replace(execution, arrivals=fixed)
     return [
@@ -204,7 +204,7 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
     motion = executed.motion
     names = arrivals[0].name, arrivals[-1].name
     task = scene_from(scenario, space.robot, executed.planned.trajectory, executed.span, names)
-    units = si_factors(scenario.task.units)
+    units = si_factors(scenario.given.units)
     waits = {
         k: second.time - first.time
         for k, (first, second) in enumerate(pairwise(arrivals))

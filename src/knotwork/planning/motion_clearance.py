@@ -47,9 +47,9 @@ def clearance_between(
     """
     robot = OtherRobot(**other)
     name = Path(robot.scenario).stem
-    scene = scenario.task.scene
+    scene = scenario.given.scene
     with_other = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
-    resolved_scene = resolve_task(scenario.task.replace(scene=with_other), scenario.places).scene
+    resolved_scene = resolve_task(scenario.given.replace(scene=with_other), scenario.places).scene
     space = space if space is not None else joint_space(scenario)
     nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
     if nearest is None:

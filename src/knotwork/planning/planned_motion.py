@@ -162,7 +162,7 @@ class Plan:
 
             # whose name differs from that of the new file
             scenario = self.scenario if self.chosen is None else self.chosen.scenario
-            named = replace(scenario, task=scenario.task.replace(name=scenario.name))
+            named = replace(scenario, given=scenario.given.replace(name=scenario.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
             **self.report_to_dict(),

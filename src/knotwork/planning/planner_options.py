@@ -33,7 +33,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     Raises:
         InputError: An option names an unknown joint, or is out of range.
     """
-    knots, ends = scenario.knots, scenario.task.end_acceleration
+    knots, ends = scenario.knots, scenario.given.end_acceleration
     _refuse_values_for_each(scenario, space)
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
@@ -111,21 +111,21 @@ class Interpolation:
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
-        original, left_out = scenario.si.planner, tuple[str, ...]()
+        original, left_out = scenario.task.planner, tuple[str, ...]()
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
-        si = scenario.si.model_copy(update={"planner": planner or original})
-        scenario = replace(scenario, si=si)  # the task as given stays
+        task = scenario.task.model_copy(update={"planner": planner or original})
+        scenario = replace(scenario, task=task)  # the task as given stays
         space = joint_space(scenario)
         options = planner_options(scenario, space)
-        if scenario.si.planner != original:
-            options, left_out = supported_options(options, original, scenario.si.planner)
+        if scenario.task.planner != original:
+            options, left_out = supported_options(options, original, scenario.task.planner)
         return cls(scenario, space, options, left_out, planner is not None)
 
     @property
     def knots_along_paths(self) -> Any:
         """Knot positions for inserting waypoints: those of the planner, if it has knots."""
-        base, ruled = planner_and_rule(self.scenario.si.planner)
+        base, ruled = planner_and_rule(self.scenario.task.planner)
         if "knots" not in PLANNER_SPECS[base].supports:
             return PlannerOptions().knots
         return ruled.get("knots", self.options.knots)
@@ -138,7 +138,7 @@ class Interpolation:
                 or the argument that was given instead.
         """
         try:
-            return get_planner(self.scenario.si.planner)(waypoints, self.options)
+            return get_planner(self.scenario.task.planner)(waypoints, self.options)
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError) and error.waypoint is not None:

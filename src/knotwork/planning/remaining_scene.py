@@ -56,7 +56,7 @@ def scene_from(
         span: Time interval of the planned motion that is executed [s].
         ends: Names of the waypoints at these times.
     """
-    task, (first, last) = scenario.task, span
+    task, (first, last) = scenario.given, span
     times = [waypoint.time for waypoint in scenario.waypoints]
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
@@ -111,7 +111,7 @@ def _put_down(
     scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
 ) -> SceneObject:
     """A held object at its pose where the tool takes or releases it, at waypoint i."""
-    task, carrier = scenario.task, held.carriers[i == held.leave]
+    task, carrier = scenario.given, held.carriers[i == held.leave]
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"
     if carrier is not None:

@@ -108,7 +108,7 @@ def _place_on_path(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     wanted = path.motion.path.position(np.array([request.arc_length]))
-    miss, tolerance = float(np.linalg.norm(reached - wanted)), scenario.si.tolerances.path
+    miss, tolerance = float(np.linalg.norm(reached - wanted)), scenario.task.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
     place = f"{event.text} at {event.time:.3f} s, {_place(request, scenario)}"
     fact = f"{place}: the tool is {shown} from that position, tolerance {allowed}"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+import numpy as np
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
@@ -13,6 +15,7 @@ from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
+    from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
     from knotwork.verification.bounds.path_criteria import PathBound
@@ -30,6 +33,11 @@ UNITS = {
 """SI unit of each criterion."""
 POSE_TOLERANCE = 1e-9
 """Relative difference below which poses are equal."""
+MAX_BULGE = 0.2
+"""Maximum distance of a plausible curve from the line between two points, relative to the line.
+
+Even a circle through five points is below it.
+"""
 
 
 def tool_paths(
@@ -49,6 +57,31 @@ def tool_paths(
         paths = [path for path in group if execution is None or path.motion.carrier is None]
         for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
             yield from _stretch_findings(scenario, followed)
+
+
+def uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Warn of a curve that deviates far from the line between two of its points.
+
+    Its points are then few or uneven, and the tool is on the curve but hardly where it should be.
+    """
+    scale, unit = scenario.shown_length
+    for path in scenario.paths:
+        last = scenario.waypoints[path.last]
+        for any_curve in path.motion.path.curves:
+            if not hasattr(any_curve, "bulges"):  # lines and arcs need not load its class
+                continue
+            curve = cast("ThroughPoints", any_curve)
+            bulges = curve.bulges()
+            chords = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
+            i = int((bulges / chords).argmax())
+            if bulges[i] > MAX_BULGE * chords[i]:
+                yield Finding(
+                    "Warnings", "waypoint", last.name, "curve_between_points", "warning",
+                    f"the curve through points to {last.name!r} leaves the straight line between "
+                    f"points {i} and {i + 1}, {scale * chords[i]:.4g} {unit} apart, by "
+                    f"{scale * bulges[i]:.4g} {unit}: add points there, or leave out points that "
+                    "are much nearer to one another", time=last.time,
+                )  # fmt: skip
 
 
 def path_geometry(
@@ -139,7 +172,7 @@ def _follow_paths(
     from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed = scenario.si.tolerances
+    allowed = scenario.task.tolerances
     clock = None if execution is None else execution.clock
 
     def follow(turn: float) -> list[_FollowedStretch]:
@@ -194,7 +227,7 @@ def _executed_stretches(
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
     """Findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
-    tolerances, progress = scenario.si.tolerances, result.progress
+    tolerances, progress = scenario.task.tolerances, result.progress
     bounds = dict(result.bounds)
     bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
         limit=max(tolerances.path, tolerances.position),
@@ -262,7 +295,7 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
             f"{total} {length} and moves back by {backward} {length}, tolerance {limit}"
         )
     speed = f"{scale * stretch.speed:.5g}"
-    within = f"tolerance {100 * scenario.si.tolerances.path_speed:.3g} %"
+    within = f"tolerance {100 * scenario.task.tolerances.path_speed:.3g} %"
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)

@@ -143,7 +143,7 @@ def _tool_findings(
     import pinocchio as pin
 
     velocity_freedom = _velocity_freedom(waypoint, scenario)
-    robot, joints = space.robot.in_frame(standing=waypoint.standing)
+    robot, joints = space.robot.in_frame(in_world_frame=waypoint.in_world_frame)
     q, v = motion.curve(time)[joints], motion.curve(time, 1)[joints]
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation, spin = waypoint.rotation, twist.angular
@@ -173,7 +173,7 @@ def _tool_findings(
     for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
             "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
-            requested, achieved, error, getattr(scenario.si.tolerances, quantity), unit,
+            requested, achieved, error, getattr(scenario.task.tolerances, quantity), unit,
             scenario.units,
         )  # fmt: skip
 

@@ -213,7 +213,7 @@ class ShownMotion:
     @property
     def chosen_velocities(self) -> set[str]:
         """Names of waypoints whose velocity planning chose, so that it was not given."""
-        return {name for run in self.scenario.task.chosen or () for name in run.velocities}
+        return {name for run in self.scenario.given.chosen or () for name in run.velocities}
 
     @property
     def times(self) -> FloatArray:
@@ -286,7 +286,7 @@ def task_without_requirements(name: str) -> Scenario:
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:
     """The finding on the pair with the surroundings that is nearest to its margin."""
-    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.around]
+    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.involves_scene]
     return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)
 
 

@@ -179,7 +179,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     for motion in motions:
         robot_of(motion)  # raises before the first row is drawn
     scenario = motions[0].scenario
-    allowed, limits = scenario.si.tolerances, scenario.motion_limits
+    allowed, limits = scenario.task.tolerances, scenario.motion_limits
     off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed
     rows = [
         ToolRow("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),

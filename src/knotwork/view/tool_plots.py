@@ -104,7 +104,7 @@ def _panel(
         asked = [factor * float(np.linalg.norm(getattr(pose, row.asked))) for pose in poses]
         panel.mark("asked", row.title, np.array([pose.time for pose in poses]), np.array(asked))
     if row.asked == "linear":
-        part = scenario.si.tolerances.path_speed
+        part = scenario.task.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:
                 continue  # its speed is relative to a moving frame

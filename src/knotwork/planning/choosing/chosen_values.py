@@ -45,15 +45,15 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
                 changes |= {"time": None, "after": after}
             q = positions[segment.rows[place]]
             changes |= _chosen_speed(task, i, q, motion.velocity[place])
-    optimal = scenario.task.knots == "optimal"
-    numbers = scenario.task.with_waypoints(waypoints).replace(
+    optimal = scenario.given.knots == "optimal"
+    numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
     timed = resolve_task(numbers, scenario.places)
     if not motions:
         return timed
     sections = [_chosen_motion(task, timed, *pair) for pair in motions]
-    return replace(timed, task=numbers.replace(chosen=sections))
+    return replace(timed, given=numbers.replace(chosen=sections))
 
 
 def solutions_near(
@@ -67,7 +67,7 @@ def solutions_near(
     """
     positions = task.waypoints.position if positions is None else positions
     index, paths = task.scenario.index, task.scenario.paths
-    units = si_factors(task.scenario.task.units)
+    units = si_factors(task.scenario.given.units)
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
@@ -84,19 +84,19 @@ def solutions_near(
 def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it is chosen."""
     kind, robot, waypoint = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
-    length, angle = si_factors(task.scenario.task.units)
+    length, angle = si_factors(task.scenario.given.units)
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
         return {"velocity": by_joint(task.space, v, length, angle)}
-    robot, joints = robot.in_frame(standing=waypoint.standing)
+    robot, joints = robot.in_frame(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.standing:  # the base of the file moves relative to it
-            spec = scenario.task.waypoints[scenario.index[i]]
-            axes = getattr(spec, "frame", None) or scenario.task.frame or "base"
+        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
+            spec = scenario.given.waypoints[scenario.index[i]]
+            axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T
         linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}

@@ -162,7 +162,7 @@ def _solutions(
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    spec = scenario.task.waypoints[scenario.index[i]]
+    spec = scenario.given.waypoints[scenario.index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
     tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.free.ways if end else i > 0
@@ -172,7 +172,7 @@ def _solutions(
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied
-        or waypoint.standing
+        or waypoint.in_world_frame
     )
     if fixed:
         return np.array(chosen[None])

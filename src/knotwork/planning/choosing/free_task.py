@@ -33,10 +33,10 @@ def knots_of(scenario: Scenario) -> Any:
 
 def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
-    waypoints = list(scenario.task.waypoints)
+    waypoints = list(scenario.given.waypoints)
     for place in (scenario.index[i] for i in ends):
         waypoints[place] = waypoints[place].replace(way="clear")
-    return resolve_task(scenario.task.replace(waypoints=tuple(waypoints)), scenario.places)
+    return resolve_task(scenario.given.replace(waypoints=tuple(waypoints)), scenario.places)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,7 +40,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 
 def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
-    data, source = scenario.task.to_dict(), scenario.source
+    data, source = scenario.given.to_dict(), scenario.source
     source_folder = Path.cwd() if source is None else source.parent
     moved = moved_paths(data, source_folder.resolve(), folder.resolve())
     content: dict[str, object] = apply_edits(Document(data), moved).data

@@ -61,7 +61,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         met = list(_free(scenario).meets)
         if np.abs(times - expected)[met].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
-        task = scenario.task.with_waypoints(_speeds(scenario, chosen))
+        task = scenario.given.with_waypoints(_speeds(scenario, chosen))
         if count == FULL_STEPS:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
@@ -103,13 +103,13 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     free, (first, *_) = _free(scenario), _free(scenario).meets
     k, failure = scenario.index[first], None
     guesses: list[dict[int, float]] = [{}]
-    if scenario.task.waypoints[k].time is None and free.duration[first - 1]:
+    if scenario.given.waypoints[k].time is None and free.duration[first - 1]:
         start, at_least = scenario.expected_times[first - 1], free.at_least[first - 1]
         spans = dict.fromkeys(max(span, float(at_least)) for span in GUESSES)
         guesses = [{k: start + span} for span in spans]
     for expected in guesses:
         try:
-            guessed = _with_expected_times(scenario, scenario.task, expected)
+            guessed = _with_expected_times(scenario, scenario.given, expected)
             return guessed, choose(guessed)
         except (OutOfReachError, FollowingError) as error:
             error.add(
@@ -125,7 +125,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    free, task = _free(scenario), scenario.task
+    free, task = _free(scenario), scenario.given
     first = free.meets[0]
     if not any(i < first for i in free.path_speed):
         return scenario
@@ -144,14 +144,14 @@ def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    free, known = _free(scenario), chosen.scenario.task.waypoints
+    free, known = _free(scenario), chosen.scenario.given.waypoints
     places = [scenario.index[i] for i in free.path_speed if i <= free.meets[-1]]
     return {k: {"speed": known[k].speed} for k in places if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
-    known = chosen.scenario.task.waypoints
+    known = chosen.scenario.given.waypoints
     places = scenario.index[1 : _free(scenario).meets[-1] + 1]
     return {k: {"near": near} for k in places if (near := getattr(known[k], "near", None))}
 
@@ -165,7 +165,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     times = np.array(chosen.scenario.times)
     for i in _free(scenario).meets:
         k = scenario.index[i]
-        time = scenario.task.waypoints[k].time
+        time = scenario.given.waypoints[k].time
         if time is None or k == scenario.index[i - 1]:
             continue
         if times[i] > time:
@@ -185,7 +185,7 @@ def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputErr
 
 def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     """The scenario with numbers for its unknowns up to the last moving frame."""
-    free, task = _free(scenario), scenario.task
+    free, task = _free(scenario), scenario.given
     last, spans = free.meets[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))

@@ -75,7 +75,7 @@ def with_max_speeds(
         return TimedPaths(FreeTask(scenario, free, space, solution))
     if solution is not None:
         near = solutions_near(FreeTask(scenario, free, space, solution))
-        scenario = resolve_task(scenario.task.with_waypoints(near), scenario.places)
+        scenario = resolve_task(scenario.given.with_waypoints(near), scenario.places)
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
     problems = {}
     for number, path in enumerate(scenario.paths):
@@ -137,7 +137,7 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
 def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
     """The task with the chosen speeds along its paths, solved."""
     scenario, unit = task.scenario, task.scenario.shown_length[0]
-    changed = scenario.task.with_waypoints(
+    changed = scenario.given.with_waypoints(
         {
             scenario.index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
             for problem in problems
@@ -244,5 +244,5 @@ def _path_error(
 
 def _key(task: FreeTask, i: int) -> str:
     """Key of the speed of the stretch to a waypoint."""
-    waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
+    waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)

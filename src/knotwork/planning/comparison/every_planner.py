@@ -122,15 +122,15 @@ def compare(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     with scenario.error_context("planner"):
-        get_planner(scenario.si.planner)
+        get_planner(scenario.task.planner)
     base = _base(scenario)
     own_options = planner_options(base.scenario, base.space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
         options = own_options
-        if name != scenario.si.planner:
-            options, _ = supported_options(own_options, scenario.si.planner, name)
+        if name != scenario.task.planner:
+            options, _ = supported_options(own_options, scenario.task.planner, name)
         try:
             trajectory, seconds = _time_planner(name, base.joint_waypoints, options)
         except InputError as error:
@@ -220,7 +220,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         tool_path_deviation=max((value for value, _ in values_of("path_deviation")), default=None),
         tool_path_speed_error=max(
             (
-                scenario.si.tolerances.path_speed * value / limit
+                scenario.task.tolerances.path_speed * value / limit
                 for value, limit in values_of("path_speed")
             ),
             default=None,

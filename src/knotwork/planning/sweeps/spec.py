@@ -136,7 +136,7 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
         return read(path.absolute())
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    return Document(scenario.task.to_dict(), scenario.source)
+    return Document(scenario.given.to_dict(), scenario.source)
 
 
 def first_difference(stored: Any, requested: Any) -> str:

@@ -129,7 +129,7 @@ def _insert_waypoints(
     from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
-    tolerances = scenario.si.tolerances
+    tolerances = scenario.task.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = path.times
     begin = track.start(start)

@@ -174,7 +174,7 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
 
 def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
-    for run in scenario.task.chosen or ():
+    for run in scenario.given.chosen or ():
         if run.way:
             low, high = run.times[0] - EVENT_TOLERANCE, run.times[-1] + EVENT_TOLERANCE
             yield (

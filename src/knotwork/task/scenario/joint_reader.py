@@ -45,7 +45,7 @@ class JointReader:
 
     def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
-        length, angle = (1.0, 1.0) if si else si_factors(self.scenario.task.units)
+        length, angle = (1.0, 1.0) if si else si_factors(self.scenario.given.units)
         units = zip(self.names, self.units, strict=True)
         scale = {name: angle if unit == "rad" else length for name, unit in units}
         if not isinstance(values, Mapping):
@@ -79,7 +79,7 @@ class JointReader:
 
     def limits(self) -> dict[str, dict[str, Any]]:
         """Limits by quantity and joint; position limits are pairs."""
-        limits = {kind: getattr(self.scenario.task.limits, kind) for kind in JOINT_QUANTITIES}
+        limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
         return {
             kind: self.by_joint(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
             for kind, values in limits.items()
@@ -88,7 +88,7 @@ class JointReader:
 
     def requirements(self) -> dict[str, Any]:
         """The attributes of a `JointSpace` for the requirements on the joints."""
-        task, index = self.scenario.task, self.scenario.index
+        task, index = self.scenario.given, self.scenario.index
         targets = [
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in self.scenario.waypoints
@@ -140,13 +140,13 @@ class JointReader:
 
     def _tolerance(self, quantity: str) -> FloatArray:
         """Tolerance of a quantity of the joints, shape (d,); its default is in SI."""
-        name, tolerances = f"joint_{quantity}", self.scenario.task.tolerances
+        name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
         is_given = name in tolerances.model_fields_set
         by_joint = self.by_joint(getattr(tolerances, name), "tolerances", name, si=not is_given)
         return np.array([*by_joint.values()])
 
     def _ends(self) -> tuple[FloatArray, FloatArray] | None:
-        ends = self.scenario.task.end_acceleration
+        ends = self.scenario.given.end_acceleration
         if ends is None:
             return None
         accelerations = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
@@ -178,9 +178,9 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
         else position
         for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
-    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
     for i, (first, second) in enumerate(pairwise(places)):
-        if stands[i] != stands[i + 1]:
+        if in_world[i] != in_world[i + 1]:
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue

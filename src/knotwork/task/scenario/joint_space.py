@@ -109,7 +109,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     >>> space.targets[1].position
     array([1.57079633])
     """
-    task = scenario.task
+    task = scenario.given
     if task.robot is None:
         return _bare_joints(scenario)
     robot = _at_rest(scenario, moved_robot(scenario))
@@ -169,14 +169,14 @@ def moved_robot(scenario: Scenario) -> Robot:
             else reference,
             relative_to=file.parent if file is not None else None,
         )
-    tool = scenario.si.tool or Tool.model_construct()
+    tool = scenario.task.tool or Tool.model_construct()
     offset = None
     if tool.offset is not None:
         offset = read_placement(tool.offset, scenario.places, ("tool", "offset"))
     payload = read_payload(tool, scenario.places, ("tool",))
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
-    for name, frame in scenario.task.frames.items():  # all links that carry frames exist
+    for name, frame in scenario.given.frames.items():  # all links that carry frames exist
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):
                 robot.frame_index(frame.on)
@@ -222,7 +222,7 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
 
 
 def _bare_joints(scenario: Scenario) -> JointSpace:
-    task, names = scenario.task, tuple(getattr(scenario.waypoints[0], "joints", ()))
+    task, names = scenario.given, tuple(getattr(scenario.waypoints[0], "joints", ()))
     for name in task.joint_units:
         if name not in names:
             with scenario.error_context("joint_units", name):

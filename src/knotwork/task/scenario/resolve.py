@@ -106,8 +106,8 @@ class _Resolver:
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             waypoints=waypoints,
-            task=self.task,
-            si=file,
+            task=file,
+            given=self.task,
             index=self.reader.indices,
             paths=paths,
             units=units,

@@ -54,7 +54,7 @@ class JointTarget:
     velocity: Mapping[str, float] = field(default_factory=dict)
     location: Location = ()
     where: str = ""
-    standing: ClassVar[bool] = False
+    in_world_frame: ClassVar[bool] = False
 
 
 ScenarioWaypoint = CartesianWaypoint | JointTarget
@@ -139,9 +139,10 @@ class Scenario:
     Attributes:
         name: Name of the scenario.
         waypoints: At least two waypoints, in order of time.
-        task: The task as given, in its own units; options without a unit are read from it.
-        si: The same task in SI, but for joint values, and with waits of actions as waits of their
-            waypoints. A planner or knots given in place of its own are in this one alone.
+        task: The task in SI, except joint values. Waits in `do` are moved to `wait`. A planner or
+            knots passed to `plan` replace the task's own here.
+        given: The task as it was given, in its own units, for changing, planning and saving it
+            again.
         index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
         units: Units of the file, for output.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
@@ -163,7 +164,7 @@ class Scenario:
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
     task: PlainTask = field(repr=False, compare=False)
-    si: PlainTask = field(repr=False, compare=False)
+    given: PlainTask = field(repr=False, compare=False)
     index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
@@ -218,7 +219,7 @@ class Scenario:
     @property
     def knots(self) -> Any:
         """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s]."""
-        knots = self.si.knots
+        knots = self.task.knots
         if isinstance(knots, Balanced):
             return knots.balanced
         # where nothing is chosen, that is along paths, optimal knots are the paper's

@@ -46,14 +46,14 @@ def waypoint_here(
         scenario: The task.
         robot: Its robot.
         q: Joint positions, joints in the robot's order, shape (d,).
-        after: Index in `scenario.task` of the previous waypoint; -1 for the start.
+        after: Index in `scenario.given` of the previous waypoint; -1 for the start.
         share: Fraction of the time between the two at which the arm is there.
         joints: Use joint values, as an arm with few joints needs, not the pose of the tool.
 
     Raises:
         InputError: The waypoint is on a curved tool path, or on a line with joint values.
     """
-    task = scenario.task
+    task = scenario.given
     length, angle = si_factors(task.units)
     beside = task.waypoints[max(after, 0)]
     added, changes = _time_between(scenario, after, share)
@@ -108,7 +108,7 @@ def _time_between(
     scenario: Scenario, after: int, share: float
 ) -> tuple[dict[str, Any], list[Change]]:
     """Time and velocity of a new waypoint, and changes of its neighbours."""
-    task = scenario.task
+    task = scenario.given
     if after + 1 == len(task.waypoints):
         return _at_the_end(scenario, after)
     following = task.waypoints[after + 1]
@@ -146,7 +146,7 @@ def _time_between(
 
 def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Change]]:
     """A new last waypoint takes as long as the one before it, which becomes a stop."""
-    task = scenario.task
+    task = scenario.given
     last = task.waypoints[after]
     passing = isinstance(last, PathWaypoint) or last.stop or last.wait
     moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)

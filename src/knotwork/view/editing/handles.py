@@ -68,7 +68,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The task.
         robot: Its robot.
     """
-    file = scenario.si
+    file = scenario.task
     frames = Frames(file.frames, scenario.places)
     moving = frames.moving.items()
     still = {name for name, frame in moving if not frame.is_moving and frame.link == scenario.on}
@@ -84,7 +84,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         ):
             for handle in _waypoint_handles(scenario, file, i, frame):
                 by_place.setdefault(handle.at, handle)  # only of the first repetition
-    task = scenario.task
+    task = scenario.given
     placed_parts = (
         (("scene", "objects"), file.scene.objects, task.scene.objects),
         (("frames",), file.frames, task.frames),
@@ -113,7 +113,7 @@ def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Ite
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
     at = scenario.places.given(("waypoints", i))
-    raw = cast(PoseWaypoint, scenario.task.waypoints[i])
+    raw = cast(PoseWaypoint, scenario.given.waypoints[i])
     pose = pin.SE3(turn, around * np.array(waypoint.pose.position))
     form, position = _form(waypoint.pose), raw.pose.position
     yield Handle((*at, "pose"), shown.name, "waypoint", pose, (around, axes), position, *form)

@@ -202,7 +202,7 @@ class Session:
         }
         if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle must have norm 1")
-        changes = move_handle(handle, si_factors(reading.scenario.task.units), **values)
+        changes = move_handle(handle, si_factors(reading.scenario.given.units), **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
         return {"build": build(self.draft.document().data)}
 
@@ -229,7 +229,7 @@ class Session:
             raise InputError("nothing can be added before the task is planned")
         robot, q = self._arm(request)
         scenario, planned = reading.scenario, self.plan.scenario
-        task, count = scenario.task, len(scenario.task.waypoints)
+        task, count = scenario.given, len(scenario.given.waypoints)
         if request.get("what") == "box":
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
