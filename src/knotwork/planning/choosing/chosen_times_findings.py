@@ -185,7 +185,7 @@ def clear_motion_findings(
         return
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)
-    around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.around))
+    around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
     resolution = scenario.scene.rules.resolution
     for indices, run in detours:

@@ -91,12 +91,12 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
         return {"velocity": by_joint(task.space, v, length, angle)}
-    robot, joints = robot.in_frame(standing=waypoint.standing)
+    robot, joints = robot.in_frame(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.standing:  # the base of the file moves relative to it
+        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T

@@ -176,7 +176,7 @@ def _solutions(
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied
-        or waypoint.standing
+        or waypoint.in_world_frame
     )
     if fixed:
         return np.array(chosen[None])
