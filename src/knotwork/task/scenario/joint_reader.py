@@ -169,8 +169,8 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
             or for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free is not None:  # a chosen velocity is not a stop
-        speeds = pairwise(scenario.free.speed)
+    if scenario.unknowns is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.unknowns.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     places = [
         waypoint.pose.homogeneous
@@ -178,9 +178,9 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
         else position
         for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
-    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
     for i, (first, second) in enumerate(pairwise(places)):
-        if stands[i] != stands[i + 1]:
+        if in_world[i] != in_world[i + 1]:
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue
