@@ -11,7 +11,7 @@ _CONTROLS = re.compile(
 )
 
 
-def plain(text: str) -> str:
+def escape_controls(text: str) -> str:
     r"""Escape control characters as Python does, `\x1b` for escape; lines are kept.
 
     >>> print(plain("PASSED \x1b[8m but not"))
@@ -20,9 +20,9 @@ def plain(text: str) -> str:
     return _CONTROLS.sub(lambda match: ascii(match.group())[1:-1], text)
 
 
-def one_line(text: str) -> str:
+def to_one_line(text: str) -> str:
     r"""Escape control characters, line feeds and tabs, so that the text is one line."""
-    return plain(text.replace("\n", r"\n").replace("\t", r"\t"))
+    return escape_controls(text.replace("\n", r"\n").replace("\t", r"\t"))
 
 
 def default_waypoint_name(place: int) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from knotwork.errors.plain_text import one_line
+from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.task_to_joint import Infeasibility
 from knotwork.units import Units, readable
 from knotwork.verification import Finding
@@ -38,7 +38,7 @@ def infeasible(limit: Infeasibility, units: Units) -> Finding:
         margin=limit.limit - limit.velocity,
         unit=limit.unit,
         time=None if limit.until else limit.start,
-        label=f"{one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
+        label=f"{to_one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
         remedy=remedy,
         interval=(limit.start, limit.end) if limit.until else None,
     )

@@ -50,7 +50,7 @@ class JointAxes:
         links = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
         self.reach = float(np.linalg.norm(links, axis=1).sum())
 
-    def certain_miss(self, position: FloatArray) -> FloatArray:
+    def distance_beyond_reach(self, position: FloatArray) -> FloatArray:
         """Distance of points beyond the length of the arm [m], not positive within it.
 
         Args:
@@ -112,7 +112,7 @@ class JointAxes:
 T = TypeVar("T")
 
 
-def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
+def cache_per_robot(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
     """Cache the results of a function of a robot for the lifetime of the robot."""
     known: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
 
@@ -124,7 +124,7 @@ def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
     return wraps(make)(find)
 
 
-@kept_with
+@cache_per_robot
 def joint_axes(robot: Robot) -> JointAxes:
     """The joint axes of a robot, cached."""
     return JointAxes(robot)

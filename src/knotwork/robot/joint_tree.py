@@ -140,7 +140,9 @@ def joint_tree(model: Any) -> JointTree:
     )
 
 
-def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -> JointTree:
+def make_serial_chain(
+    placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]
+) -> JointTree:
     """Make a serial chain of joints.
 
     Args:
@@ -161,7 +163,7 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
     )
 
 
-def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
+def invert_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
     """Inverse joints from a link to the root of a tree.
 
     Args:
@@ -177,7 +179,9 @@ def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTre
     steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]
     axes = np.array([*(-tree.axis[i] for i in joints), [0.0, 0.0, 1.0]])
     turns = [*(bool(tree.turns[i]) for i in joints), True]
-    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in joints]
+    return make_serial_chain([placement.inverse(), *steps], axes, turns), [
+        tree.column[i] for i in joints
+    ]
 
 
 def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:

@@ -39,7 +39,7 @@ class Body:
         return f"link:{self.link}" if self.link else f"scenario:{self.name}"
 
 
-def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:
+def place_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:
     """The solids of a body, from rotations and origins of all joints.
 
     Args:

@@ -18,14 +18,20 @@ from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, joint_tree, serial
+from knotwork.robot.joint_tree import (
+    JointTree,
+    invert_chain,
+    join_trees,
+    joint_tree,
+    make_serial_chain,
+)
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, joint_of_frame
-from knotwork.scene.link_bodies import link_bodies
-from knotwork.scene.other_robots import in_one_cell, other_motion
+from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_joint_of_frame
+from knotwork.scene.link_bodies import read_link_bodies
+from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
-from knotwork.scene.rules import given_rules
-from knotwork.scene.solids import Solid, solid
+from knotwork.scene.rules import resolve_rules
+from knotwork.scene.solids import Solid, make_solid
 from knotwork.task.scenario import (
     GraspedObject,
     PlacedObject,
@@ -46,7 +52,7 @@ SAME_TCP_DISTANCE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
 
 
-def robot_collision_model(robot: Robot) -> CollisionModel:
+def build_robot_collision_model(robot: Robot) -> CollisionModel:
     """The collision model of a robot alone, as listed by `knotwork robots NAME --collisions`.
 
     Raises:
@@ -112,7 +118,7 @@ def find_hold(
     return Hold(poses[take], poses[leave], times[take], times[leave], *near)
 
 
-def collision_model(
+def build_collision_model(
     scenario: Scenario, robot: Robot, times: Sequence[float] = (), poses: Sequence[Any] = ()
 ) -> CollisionModel:
     """The collision model of a scenario.
@@ -148,7 +154,7 @@ class _Builder:
         appearance_times: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
-        self.joints, self.links = joint_tree(robot.model), link_bodies(robot)
+        self.joints, self.links = joint_tree(robot.model), read_link_bodies(robot)
         self.holds, self.appearance_times = holds, appearance_times
         self.known_motions: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
@@ -175,7 +181,7 @@ class _Builder:
         ]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        given = given_rules(scene, self.robot, bodies, self.places)
+        given = resolve_rules(scene, self.robot, bodies, self.places)
         pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
         return CollisionModel(
             self.joints,
@@ -199,9 +205,9 @@ class _Builder:
         """Links, tool and held objects of another robot, which move with it."""
         robot = self.robot
         try:
-            motion = other_motion(placed)
+            motion = load_other_motion(placed)
             theirs = motion.robot
-            one_cell = in_one_cell(robot, theirs)
+            one_cell = are_in_one_cell(robot, theirs)
         except InputError as error:
             place = ("scene", "robots", placed.name, "scenario")
             raise self.places.error(place, str(error)) from error
@@ -213,7 +219,7 @@ class _Builder:
             carrier, placement = self._joint_of_frame(placed.carrier)
             placement = placement * placed.placement
         base_joint, base_placement = _joint_of_link(theirs, link)
-        inverse, columns = inverse_chain(motion.model.joints, base_joint, base_placement)
+        inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
         still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
@@ -243,11 +249,11 @@ class _Builder:
     def _joint_of_frame(
         self, frame: MovingFrame | None, time: float | None = None
     ) -> tuple[int, Any]:
-        """`joint_of_frame`; without a frame, of the base."""
+        """`find_joint_of_frame`; without a frame, of the base."""
         if frame is None:
             return 0, self.robot.base_placement
         self._add_carrier(frame)
-        return joint_of_frame(self.carriers, frame, time)
+        return find_joint_of_frame(self.carriers, frame, time)
 
     def _add_carrier(self, frame: MovingFrame) -> None:
         """Add the joints of a moving frame to the tree if they are missing."""
@@ -265,7 +271,7 @@ class _Builder:
                 placements += [joints.placement, *[pin.SE3.Identity()] * (len(joints.turns) - 1)]
                 axes.append(joints.axis)
                 turns += joints.turns
-            chain = serial(placements, np.concatenate(axes), turns)
+            chain = make_serial_chain(placements, np.concatenate(axes), turns)
             known = [joints.curve for joints in frame.joints]
             joint, placement = self._add_joints(chain, placement, known, joint), pin.SE3.Identity()
         self.carriers[key] = joint, placement
@@ -331,7 +337,7 @@ class _Builder:
     def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors name its location in the file."""
         try:
-            placed = solid(shape, carrier)
+            placed = make_solid(shape, carrier)
             if shape.path is not None:
                 self._check_size(placed, shape)
         except InputError as error:

@@ -56,7 +56,7 @@ class Pair(NamedTuple):
 Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
 
 
-def joint_of_frame(
+def find_joint_of_frame(
     carriers: Carriers, frame: MovingFrame, time: float | None = None
 ) -> tuple[int, Any]:
     """The joint that carries a frame, and the transform of base poses into its axes.

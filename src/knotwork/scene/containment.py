@@ -11,7 +11,7 @@ from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
 
-def one_inside_the_other(first: Placed, second: Placed) -> bool:
+def is_one_inside_other(first: Placed, second: Placed) -> bool:
     """Whether one of two solids whose surfaces do not meet is inside the other.
 
     Coal treats a mesh as a surface, so the distance from inside is positive. Every connected part

@@ -15,7 +15,7 @@ from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scene.bodies import Body
 from knotwork.scene.meshes.locating import find_mesh, ros_folders
-from knotwork.scene.solids import solid
+from knotwork.scene.solids import make_solid
 from knotwork.task.scenario import PlacedShape
 
 
@@ -45,7 +45,7 @@ class _Key:
     robot: Robot = field(compare=False)
 
 
-def link_bodies(robot: Robot) -> LinkBodies:
+def read_link_bodies(robot: Robot) -> LinkBodies:
     """The links of a robot, common to all its scenarios; cached until a file changes.
 
     Raises:
@@ -53,7 +53,7 @@ def link_bodies(robot: Robot) -> LinkBodies:
     """
     placed = (
         (str(frame.name), int(frame.parentJoint), *frame.placement.homogeneous.ravel().tolist())
-        for frame in _links(robot)
+        for frame in _link_frames(robot)
     )
     files = tuple((file, _last_change(file.path)) for file in robot.urdf_files)
     key = _Key(files, tuple(placed), (tuple(robot.package_paths), ros_folders()), robot)
@@ -64,7 +64,7 @@ def link_bodies(robot: Robot) -> LinkBodies:
     return links
 
 
-def _links(robot: Robot) -> list[Any]:
+def _link_frames(robot: Robot) -> list[Any]:
     """Pinocchio's frames of the links."""
     return [frame for frame in robot.model.frames if frame.type == pin.FrameType.BODY]
 
@@ -84,7 +84,7 @@ def _read_bodies(key: _Key) -> LinkBodies:
     urdf_shapes, ros = UrdfShapes(robot.urdf_files), ros_folders()
     bodies, missing, bare = [], [], []
     meshes: dict[Path, int | None] = {}
-    for frame in _links(robot):
+    for frame in _link_frames(robot):
         link = str(frame.name)
         if link not in urdf_shapes.links:
             continue
@@ -106,7 +106,7 @@ def _read_bodies(key: _Key) -> LinkBodies:
             placement = pin.SE3(shape.rotation, shape.translation)
             placed = PlacedShape(shape.kind, shape.size, placement, path, (x, y, z))
             try:
-                solids.append(solid(placed, frame.placement))
+                solids.append(make_solid(placed, frame.placement))
             except InputError as error:
                 error.locate(f"{shape.urdf}: collision shape of link {link!r}")
                 raise

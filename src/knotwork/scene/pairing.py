@@ -43,7 +43,7 @@ class Pairing:
 
     def __init__(self, robot: Robot, joints: JointTree, scene: Scene, given: Reasons) -> None:
         self.scene, self.given = scene, given
-        self.by_files = _reasons_of_files(robot)
+        self.by_files = _read_reasons(robot)
         self.moved_by = joints.carriers[:, : robot.model.njoints]
         self.joined = robot.joined_links
         self.held = {item.name for item in scene.held}
@@ -98,18 +98,18 @@ class Pairing:
         return CARRIED if carried and not keeps_clear else None
 
 
-def _reasons_of_files(robot: Robot) -> Reasons:
+def _read_reasons(robot: Robot) -> Reasons:
     """Reasons in the robot's file and its SRDF for links, by the names of the pair."""
     reasons: Reasons = {}
     if robot.srdf is not None:
-        for first, second, why in disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns):
+        for first, second, why in read_disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns):
             text = f" ({why})" if why else ""
             reasons[frozenset((first, second))] = f"the SRDF disables it{text}"
     return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
 
 
 @lru_cache(maxsize=32)
-def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
+def read_disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
     """Read two links and the reason of each excluded pair.
 
     Args:

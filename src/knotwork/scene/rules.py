@@ -18,7 +18,7 @@ Reasons = dict[frozenset[str], str]
 Place = tuple[str | int, ...]
 
 
-def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
+def resolve_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
     """Resolve the names in `allow` and `ignore`.
 
     Raises:

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.containment import one_inside_the_other
+from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.solids import Placed, support
+from knotwork.scene.solids import Placed, support_values
 from knotwork.waypoints import FloatArray, IndexArray
 
 
@@ -147,7 +147,7 @@ class SolidPairs:
             result -= np.einsum("mi,mi->m", direction, shift[item, solids])
             for s in set(solids.tolist()):
                 rows = np.flatnonzero(solids == s)
-                result[rows] -= support(self.solids[s], local[rows])
+                result[rows] -= support_values(self.solids[s], local[rows])
         return result
 
     def placed_pair(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
@@ -157,7 +157,7 @@ class SolidPairs:
 
     def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
         """Whether a solid of a pair is inside the other, without contact of their surfaces."""
-        return bool(self.exact[combo]) and one_inside_the_other(
+        return bool(self.exact[combo]) and is_one_inside_other(
             *self.placed_pair(combo, turn, shift)
         )
 

@@ -80,7 +80,7 @@ class Placed(NamedTuple):
     origin: FloatArray
 
 
-def solid(shape: PlacedShape, carrier: Any) -> Solid:
+def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
     """Make a solid.
 
     Args:
@@ -147,7 +147,7 @@ def solid(shape: PlacedShape, carrier: Any) -> Solid:
     )
 
 
-def support(solid: Solid, directions: FloatArray) -> FloatArray:
+def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
     """Largest value of n·p over the points p of a convex solid [m], shape (m,).
 
     Args:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 NumberT = TypeVar("NumberT", np.float64, np.intp)
 
 
-def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
+def sort_distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
     """Return the distinct values in order.
 
     `np.unique` does the same, but first loads NumPy's masked arrays, which takes longer than all

@@ -14,7 +14,7 @@ SAME_ARC_LENGTH = 1e-9
 """Relative difference below which arc lengths are equal."""
 
 
-def progress(
+def track_arc_length(
     path: ToolPath, places: FloatArray, guess: FloatArray, within: tuple[float, float]
 ) -> FloatArray:
     """Arc lengths of the points of a path nearest to a moving point, including turns.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6
@@ -53,7 +53,7 @@ def sample_times(
     start: float, end: float, rate: float, max_samples: int = MAX_SAMPLES
 ) -> FloatArray:
     """Times 1/rate apart from the start on, and the end; see `JointTrajectory.sample`."""
-    rate = finite_number(rate, "the sample rate", "Hz", positive=True)
+    rate = require_number(rate, "the sample rate", "Hz", positive=True)
     duration = end - start
     periods = duration * rate
     if periods > max_samples - 1:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import together
+from knotwork.errors import merge_errors
 from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segment_motions import (
@@ -234,10 +234,10 @@ def _check_given(task: FreeTask, free: FreeTimes, segments: Sequence[FreeSegment
     """
     errors = paths_beyond_limits(task, free)
     if errors:
-        raise together(errors)
+        raise merge_errors(errors)
     for segment in segments:
         problem = timing_problem(task, segment, Objective())
         causes = infeasible_values(problem, direct=segment.way is None)
         errors += located_in_segment(causes, task, segment)
     if errors:
-        raise together(errors)
+        raise merge_errors(errors)

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 from knotwork.files.documents import check_xml
 from knotwork.scene.meshes.mesh_part import (
     MOST_SHOWN_SHAPES,
@@ -103,8 +103,8 @@ def _check_whole(root: ElementTree.Element) -> None:
             named = sum(_tag(child) == "param" for child in element)
             require_whole(
                 offset == "0" and stride == str(named),
-                f"an accessor has offset {shown(offset)} and stride {shown(stride)}; read are "
-                f"offset 0 and a stride of its {named} values",
+                f"an accessor has offset {format_value(offset)} and stride {format_value(stride)}; "
+                f"read are offset 0 and a stride of its {named} values",
             )
         elif kind in ("triangles", "polylist"):
             lists = sum(_tag(child) == "p" for child in element)
@@ -118,7 +118,7 @@ def _check_unit(metres: str) -> None:
     except ValueError:
         known = False
     if not known:
-        raise InputError(f"its unit of length is {shown(metres)}, not a number of metres")
+        raise InputError(f"its unit of length is {format_value(metres)}, not a number of metres")
 
 
 def _check_shapes(root: ElementTree.Element) -> None:

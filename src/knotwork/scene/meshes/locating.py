@@ -10,7 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 
 
 def find_mesh(
@@ -52,8 +52,8 @@ def find_mesh(
             return place
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
     raise InputError(
-        f"there is no mesh {shown(name)} below {folders} (`package_paths` or --package-path adds a "
-        "folder)"
+        f"there is no mesh {format_value(name)} below {folders} (`package_paths` or --package-path "
+        "adds a folder)"
     )
 
 

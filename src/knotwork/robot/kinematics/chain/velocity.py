@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import FastJoint, SingularityError, WaypointDataError
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import kept_with
-from knotwork.robot.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.robot.joint_axes import cache_per_robot
+from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.pose_arguments import check_tolerance
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
@@ -242,11 +242,11 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     position = read_only(q, (robot.dof,), "q")
     if not np.isfinite(rate):
         raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
-    limits = limits_of(robot)
-    return np.where(np.isfinite(limits).all(axis=0), rate * (middle(limits) - position), 0.0)
+    limits = position_limits(robot)
+    return np.where(np.isfinite(limits).all(axis=0), rate * (range_middles(limits) - position), 0.0)
 
 
-@kept_with
+@cache_per_robot
 def joint_scales(robot: Robot) -> FloatArray:
     """Weight of each joint in the minimum norm, shape (d,)."""
     if robot.dof <= 6:

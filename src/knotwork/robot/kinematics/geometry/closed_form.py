@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import joint_axes, kept_with, pose_errors
+from knotwork.robot.joint_axes import cache_per_robot, joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
-from knotwork.robot.kinematics.geometry.configuration_flags import geometry
+from knotwork.robot.kinematics.geometry.configuration_flags import find_axis_geometry
 from knotwork.waypoints import FloatArray
 
 # Margin within which rounding and pose tolerances decide whether an equation has solutions. There a
@@ -45,7 +45,7 @@ class ClosedForm(NamedTuple):
     certain: bool
 
 
-def closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
+def solve_closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
     """All configurations for each pose, without regard to position limits.
 
     Args:
@@ -164,9 +164,9 @@ class _Equations:
         q[..., 2] = self.senses[2] * elbow
 
 
-@kept_with
+@cache_per_robot
 def _equations(robot: Robot) -> _Equations | None:
-    shape = geometry(robot)
+    shape = find_axis_geometry(robot)
     return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
 
 
