@@ -84,7 +84,7 @@ def test_missed_path_fails(
         c[-1, :, 0] += offset
         return PiecewisePolynomial(c, motion.x), gap
 
-    monkeypatch.setattr("knotwork.planning.speed_override.cubic_through", shifted)
+    monkeypatch.setattr("knotwork.planning.speed_override.approximate_by_cubics", shifted)
     slow = deburring.scaled({0: 1.0, 2.0: 0.3, 4.0: 1.0})
     assert {one.quantity for one in slow.report.failures} == missed
 
