@@ -50,7 +50,7 @@ class InputError(KnotworkError, ValueError):
 
 
 def merge_errors(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """The first of several errors, with the messages of all of them, one per line."""
+    """Return the first of several errors, with the messages of all of them, one per line."""
     first = errors[0]
     first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
     return first

@@ -25,13 +25,13 @@ def to_one_line(text: str) -> str:
     return escape_controls(text.replace("\n", r"\n").replace("\t", r"\t"))
 
 
-def default_waypoint_name(place: int) -> str:
+def default_waypoint_name(index: int) -> str:
     """Name of a waypoint without a name, from its index, counted from 0."""
-    return f"waypoint {place + 1}"
+    return f"waypoint {index + 1}"
 
 
 def waypoint_text(name: str) -> str:
-    """A waypoint in a sentence, with its name in quotes unless it is only a number.
+    """Write a waypoint in a sentence: its name is in quotes unless it is only a number.
 
     >>> waypoint_text("pick"), waypoint_text("waypoint 3")
     ("waypoint 'pick'", 'waypoint 3')

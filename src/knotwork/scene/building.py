@@ -43,8 +43,7 @@ from knotwork.task.scenario import (
 from knotwork.task.scenario.scene_model import FIXED_CARRIER
 
 WRONG_UNIT_RATIO = 20.0
-"""Ratio of mesh size and reach of the arm above which the unit is plausibly wrong, as it is below
-a thousandth of it."""
+"""Ratio of a mesh's size to the reach of the arm above which its unit is plausibly wrong."""
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
@@ -53,7 +52,7 @@ SAME_TCP_DISTANCE = 1e-6
 
 
 def build_robot_collision_model(robot: Robot) -> CollisionModel:
-    """The collision model of a robot alone, as listed by `knotwork robots NAME --collisions`.
+    """Build the collision model of a robot alone, which `knotwork robots NAME --collisions` lists.
 
     Raises:
         InputError: A link's mesh or the SRDF can't be read.
@@ -66,7 +65,7 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """Poses and times of a grasp.
+    """Poses and times between a grasp and its release.
 
     Attributes:
         grasp_pose, release_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
@@ -121,7 +120,7 @@ def find_hold(
 def build_collision_model(
     scenario: Scenario, robot: Robot, times: Sequence[float] = (), poses: Sequence[Any] = ()
 ) -> CollisionModel:
-    """The collision model of a scenario.
+    """Build the collision model of a scenario.
 
     Args:
         scenario: The task.
@@ -143,7 +142,7 @@ def build_collision_model(
 
 
 class _Builder:
-    """Collects bodies and pairs."""
+    """Collects the bodies and pairs of a collision model."""
 
     def __init__(
         self,
@@ -196,13 +195,13 @@ class _Builder:
         )
 
     def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
-        """A fixed object, or one that moves with a frame, placed with its carrier at rest."""
+        """Make the body of a fixed object, or of one that moves with a frame."""
         joint, carrier = self._joint_of_frame(frame)
         start = self.appearance_times.get(name, -math.inf)
-        return Body(name, "object", joint, (self._solid(shape, carrier),), start)
+        return Body(name, "object", joint, (self._solid(shape, carrier),), start=start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
-        """Links, tool and held objects of another robot, which move with it."""
+        """Add the joints of another robot, and give its links, tool and held objects as bodies."""
         robot = self.robot
         try:
             motion = load_other_motion(placed)
@@ -249,7 +248,7 @@ class _Builder:
     def _joint_of_frame(
         self, frame: MovingFrame | None, time: float | None = None
     ) -> tuple[int, Any]:
-        """`find_joint_of_frame`; without a frame, of the base."""
+        """As `find_joint_of_frame`; without a frame, the joint of the base."""
         if frame is None:
             return 0, self.robot.base_placement
         self._add_carrier(frame)
@@ -279,7 +278,7 @@ class _Builder:
     def _add_joints(
         self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int = 0
     ) -> int:
-        """Add joints with known positions, and give the index of the last."""
+        """Add joints with known positions, and return the index of the last one."""
         self.joints = join_trees(self.joints, tree, placement, carrier)
         self.known_motions += known
         return len(self.joints.parent) - 1
@@ -292,7 +291,7 @@ class _Builder:
         return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
     def _held_bodies(self, held: GraspedObject) -> list[Body]:
-        """A held object: where it is taken, in the tool, and where it is released."""
+        """Make the bodies of a grasped object: before the grasp, in the tool, after the release."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
@@ -303,39 +302,21 @@ class _Builder:
         (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)
         appears = self.appearance_times.get(name, -math.inf)
+        lying_before = Body(name, "object", joint_before, solids_before, start=appears)
+        in_tool = Body(name, "held", int(frame.parentJoint), carried)
+        lying_after = Body(name, "object", joint_after, solids_after, start=hold.end)
+        approached, left = hold.approach_start, hold.departure_end
         bodies = [
-            Body(
-                name,
-                "object",
-                joint_before,
-                solids_before,
-                appears,
-                hold.approach_start,
-                tool_keeps_clear=True,
-            ),
-            Body(
-                name,
-                "object",
-                joint_before,
-                solids_before,
-                max(appears, hold.approach_start),
-                hold.start,
-            ),
-            Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", joint_after, solids_after, hold.end, hold.departure_end),
-            Body(
-                name,
-                "object",
-                joint_after,
-                solids_after,
-                start=hold.departure_end,
-                tool_keeps_clear=True,
-            ),
+            replace(lying_before, end=approached, tool_keeps_clear=True),
+            replace(lying_before, start=max(appears, approached), end=hold.start),
+            replace(in_tool, start=hold.start, end=hold.end),
+            replace(lying_after, end=left),
+            replace(lying_after, start=left, tool_keeps_clear=True),
         ]
         return [body for body in bodies if body.start < body.end]
 
     def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
-        """A shape of the scenario as a solid; errors name its location in the file."""
+        """Make the solid of a shape of the scenario; errors name its location in the file."""
         try:
             placed = make_solid(shape, carrier)
             if shape.path is not None:
@@ -364,6 +345,6 @@ class _Builder:
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:
-    """The joint that carries a link of a robot, and the link's placement in its axes, `pin.SE3`."""
+    """Find the joint that carries a link, and the link's placement in its axes, `pin.SE3`."""
     frame = robot.model.frames[robot.frame_index(link)]
     return int(frame.parentJoint), frame.placement.copy()

@@ -111,7 +111,7 @@ class DistanceMeter:
         return float(result.min_distance)
 
     def _off(self, solid: Solid, placement: Any, point: Any) -> float:
-        """Distance of a point from an exact mesh or from cells [m]; 0 for a convex solid."""
+        """Distance of a point from an exact mesh or from cells [m], 0 for a convex solid."""
         if solid.outer_hull is None:
             return 0.0
         self._here.setTranslation(point)
@@ -142,12 +142,12 @@ class DistanceMeter:
 
 
 def _cells_second(first: Placed, second: Placed) -> bool:
-    """Whether Coal swaps the nearest points of two solids."""
+    """Whether the second of two solids has cells and the first has not: Coal swaps their points."""
     return second.solid.cells is not None and first.solid.cells is None
 
 
 def _in_axes_of(frame: Placed, solid: Placed) -> Placed:
-    """A solid in the axes of another, because Coal's bounds of rotated ellipsoids are too small."""
+    """Express a solid in the axes of another; Coal's bounds of rotated ellipsoids are too small."""
     turn = frame.rotation.T
     return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))
 
@@ -159,7 +159,7 @@ def find_nearest_points(
     rotation: FloatArray,
     origin: FloatArray,
 ) -> Nearest:
-    """Nearest points of two bodies.
+    """Find the nearest points of two bodies.
 
     Args:
         meter: Meter of distances.

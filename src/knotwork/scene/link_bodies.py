@@ -20,7 +20,7 @@ from knotwork.task.scenario import PlacedShape
 
 
 class LinkBodies(NamedTuple):
-    """The links of a robot with collision shapes.
+    """Bodies of the links of a robot that have collision shapes.
 
     Attributes:
         bodies: A body for each such link.
@@ -46,7 +46,7 @@ class _Key:
 
 
 def read_link_bodies(robot: Robot) -> LinkBodies:
-    """The links of a robot, common to all its scenarios; cached until a file changes.
+    """Read the bodies of a robot's links; they are cached until a file changes.
 
     Raises:
         InputError: A mesh file exists, but can't be read whole.
@@ -104,7 +104,7 @@ def _read_bodies(key: _Key) -> LinkBodies:
                 meshes[path] = _last_change(path)
             x, y, z = shape.scale.tolist()
             placement = pin.SE3(shape.rotation, shape.translation)
-            placed = PlacedShape(shape.kind, shape.size, placement, path, (x, y, z))
+            placed = PlacedShape(shape.kind, shape.size, placement, path, scale=(x, y, z))
             try:
                 solids.append(make_solid(placed, frame.placement))
             except InputError as error:

@@ -109,12 +109,12 @@ def are_in_one_cell(robot: Robot, second: Robot) -> bool:
                 f"fixed base, {joint!r} locked in both robot files"
             )
         for joint in sorted(carrying & robot.locked.keys() & second.locked.keys()):
-            places = robot.locked[joint], second.locked[joint]
-            if abs(places[0] - places[1]) > SAME_JOINT_POSITION:
+            positions = robot.locked[joint], second.locked[joint]
+            if abs(positions[0] - positions[1]) > SAME_JOINT_POSITION:
                 raise InputError(
-                    f"joint {joint!r} is at {places[0]:.6g} for {robot.name!r} and at "
-                    f"{places[1]:.6g} for {second.name!r}, and carries the arm of "
-                    f"{carrier.name!r}; accepted: one place, in the `locked` of both robot files"
+                    f"joint {joint!r} is at {positions[0]:.6g} for {robot.name!r} and at "
+                    f"{positions[1]:.6g} for {second.name!r}, and carries the arm of "
+                    f"{carrier.name!r}; accepted: one position, in the `locked` of both robot files"
                 )
     return True
 

@@ -15,7 +15,7 @@ from knotwork.waypoints import FloatArray, IndexArray
 
 
 class SolidPairs:
-    """All pairs of solids of all pairs of bodies.
+    """The pairs of solids of all checked pairs of bodies, as arrays.
 
     Attributes:
         model: Bodies and pairs.
@@ -85,9 +85,7 @@ class SolidPairs:
         return np.asarray(turned + origin[:, self.joint, :, None])
 
     def min_distances(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """Distances of bounding spheres, or of a sphere and a plane [m], shape (k, c).
-
-        These are lower bounds of the distances of the solids.
+        """Lower bounds of the distances of all pairs, from bounding spheres and planes [m], (k, c).
 
         Args:
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
@@ -151,7 +149,7 @@ class SolidPairs:
         return result
 
     def placed_pair(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
-        """The two placed solids of a pair; arguments as in `measure`."""
+        """Place the two solids of a pair; arguments as in `measure`."""
         a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
@@ -171,9 +169,10 @@ class SolidPairs:
     def nearest(
         self, q: FloatArray, time: FloatArray, max_distance: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """The minimum distance beyond the required margin, one configuration after the other [m].
+        """Find the minimum distance beyond the required margin at each configuration [m].
 
-        Each with its pair of solids, or -1 if none is nearer.
+        Each distance comes with the index of its pair of solids, or -1 if none is nearer than
+        `max_distance`.
 
         Args:
             q: Joint positions [rad or m], shape (m, d).

@@ -81,7 +81,7 @@ class Placed(NamedTuple):
 
 
 def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
-    """Make a solid.
+    """Make the solid of a shape.
 
     Args:
         shape: Its shape.
@@ -175,13 +175,13 @@ def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
-    """Convex hull of a mesh file; `changed` is the time of its last change."""
+    """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
     return convex_hull(read_points(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
 def _octree(cells: Cells) -> tuple[Any, Any]:
-    """Cells in Coal's type, and their convex hull."""
+    """Convert cells to Coal's type, and make their convex hull."""
     return cells.octree(), convex_hull(cells.outermost)
 
 
@@ -189,7 +189,7 @@ def _octree(cells: Cells) -> tuple[Any, Any]:
 def _exact(
     path: Path, changed: int, scale: tuple[float, float, float]
 ) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
-    """An exact mesh, the corners of its triangles, the part of each, and the hull."""
+    """Read an exact mesh: Coal's mesh, corners and part of each triangle, and the hull."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

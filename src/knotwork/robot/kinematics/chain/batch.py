@@ -113,7 +113,7 @@ def solve_batch(
     max_iterations: int = 60,
     hasty: bool = False,
 ) -> BatchSolution:
-    """Search from each start for joints at a pose: Levenberg–Marquardt as in `PoseSearch`.
+    """Search from each start for joints at a pose, by Levenberg–Marquardt as in `PoseSearch`.
 
     Args:
         robot: The arm.
@@ -159,11 +159,11 @@ def solve_batch(
         states = states.replace_where(better, trial)
         factor = np.where(better, np.maximum(0.2 * factor, effort.min_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
-    return BatchSolution(q, position, orientation, converged, iterations)
+    return BatchSolution(q, position, orientation, converged=converged, iterations=iterations)
 
 
 class _SearchStates(NamedTuple):
-    """State of the searches. The last axis of each array is the search, as in `JointAxes`."""
+    """States of the searches of a batch; the last axis is the search, as in `JointAxes`."""
 
     q: FloatArray
     error: FloatArray
@@ -187,9 +187,9 @@ def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
 def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, with joints fixed at limits, shape (d, n)."""
     gradient = np.einsum("kin,kn->in", states.J, states.error)
-    held = find_blocked_joints(states.q, gradient, limits)
-    gradient[held] = 0.0
-    J = np.where(held, 0.0, states.J) if held.any() else states.J
+    blocked = find_blocked_joints(states.q, gradient, limits)
+    gradient[blocked] = 0.0
+    J = np.where(blocked, 0.0, states.J) if blocked.any() else states.J
     jacobians = np.ascontiguousarray(J.transpose(2, 0, 1))
     H = jacobians.transpose(0, 2, 1) @ jacobians
     # A singular matrix is not an error here. Entries are about 1, so 1e-13 is at the level of

@@ -28,7 +28,7 @@ MAX_TURNS = 1024
 
 
 def position_limits(robot: Robot) -> Limits:
-    """The position limits of a robot."""
+    """Position limits of a robot, as a pair."""
     return robot.lower_position_limit, robot.upper_position_limit
 
 
@@ -48,7 +48,7 @@ def turning_limits(robot: Robot) -> Limits:
 
 
 def range_middles(limits: Limits) -> FloatArray:
-    """Middle of each joint's range, zero where it is unlimited, shape (d,)."""
+    """Middles of the joints' ranges, zero where they are unlimited, shape (d,)."""
     lower, upper = limits
     bounded = np.isfinite(lower) & np.isfinite(upper)
     return np.where(bounded, 0.5 * (np.where(bounded, lower, 0.0) + upper), 0.0)
@@ -61,18 +61,18 @@ def unbounded_joints(robot: Robot) -> BoolArray:
 
 
 def clip_to_limits(q: FloatArray, limits: Limits) -> FloatArray:
-    """The nearest joint positions inside limits."""
+    """Clip joint positions to limits."""
     return np.minimum(np.maximum(q, limits[0]), limits[1])
 
 
 def find_blocked_joints(q: FloatArray, slope: FloatArray, limits: Limits) -> BoolArray:
-    """Whether each joint is at a limit that a slope would violate.
+    """Find the joints at a limit that a step along a slope would violate.
 
     All arrays have shapes that can be broadcast together.
     """
     lower, upper = limits
-    held: BoolArray = ((q <= lower) & (slope < 0.0)) | ((q >= upper) & (slope > 0.0))
-    return held
+    blocked: BoolArray = ((q <= lower) & (slope < 0.0)) | ((q >= upper) & (slope > 0.0))
+    return blocked
 
 
 def whole_turns(gap: FloatArray) -> FloatArray:
@@ -123,12 +123,12 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
 
 
 def turn_into_limits(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
-    """Bring joints inside their limits, by the turns nearest a configuration and by clipping."""
+    """Turn joints by whole turns nearest a configuration, and clip them to their limits."""
     return clip_to_limits(nearest_turns(robot, q, near), position_limits(robot))
 
 
 def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
-    """Copies of a configuration inside the limits, offset by whole turns, shape (k, d).
+    """List copies of a configuration inside the limits, offset by whole turns, shape (k, d).
 
     There are at most `MAX_TURNS` copies, the nearest to the middle of the limits. Joints without
     limits keep their turn.

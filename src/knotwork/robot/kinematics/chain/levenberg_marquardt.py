@@ -130,7 +130,7 @@ class PoseSearch:
         return 0.5 * square, np.asarray(-self._last_jacobian().T.dot(e))
 
     def measure(self, q: FloatArray) -> LocalSolution:
-        """A configuration as the end of a search."""
+        """Measure a configuration, as if it were the end of a search."""
         errors = self.errors(q)
         return LocalSolution(q, *errors, 0, self.is_within(*errors))
 
@@ -167,11 +167,13 @@ class PoseSearch:
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
-    def _step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
+    def _step(
+        self, J: FloatArray, gradient: FloatArray, blocked: Any, damping: float
+    ) -> FloatArray:
         """The step of the free joints, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
         H = self._H
         J.T.dot(J, out=H)
-        for i in held:
+        for i in blocked:
             H[i] = H[:, i] = 0.0
         H.reshape(-1)[:: len(H) + 1] += damping + 1e-30
         self._ldlt.compute(H)
@@ -216,10 +218,12 @@ class PoseSearch:
             if accepted:
                 J = self._last_jacobian()
                 gradient = J.T.dot(e)
-                held = np.flatnonzero(find_blocked_joints(q, gradient, limits)) if at_limit else ()
-                if len(held):
-                    gradient[held] = 0.0
-            step = self._step(J, gradient, held, factor * square)
+                blocked = (
+                    np.flatnonzero(find_blocked_joints(q, gradient, limits)) if at_limit else ()
+                )
+                if len(blocked):
+                    gradient[blocked] = 0.0
+            step = self._step(J, gradient, blocked, factor * square)
             candidate, touches = _inside(q + step, lows, highs)
             error, trial, far, turned = self._error(candidate)
             accepted = trial < square
@@ -237,7 +241,7 @@ class PoseSearch:
 
 
 def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
-    """The nearest joint positions inside limits, and whether a joint is at a limit."""
+    """Clip joint positions to limits; also give whether a joint is at a limit."""
     at = q.tolist()
     for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)
         if not low < angle < high:

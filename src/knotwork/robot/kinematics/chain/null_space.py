@@ -78,14 +78,14 @@ def null_space_step(
         scale: Diagonal of W, shape (d,).
     """
     J = search.jacobian(q) * scale
-    held = np.zeros(len(q), dtype=bool)
+    blocked = np.zeros(len(q), dtype=bool)
     while True:
-        wanted = np.where(held, 0.0, (near - q) / scale)
-        J_free = np.where(held, 0.0, J)
+        wanted = np.where(blocked, 0.0, (near - q) / scale)
+        J_free = np.where(blocked, 0.0, J)
         # (I − J⁺J) x = x − Jᵀ (J Jᵀ)⁻¹ J x; the damping is for a singular J only.
         gram = J_free @ J_free.T + 1e-12 * np.eye(6)
         step = scale * (wanted - J_free.T @ LDLT(gram).solve(J_free @ wanted))
         leaves = find_blocked_joints(q, step, limits)
-        if not (leaves & ~held).any():
+        if not (leaves & ~blocked).any():
             return np.asarray(step)
-        held |= leaves
+        blocked |= leaves

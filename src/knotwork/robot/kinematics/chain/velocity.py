@@ -119,7 +119,9 @@ def solve_velocity_ik(
         return np.zeros(robot.dof)
     (v,), _ = solve_velocities(robot, J[None], wanted, self_motion)
     tolerances = linear_tolerance, angular_tolerance
-    _check_attained(robot, J, wanted, v, tolerances, waypoint, where, units)
+    _check_attained(
+        robot, J, wanted, v, tolerances=tolerances, waypoint=waypoint, where=where, units=units
+    )
     return np.asarray(v)
 
 
@@ -203,7 +205,7 @@ def solve_velocities(
 
 
 def _pseudoinverses(J: FloatArray) -> FloatArray:
-    """J⁺ of Jacobians (n, 6, d), shape (n, d, 6): fast far from singularities."""
+    """Compute J⁺ of Jacobians (n, 6, d), shape (n, d, 6), which is fast far from singularities."""
     across, singular = J.transpose(0, 2, 1), np.ones(len(J), dtype=bool)
     result = np.empty(across.shape)
     if J.shape[2] >= 6:
@@ -248,7 +250,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
 
 @cache_per_robot
 def joint_scales(robot: Robot) -> FloatArray:
-    """Weight of each joint in the minimum norm, shape (d,)."""
+    """Scale of each joint's velocity in the minimum norm, shape (d,); larger ones move more."""
     if robot.dof <= 6:
         return np.ones(robot.dof)
     limit = robot.velocity_limit

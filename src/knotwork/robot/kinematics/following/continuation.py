@@ -43,7 +43,7 @@ ACCELERATION_DIFFERENCE = 2e-3
 
 
 class Continuation(NamedTuple):
-    """Joints along a path from m starts; NaN after the point where a start is blocked.
+    """Joint motions along a path from m starts, NaN after the point where a start is blocked.
 
     Attributes:
         step_index: Index of the step at each of the k given times, shape (k,).
@@ -117,7 +117,7 @@ class Continuation(NamedTuple):
 
 
 def interpolate_curve(time: FloatArray, *derivatives: FloatArray) -> PiecewisePolynomial:
-    """The curve with given positions, velocities, … at times, two of which may be equal.
+    """Interpolate positions, velocities, … at times, two of which may be equal.
 
     Args:
         time: Times of steps [s], shape (n,). Where a piece of a path ends and the next one begins
@@ -139,7 +139,7 @@ def continue_along(
     pull: Pull = 0.0,
     step: float = JOINT_STEP,
 ) -> Continuation:
-    """Follow a path from some starts, and ignore limits.
+    """Follow a path from several starts at once, and ignore limits.
 
     Args:
         robot: The arm.
@@ -225,7 +225,7 @@ def compute_rates_on_path(
     *,
     pull: Pull = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities and accelerations on the path, one-sided limits at times; shape (k, d) each.
+    """Compute joint velocities and accelerations on a path, one-sided limits at times, (k, d) each.
 
     The acceleration is the derivative of the field of joint velocities. The field is linear in the
     motion of the tool, and the path gives the derivative of this motion. So finite differences are

@@ -34,7 +34,7 @@ CURVE_TOLERANCE = 1e-6
 
 
 class JointsOnPath:
-    """The joints along a path from a start.
+    """The joint motion along a path from a start, at any time.
 
     The path is integrated once. Between two steps the joints are a quintic through the positions,
     velocities and accelerations of both, projected onto the path. All times use the same integral,
@@ -68,7 +68,7 @@ class JointsOnPath:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.dof > 6 else JOINT_STEP
-        if continuation is None or not self._fine(continuation):
+        if continuation is None or not self._is_fine(continuation):
             position, rotation, _, _ = path.state([path.start_time])
             q = self.field.project(start[None], position, rotation)[0]
             continuation = self._continue(q, path.breaks, self._step)
@@ -81,8 +81,8 @@ class JointsOnPath:
             _, a[rows] = compute_rates_on_path(robot, path, q[rows], time[rows], side, pull=pull)
         self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
 
-    def _fine(self, continuation: Continuation) -> bool:
-        """Whether the steps of a continuation are short enough."""
+    def _is_fine(self, continuation: Continuation) -> bool:
+        """Whether the steps of a continuation are short enough for the self-motion."""
         if self.robot.dof <= 6:
             return True
         far = np.abs(np.diff(continuation.position[:, 0], axis=0)).max(initial=0.0)

@@ -64,7 +64,7 @@ class _Rung:
 
 
 class Ladder:
-    """Sampled configurations along consecutive paths.
+    """Sampled configurations along consecutive paths, of which the cheapest sequence is a guide.
 
     Args:
         robot: The arm, with its virtual joints.
@@ -113,7 +113,7 @@ class Ladder:
         return rungs
 
     def _nearness(self, q: FloatArray) -> FloatArray:
-        """Cost of nearness to limits and singularities, except limits that whole turns avoid."""
+        """Cost of nearness to singularities and to limits that no whole turn avoids, (m,)."""
         if not len(q):
             return np.zeros(0)
         limit_distance = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
@@ -140,7 +140,7 @@ class Ladder:
         return np.asarray(move - np.where(self.unbounded, whole_turns(move), 0.0))
 
     def find_guided_starts(self, count: int) -> Iterator[tuple[int, list[Guide]]]:
-        """Starts that reach the end, by index, the cheapest first, and a guide for each path.
+        """Find starts that reach the end, by index, the cheapest first, each with a guide per path.
 
         Args:
             count: Maximum number of starts.
@@ -201,7 +201,7 @@ class Ladder:
         return np.asarray(squares @ self.scale**-2.0)
 
     def _guides(self, q: FloatArray) -> list[Guide]:
-        """Smooth postures along each path."""
+        """Make a smooth curve of postures along each path."""
         from scipy.interpolate import CubicSpline
 
         guides, first = [], 0
@@ -214,7 +214,7 @@ class Ladder:
 
 
 def _rung_positions(path: TimedPath) -> FloatArray:
-    """Arc lengths of rungs, evenly spread over distance and rotation, independent of speed."""
+    """Spread the arc lengths of rungs evenly over distance and rotation, independent of speed."""
     s = np.linspace(0.0, path.path.length, RUNG_GRID)
     turned = rotation_angle(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / RUNG_SPACING[0] + turned / RUNG_SPACING[1]))

@@ -28,7 +28,7 @@ def find_limiting_constraint(
     blocked: tuple[float, float] = (math.inf, math.nan),
     slack: float = LIMIT_TOLERANCE,
 ) -> LimitingConstraint | None:
-    """The first constraint that a motion along a path violates.
+    """Find the first constraint that a motion along a path violates.
 
     A joint limit or a singularity comes before a velocity limit, because no lower speed helps.
 
@@ -65,7 +65,7 @@ def _find_first_excess(
     bounds: tuple[FloatArray, FloatArray],
     slack: FloatArray | float,
 ) -> LimitingConstraint | None:
-    """The joint that is the first to exceed its bounds by more than the slack, or `None`.
+    """Find the joint that is the first to exceed its bounds by more than the slack, or `None`.
 
     Args:
         robot: The arm.
@@ -94,10 +94,12 @@ def _find_first_excess(
         "velocity limit" if nu else "joint limit",
         float(times[j]),
         robot.joint_names[j],
-        robot.joint_units[j],
-        float(np.abs(curve(worst, 1)[j]) if nu else curve(worst)[j]),
-        float(np.abs(bound[j]) if nu else bound[j]),
-        float(JointField(robot).smallest_singular_values(curve(worst)[None])[0]),
+        unit=robot.joint_units[j],
+        value=float(np.abs(curve(worst, 1)[j]) if nu else curve(worst)[j]),
+        bound=float(np.abs(bound[j]) if nu else bound[j]),
+        smallest_singular_value=float(
+            JointField(robot).smallest_singular_values(curve(worst)[None])[0]
+        ),
     )
 
 
@@ -112,7 +114,7 @@ def make_following_error(
     waypoint: str = "",
     where: str = "",
 ) -> FollowingError:
-    """The error for a path that can't be followed.
+    """Make the error for a path that can't be followed.
 
     Args:
         path: The path.

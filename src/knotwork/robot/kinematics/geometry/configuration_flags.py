@@ -48,7 +48,7 @@ class Geometry(NamedTuple):
 
 @cache_per_robot
 def find_axis_geometry(robot: Robot) -> Geometry | None:
-    """Geometry of an arm with flags, or `None`."""
+    """Find the geometry of an arm with flags; `None` for an arm without flags."""
     if robot.dof != 6:
         return None
     chain = joint_axes(robot)
@@ -87,12 +87,12 @@ def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) ->
     square = normal @ normal
     if square < FLAG_ROUNDING or abs((q - p) @ normal) > FLAG_ROUNDING:
         return None
-    met: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
-    return met
+    point: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
+    return point
 
 
 def _functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
-    """The three functions whose signs are the flags, for q of shape (n, 6): shape (3, n)."""
+    """Evaluate the three functions whose signs are the flags at q (n, 6), shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
     centre = tip + np.einsum("crn,c->rn", rotation, shape.centre)
     wrist = p[:, 3] if shape.parallel else centre
@@ -154,7 +154,7 @@ def are_all_branches(robot: Robot, q: FloatArray) -> bool | None:
 
 
 def describe_flags(robot: Robot, flags: FloatArray) -> str:
-    """Text of the flags (k,) of one configuration: `shoulder left, elbow up, no flip`."""
+    """Write the flags (k,) of one configuration: `shoulder left, elbow up, no flip`."""
     if find_axis_geometry(robot) is None:
         return (
             {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[flags[0]] if len(flags) else ""

@@ -144,7 +144,7 @@ def find_candidates(
 def find_nearest_candidate(
     robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units = SI
 ) -> Candidates:
-    """The candidate at a waypoint that is nearest a configuration.
+    """Find the candidate at a waypoint that is nearest a configuration.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
@@ -154,7 +154,7 @@ def find_nearest_candidate(
 
 
 def _solve(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units) -> FloatArray:
-    """The solution of a waypoint's pose nearest a configuration, shape (d,)."""
+    """Find the solution of a waypoint's pose nearest a configuration, shape (d,)."""
     from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 
     return solve_pose_ik(
@@ -170,7 +170,7 @@ def _solve(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: U
 def _move_nearest_samples(
     search: PoseSearch, samples: FloatArray, near: FloatArray
 ) -> list[FloatArray]:
-    """The nearest of some solutions, moved along their self-motion to be nearer still.
+    """Move the nearest of some solutions along their self-motion, to be nearer still.
 
     The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
     speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
@@ -196,7 +196,7 @@ def _move_nearest_samples(
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Samples of the self-motion at each pose, and projections of the previous pose's samples."""
+    """Sample the self-motion at each pose, and add projections of the previous pose's samples."""
     fresh = [
         choose_farthest_apart(robot, q, SELF_MOTION_SAMPLES)
         for q in sample_self_motion(robot, targets)

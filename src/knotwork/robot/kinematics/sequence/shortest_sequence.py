@@ -22,13 +22,13 @@ UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSequence:
-    """A chosen sequence.
+    """The chosen configurations at all waypoints.
 
     Attributes:
         index: Index of the candidate chosen at each waypoint.
         q: Joint positions; joints without limits at the turn they reach, shape (n, d).
         cost: Cost of the whole sequence, shape (7,): see `CostLevel`.
-        blocked_at: The first waypoint that no allowed candidate reaches, or `None`.
+        blocked_at: Index of the first waypoint that no allowed candidate reaches, or `None`.
     """
 
     index: tuple[int, ...]

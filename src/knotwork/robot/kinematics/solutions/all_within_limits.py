@@ -24,7 +24,7 @@ EDGE_DISTANCE = 1e-2
 
 
 def find_solutions_within_limits(search: PoseSearch, near: FloatArray | None = None) -> FloatArray:
-    """All solutions of a pose inside the limits, at the turns nearest their middle.
+    """Find all solutions of a pose inside the limits, at the turns nearest their middle.
 
     For an arm of up to six joints these are the solutions that whole turns bring inside. For a
     redundant arm they are samples of its self-motion, dense enough that one is near any solution.
@@ -43,7 +43,7 @@ def find_solutions_within_limits(search: PoseSearch, near: FloatArray | None = N
 
 
 def turn_solutions_into_limits(search: PoseSearch, solutions: FloatArray) -> FloatArray:
-    """Solutions that whole turns bring inside the limits, at these turns, shape (k, d)."""
+    """Turn solutions by whole turns into the limits, and drop the others, shape (k, d)."""
     if not len(solutions):
         return solutions
     robot, limits = search.robot, position_limits(search.robot)

@@ -48,7 +48,7 @@ def find_solution_or_raise(
     where: str,
     units: Units = SI,
 ) -> FloatArray:
-    """Search for a pose from all over joint space, and find the reason why there is no solution.
+    """Search for a pose from all over joint space; raise the reason if there is no solution.
 
     Args:
         search: The pose, and the robot.
@@ -101,7 +101,7 @@ def find_solution_or_raise(
 
 
 def _solve_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArray]:
-    """Solutions of the pose inside or outside the joint limits."""
+    """Find solutions of the pose inside or outside the joint limits."""
     robot, endless = search.robot, infinite_limits(search.robot)
     if joint_axes(robot).distance_beyond_reach(search.pose.translation) > search.tolerances[0]:
         return []
@@ -111,7 +111,7 @@ def _solve_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArr
 
 
 def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[FloatArray]:
-    """Ends of searches from all over joint space: the best ones, apart from each other."""
+    """Search from all over joint space, and give the best ends that differ from each other."""
     robot = search.robot
     begin = spread_starts(robot, limits, CLOSEST_SEARCHES, centre=near)
     ended = solve_batch(
@@ -133,7 +133,7 @@ def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[
 def _find_least_outside(
     robot: Robot, solutions: list[FloatArray], near: FloatArray
 ) -> list[tuple[str, float, float, float]]:
-    """Joints outside their limits at the solution with the smallest excess: values and limits."""
+    """List the joints outside their limits at the solution with the smallest excess."""
     lower, upper = position_limits(robot)
 
     def excess(q: FloatArray) -> FloatArray:
@@ -151,7 +151,7 @@ def _find_least_outside(
 def _find_closest_pose(
     search: PoseSearch, starts: list[FloatArray], limits: Limits
 ) -> LocalSolution:
-    """The pose at the nearest point, turned as little as possible."""
+    """Find the pose at the nearest point, turned as little as possible."""
     weighted = PoseSearch(
         search.robot, search.pose, *search.tolerances, position_weight=POINT_FIRST
     )
@@ -164,9 +164,9 @@ def _find_closest_pose(
 
 
 def _minimise(search: PoseSearch, start: FloatArray, limits: Limits) -> FloatArray:
-    """The minimum of |e|²/2 from a configuration within limits, shape (d,).
+    """Minimise |e|²/2 within limits from a configuration, by L-BFGS-B, shape (d,).
 
-    Without a solution damped least squares is slow; L-BFGS-B uses the exact gradient.
+    Damped least squares is slow where there is no solution.
     """
     from scipy.optimize import minimize
 

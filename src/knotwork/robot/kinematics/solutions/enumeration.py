@@ -130,14 +130,14 @@ def _near_singular_starts(robot: Robot, solutions: FloatArray) -> FloatArray:
 
 
 def _slide_limits(robot: Robot) -> Limits:
-    """Position limits of prismatic joints alone."""
+    """Position limits of prismatic joints; revolute ones get none."""
     revolute = joint_axes(robot).revolute
     (lower, upper), (low, high) = infinite_limits(robot), position_limits(robot)
     return np.where(revolute, lower, low), np.where(revolute, upper, high)
 
 
 def drop_equal_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
-    """Solutions without those connected to an earlier one by a self-motion.
+    """Drop solutions that equal an earlier one or are connected to it by a self-motion.
 
     Where two branches meet, searches end on both sides of that point. Near a singularity they end
     anywhere near the solution.

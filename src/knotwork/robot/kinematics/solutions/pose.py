@@ -137,12 +137,12 @@ def solve_pose_ik(
     every = np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, goal)
     best.keep_nearest(every)
     if best.best is None:
-        best.keep(find_solution_or_raise(search, goal, waypoint, where, units))
+        best.keep(find_solution_or_raise(search, goal, waypoint=waypoint, where=where, units=units))
     return best.result(f"nearest of {max(len(every), 1)} solutions")
 
 
 class _NearestSolution:
-    """The nearest solution found so far, and the work spent."""
+    """Keeps the nearest solution found so far, and counts the searches."""
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
         self.search, self.goal, self.limits = search, goal, position_limits(search.robot)
@@ -223,9 +223,9 @@ class _NearestSolution:
         return IKSolution(
             q,
             *errors,
-            self.distance,
-            self.iterations,
-            self.restarts,
-            self.search.is_within(*errors),
-            kind,
+            distance=self.distance,
+            iterations=self.iterations,
+            restarts=self.restarts,
+            converged=self.search.is_within(*errors),
+            reason=kind,
         )

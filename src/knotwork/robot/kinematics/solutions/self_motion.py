@@ -61,8 +61,8 @@ def choose_farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> Fl
         count: Maximum number of configurations.
     """
     revolute, chosen = joint_axes(robot).revolute, np.zeros(0, dtype=int)
-    apart = np.full(len(solutions), np.inf)
-    while len(chosen) < count and apart.max(initial=0.0) > 1e-4:
-        chosen = np.append(chosen, np.argmax(np.round(apart, 9)))
-        apart = np.minimum(apart, joint_distances(solutions, solutions[chosen[-1]], revolute))
+    distance = np.full(len(solutions), np.inf)
+    while len(chosen) < count and distance.max(initial=0.0) > 1e-4:
+        chosen = np.append(chosen, np.argmax(np.round(distance, 9)))
+        distance = np.minimum(distance, joint_distances(solutions, solutions[chosen[-1]], revolute))
     return np.asarray(solutions[chosen])
