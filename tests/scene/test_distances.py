@@ -94,12 +94,12 @@ import sys
 import numpy as np
 from knotwork.task.scenario import PlacedShape
 from knotwork.scene.distances import DistanceMeter
-from knotwork.scene.solids import Placed, solid
+from knotwork.scene.solids import Placed, make_solid
 import pinocchio as pin
 
 def placed(kind, size, turn, origin):
     shape = PlacedShape(kind, size, pin.SE3.Identity(), None, (1.0, 1.0, 1.0))
-    return Placed(solid(shape, pin.SE3.Identity()), turn, np.array(origin))
+    return Placed(make_solid(shape, pin.SE3.Identity()), turn, np.array(origin))
 
 meter, turn, box = DistanceMeter(), pin.rpy.rpyToMatrix(0.3, 0.5, 0.7), ("box", (0.2, 0.3, 0.4))
 capsule = placed("capsule", (0.1, 0.2), np.eye(3), [-0.9, -0.2, -0.1])

@@ -23,8 +23,8 @@ def sort_distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT
     Returns:
         Shape (k,).
 
-    >>> from knotwork.curves.polynomial.distinct import distinct
-    >>> distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
+    >>> from knotwork.curves.polynomial.distinct import sort_distinct
+    >>> sort_distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
     array([0. , 0.5, 1. , 2. , 3. ])
     """
     ordered = np.concatenate([np.ravel(array) for array in (values, *more)])
