@@ -14,7 +14,7 @@ _CONTROLS = re.compile(
 def escape_controls(text: str) -> str:
     r"""Escape control characters as Python does, `\x1b` for escape; lines are kept.
 
-    >>> print(plain("PASSED \x1b[8m but not"))
+    >>> print(escape_controls("PASSED \x1b[8m but not"))
     PASSED \x1b[8m but not
     """
     return _CONTROLS.sub(lambda match: ascii(match.group())[1:-1], text)

@@ -57,7 +57,7 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
     Raises:
         InputError: A link's mesh or the SRDF can't be read.
 
-    >>> model = robot_collision_model(kw.load_robot("ur5"))
+    >>> model = build_robot_collision_model(kw.load_robot("ur5"))
     >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
     (8, 'base_link', 'a joint joins them')
     """
