@@ -37,7 +37,7 @@ def cut_curve(curve: PiecewisePolynomial, start: float, end: float) -> Piecewise
 
     >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
     >>> middle = cut_curve(parabola, 0.5, 1.0)
-    >>> middle.x, range_middles(1.0)
+    >>> middle.x, middle(1.0)
     (array([0.5, 1. ]), array(1.))
 
     Args:
