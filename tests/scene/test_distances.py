@@ -15,11 +15,11 @@ import trimesh
 import knotwork as kw
 from command_line import python
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scene.building import collision_model, robot_collision_model
+from knotwork.scene.building import build_collision_model, build_robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, convex_hull
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.scene.solids import Placed, Solid, make_solid
 from knotwork.task.scenario import PlacedShape, load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 from urdfs import collision, joint, link, robot
@@ -45,7 +45,7 @@ CONVEX = [
 def exact(path: Path, name: str) -> Solid:
     MESHES[name].export(path / f"{name}.ply")
     place = pin.SE3.Identity()
-    return solid(PlacedShape("mesh", (), place, path / f"{name}.ply", exact=True), place)
+    return make_solid(PlacedShape("mesh", (), place, path / f"{name}.ply", exact=True), place)
 
 
 def somewhere(one: Solid, rng: np.random.Generator, reach: float) -> Placed:
@@ -67,7 +67,9 @@ def truth(first: Placed, second: Placed) -> float:
 @pytest.mark.parametrize("name", MESHES)
 def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_path: Path) -> None:
     rng, meter, mesh = np.random.default_rng(7), DistanceMeter(), exact(tmp_path, name)
-    others = [solid(PlacedShape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX]
+    others = [
+        make_solid(PlacedShape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX
+    ]
     others.append(exact(tmp_path, "torus"))
     cut = 0
     for i in range(120):
@@ -94,14 +96,13 @@ BOX_AFTER_BOXES = """
 import sys
 import numpy as np
 from knotwork.task.scenario import PlacedShape
-from urdfs import collision, joint, link, robot
 from knotwork.scene.distances import DistanceMeter
-from knotwork.scene.solids import Placed, solid
+from knotwork.scene.solids import Placed, make_solid
 import pinocchio as pin
 
 def placed(kind, size, turn, origin):
     shape = PlacedShape(kind, size, pin.SE3.Identity(), None, (1.0, 1.0, 1.0))
-    return Placed(solid(shape, pin.SE3.Identity()), turn, np.array(origin))
+    return Placed(make_solid(shape, pin.SE3.Identity()), turn, np.array(origin))
 
 meter, turn, box = DistanceMeter(), pin.rpy.rpyToMatrix(0.3, 0.5, 0.7), ("box", (0.2, 0.3, 0.4))
 capsule = placed("capsule", (0.1, 0.2), np.eye(3), [-0.9, -0.2, -0.1])
@@ -162,7 +163,7 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
         pair = []
         for kind in rng.choice(list(kinds), 2):
             size = np.exp(rng.uniform(np.log(0.003), 0.0, kinds[kind])).tolist()
-            made = solid(PlacedShape(str(kind), tuple(size), here), here)
+            made = make_solid(PlacedShape(str(kind), tuple(size), here), here)
             pair.append(Placed(made, pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10))
         first, second = pair
         toward = rng.normal(size=3)
@@ -189,7 +190,7 @@ def test_bounding_spheres_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
     assert robot is not None
-    pairs = SolidPairs(collision_model(scenario, robot))
+    pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
     spheres = pairs.min_distances(*placed)
@@ -214,7 +215,7 @@ def test_rereads_changed_mesh(tmp_path: Path) -> None:
             mesh.unlink(missing_ok=True)
         else:
             mesh.write_bytes(trimesh.creation.box([edge] * 3).export(file_type="stl"))
-        model = robot_collision_model(robot)
+        model = build_robot_collision_model(robot)
         if edge is None:
             assert not model.bodies
         else:
@@ -272,8 +273,8 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
     mesh = trimesh.creation.cone(0.2, 0.3, sections=edges)
     mesh.export(tmp_path / "cone.ply")
     here, rng, meter = pin.SE3.Identity(), np.random.default_rng(edges), DistanceMeter()
-    cone = solid(PlacedShape("mesh", (), here, tmp_path / "cone.ply"), here)
-    still, ball = np.eye(3), solid(PlacedShape("sphere", (0.02,), here), here)
+    cone = make_solid(PlacedShape("mesh", (), here, tmp_path / "cone.ply"), here)
+    still, ball = np.eye(3), make_solid(PlacedShape("sphere", (0.02,), here), here)
     corners = trimesh.load(tmp_path / "cone.ply", process=False).triangles
     for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
         near = trimesh.triangles.closest_point(corners, np.tile(at, (len(corners), 1)))
@@ -290,6 +291,6 @@ def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
         trimesh.creation.cylinder(1.0, 0.1, 900),
     ):
         mesh.export(tmp_path / "part.stl")
-        made = solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
+        made = make_solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
         assert made.triangles is not None
         assert len(made.triangles) == len(mesh.faces)
