@@ -35,7 +35,7 @@ def test_rows_say_what_plans_say(lifted: Path) -> None:
         assert (row["verdict"] == "passed") == made.report.ok
         assert row["duration"] == made.trajectory.duration
         (speed,) = made.report.select(subject="joint", quantity="velocity")
-        assert row["velocity_use"] == speed.use
+        assert row["velocity_use"] == speed.utilisation
         assert row["clearance"] is None
         if not made.report.ok:
             assert row["reason"] == "velocity"
@@ -186,7 +186,7 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert "fastest" not in text
         assert "# a comment" in text
         made = kw.plan(study.scenario(row))
-        assert kw.load_scenario(frozen).free is None
+        assert kw.load_scenario(frozen).unknowns is None
         again = kw.plan(frozen).trajectory
         assert again.duration == made.trajectory.duration == study["duration"][row]
         made.freeze(tmp_path / "same.yaml")

@@ -12,7 +12,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
-from knotwork.task.scenario import FreeTimes
+from knotwork.task.scenario import Unknowns
 from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import collision_note, failed_pairs
 from knotwork.verification.finding import TRIED
@@ -153,9 +153,9 @@ def _detour_ends(plan: Plan) -> list[int]:
     return sorted(ends - unusable)
 
 
-def _free_times(plan: Plan) -> FreeTimes | None:
+def _free_times(plan: Plan) -> Unknowns | None:
     """Unknowns that were chosen for a plan."""
-    return None if plan.chosen is None else plan.chosen.requested.free
+    return None if plan.chosen is None else plan.chosen.requested.unknowns
 
 
 def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:

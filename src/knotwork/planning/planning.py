@@ -53,15 +53,15 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.free is None:
+    if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
     from knotwork.planning.choosing import with_times_met
     from knotwork.planning.timing.budget import Budget
 
-    free = scenario.free
-    met = tuple(scenario.waypoints[i].name for i in free.meets if free.duration[i - 1])
+    free = scenario.unknowns
+    met = tuple(scenario.waypoints[i].name for i in free.time_dependent if free.duration[i - 1])
     timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, met)
-    if free.meets:
+    if free.time_dependent:
         scenario = with_times_met(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )

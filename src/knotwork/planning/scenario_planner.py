@@ -44,7 +44,7 @@ class ScenarioPlanner:
     @property
     def max_sequences(self) -> int:
         """Maximum number of sequences to plan."""
-        return FIXED_SEQUENCES if self.scenario.free is None else TIMED_SEQUENCES
+        return FIXED_SEQUENCES if self.scenario.unknowns is None else TIMED_SEQUENCES
 
     @property
     def is_late(self) -> bool:
@@ -57,7 +57,7 @@ class ScenarioPlanner:
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
-        if self.scenario.free is None:
+        if self.scenario.unknowns is None:
             chosen = self._interpolation
             return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
         from knotwork.planning.choosing.free_task import knots_of
@@ -70,16 +70,16 @@ class ScenarioPlanner:
         from knotwork.planning.choosing import choose_times
 
         scenario, time = self.scenario, self.time
-        if scenario.free is None or time is None:
+        if scenario.unknowns is None or time is None:
             raise AssertionError("no time of the scenario is free")
         budget = None if time.seconds is None else max(time.remaining(), 1e-3)
         return choose_times(
-            scenario, scenario.free, budget=budget, progress=self.progress, solution=solution
+            scenario, scenario.unknowns, budget=budget, progress=self.progress, solution=solution
         )
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
-        if self.scenario.free is None or self.time is None:
+        if self.scenario.unknowns is None or self.time is None:
             return self._interpolate(solution or self.solve())
         chosen = replace(self.choose_times(solution), met=self.met)
         if self.progress is not None:

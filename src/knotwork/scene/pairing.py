@@ -78,7 +78,7 @@ class Pairing:
         if first.joint == second.joint:
             return MOVE_TOGETHER if first.joint else NEITHER_MOVES
         kinds = {first.kind, second.kind}
-        if kinds <= {"link", "tool"} and not self.scene.rules.itself:
+        if kinds <= {"link", "tool"} and not self.scene.collisions.itself:
             return NOT_ITSELF
         reason = self.given.get(frozenset((first.identity, second.identity)))
         apart = first.apart or second.apart

@@ -24,9 +24,9 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.actions import Output, one_name_each
 from knotwork.task.open_values import ChosenMotion, Way, Weights
-from knotwork.task.places import moved_paths, read_document
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
+from knotwork.task.sources import moved_paths, read_document
 from knotwork.task.task_options import (
     Balanced,
     Branch,

@@ -34,7 +34,7 @@ from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Status, status_of
-from knotwork.task.scenario import FreeTimes, Scenario
+from knotwork.task.scenario import Scenario, Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ class ChosenTimes:
 
 def choose_times(
     scenario: Scenario,
-    free: FreeTimes,
+    free: Unknowns,
     *,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -159,7 +159,7 @@ _Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
 
 
 def _fastest(
-    scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
+    scenario: Scenario, free: Unknowns, solution: TaskSolution | None, budget: Budget
 ) -> _Motions:
     """The task with the maximum speeds along its paths, and the motions of its segments.
 
@@ -199,7 +199,7 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[FreeSegment, TimedMotio
 
 
 def _motions(
-    paths: TimedPaths, free: FreeTimes, budget: Budget
+    paths: TimedPaths, free: Unknowns, budget: Budget
 ) -> list[tuple[FreeSegment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
@@ -224,7 +224,7 @@ def _adjacent_stretches(segments: Iterable[FreeSegment], paths: TimedPaths) -> s
     }
 
 
-def _check_given(task: FreeTask, free: FreeTimes, segments: Sequence[FreeSegment]) -> None:
+def _check_given(task: FreeTask, free: Unknowns, segments: Sequence[FreeSegment]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, as segments begin and end with them.

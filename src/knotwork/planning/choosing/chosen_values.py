@@ -94,7 +94,9 @@ def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.standing:  # the base of the file moves relative to it
+        if (
+            scenario.pose_frame_link and not waypoint.standing
+        ):  # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T

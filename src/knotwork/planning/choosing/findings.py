@@ -110,7 +110,7 @@ def _meeting_note(chosen: ChosenTimes) -> str:
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
     """Whether speeds along paths were chosen, on which the lower bound depends."""
-    return chosen.requested.free is not None and bool(chosen.requested.free.path_speed)
+    return chosen.requested.unknowns is not None and bool(chosen.requested.unknowns.path_speed)
 
 
 def _unlimited_note(space: JointSpace) -> str:
@@ -187,7 +187,7 @@ def clear_motion_findings(
     model = motion_model(motion, scenario, space.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.around))
     length, _ = si_factors(scenario.given.units)
-    resolution = scenario.scene.rules.resolution
+    resolution = scenario.scene.collisions.resolution
     for indices, run in detours:
         count = run.way
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))

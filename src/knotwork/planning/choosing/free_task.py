@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import InputError
 from knotwork.planning.task_to_joint import PathStart, TaskSolution
-from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import IndexArray, JointWaypoints
 
@@ -51,7 +51,7 @@ class FreeTask:
     """
 
     scenario: Scenario
-    free: FreeTimes
+    free: Unknowns
     space: JointSpace
     solution: TaskSolution
 

@@ -18,7 +18,7 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.task import PlainTask
-from knotwork.task.scenario import FreeTimes, Scenario, resolve_task
+from knotwork.task.scenario import Scenario, Unknowns, resolve_task
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
@@ -58,7 +58,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
     scenario, chosen = _first_choice(scenario, choose)
     for count in range(MEETING_ROUNDS):
         expected, times = scenario.expected_times, _times(scenario, chosen)
-        met = list(_free(scenario).meets)
+        met = list(_free(scenario).time_dependent)
         if np.abs(times - expected)[met].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
         task = scenario.given.with_waypoints(_speeds(scenario, chosen))
@@ -66,7 +66,7 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         scenario = _with_expected_times(scenario, task, _by_waypoint(scenario, following))
-        if scenario.free is None or not scenario.free.meets:
+        if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
         chosen = choose(scenario)
     i = max(met, key=lambda i: abs(times[i] - expected[i]))
@@ -80,17 +80,19 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
     raise error
 
 
-def _free(scenario: Scenario) -> FreeTimes:
-    if scenario.free is None:
+def _free(scenario: Scenario) -> Unknowns:
+    if scenario.unknowns is None:
         raise TypeError("nothing is free")
-    return scenario.free
+    return scenario.unknowns
 
 
 def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
     """The scenario with another task, and expected times [s] by waypoint of the task."""
-    return replace(resolve_task(task, scenario.places, expected), under_way=scenario.under_way)
+    return replace(
+        resolve_task(task, scenario.places, expected), continued_motion=scenario.continued_motion
+    )
 
 
 def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
@@ -100,7 +102,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
         InputError: There is no solution for any guess.
     """
     scenario = _with_speeds_before(scenario, choose)
-    free, (first, *_) = _free(scenario), _free(scenario).meets
+    free, (first, *_) = _free(scenario), _free(scenario).time_dependent
     k, failure = scenario.index[first], None
     guesses: list[dict[int, float]] = [{}]
     if scenario.given.waypoints[k].time is None and free.duration[first - 1]:
@@ -126,7 +128,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
     They are those of the motion before, planned alone if it is a complete task.
     """
     free, task = _free(scenario), scenario.given
-    first = free.meets[0]
+    first = free.time_dependent[0]
     if not any(i < first for i in free.path_speed):
         return scenario
     try:
@@ -145,14 +147,14 @@ def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, known = _free(scenario), chosen.scenario.given.waypoints
-    places = [scenario.index[i] for i in free.path_speed if i <= free.meets[-1]]
+    places = [scenario.index[i] for i in free.path_speed if i <= free.time_dependent[-1]]
     return {k: {"speed": known[k].speed} for k in places if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     known = chosen.scenario.given.waypoints
-    places = scenario.index[1 : _free(scenario).meets[-1] + 1]
+    places = scenario.index[1 : _free(scenario).time_dependent[-1] + 1]
     return {k: {"near": near} for k in places if (near := getattr(known[k], "near", None))}
 
 
@@ -163,7 +165,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen.scenario.times)
-    for i in _free(scenario).meets:
+    for i in _free(scenario).time_dependent:
         k = scenario.index[i]
         time = scenario.given.waypoints[k].time
         if time is None or k == scenario.index[i - 1]:
@@ -186,7 +188,7 @@ def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputErr
 def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     """The scenario with numbers for its unknowns up to the last moving frame."""
     free, task = _free(scenario), scenario.given
-    last, spans = free.meets[-1], np.diff(chosen.scenario.times)
+    last, spans = free.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):

@@ -20,7 +20,7 @@ from knotwork.planning.choosing.path_speeds import (
 )
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
-from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.units import rounded_up
 
@@ -54,7 +54,7 @@ class TimedPaths:
 
 def with_max_speeds(
     scenario: Scenario,
-    free: FreeTimes,
+    free: Unknowns,
     solution: TaskSolution | None,
     caps: Mapping[int, float],
 ) -> TimedPaths:
@@ -145,7 +145,7 @@ def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
         }
     )
     scenario = resolve_task(changed, scenario.places)
-    space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
+    space, free = joint_space(scenario), scenario.unknowns or replace(task.free, path_speed={})
     return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
 
 
@@ -162,7 +162,7 @@ def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
     return TimedPaths(task, speeds, tuple(binding))
 
 
-def paths_beyond_limits(task: FreeTask, free: FreeTimes) -> list[InputError]:
+def paths_beyond_limits(task: FreeTask, free: Unknowns) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:

@@ -91,12 +91,12 @@ class SolutionSearch:
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
         scene = scenario.scene
-        is_checked = scene.rules.itself or scene.has_bodies()
+        is_checked = scene.collisions.itself or scene.has_bodies()
         self.obstacles = Obstacles(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        kinds = scenario.free.speed if scenario.free is not None else ()
+        kinds = scenario.unknowns.speed if scenario.unknowns is not None else ()
         self.free_velocity = frozenset(i for i, kind in enumerate(kinds) if kind != "given")
         self.joints = joint_rules(robot)
         self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)

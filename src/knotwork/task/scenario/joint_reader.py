@@ -169,8 +169,8 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
             or for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free is not None:  # a chosen velocity is not a stop
-        speeds = pairwise(scenario.free.speed)
+    if scenario.unknowns is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.unknowns.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     places = [
         waypoint.pose.homogeneous

@@ -16,10 +16,10 @@ from knotwork.curves.tool_paths.timing_profile import standstill
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.task.scenario.carriers import Carriers
-from knotwork.task.scenario.free_times import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
+from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 TIMING_TOLERANCE = 1e-6

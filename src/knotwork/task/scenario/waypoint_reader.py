@@ -21,9 +21,9 @@ from knotwork.task import (
     Velocity,
 )
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.scenario.free_times import check_places, max_speed, min_time
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.unknowns import check_places, max_speed, min_time
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
