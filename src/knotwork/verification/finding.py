@@ -175,8 +175,8 @@ class Finding:
     def utilisation(self) -> float | None:
         """Value relative to the limit; `None` if undefined.
 
-        It is also `None` if only samples keep the limit. It is infinite at a jump, and for a negative
-        value with a lower limit.
+        It is also `None` if only samples keep the limit. It is infinite at a jump, and for a
+        negative value with a lower limit.
         """
         if self.value is None or not self.limit:
             return None
