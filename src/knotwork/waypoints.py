@@ -215,8 +215,8 @@ class CartesianWaypoint:
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Location of its definition, for messages.
         freedom: Freedom of the pose, or `None`.
-        standing: Whether the pose is in the world frame (`Robot.standing_frame`). It matters only
-            if joints move the base frame.
+        in_world_frame: Whether the pose is in the world frame (`Robot.world_frame`), not in the
+            base frame. They differ only if joints move the base frame.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
@@ -234,7 +234,7 @@ class CartesianWaypoint:
     twist: pin.Motion
     where: str = ""
     freedom: PoseFreedom | None = None
-    standing: bool = False
+    in_world_frame: bool = False
 
     def __post_init__(self) -> None:
         import pinocchio as pin

@@ -41,7 +41,7 @@ PLANNING_KEYS = (
 """Planning options of a task, which a given motion does not need."""
 
 
-class _Executed(NamedTuple):
+class _ExecutedMotion(NamedTuple):
     """A task, or a part of it, with another timing or path.
 
     Attributes:
@@ -60,7 +60,7 @@ class _Executed(NamedTuple):
     ends: tuple[str, str]
 
 
-class _Arrival(NamedTuple):
+class _ReachedWaypoint(NamedTuple):
     """A waypoint of an executed motion.
 
     Attributes:
@@ -85,7 +85,7 @@ def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
     span = trajectory.start_time, float(clock(clock.x[-1]))
-    return _checked(_Executed(planned, motion, clock, span, (START, "end")), known)
+    return _checked(_ExecutedMotion(planned, motion, clock, span, (START, "end")), known)
 
 
 def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
@@ -105,7 +105,7 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
         motion = joint_stop(q, v, a, *limits)
-        return _checked(_Executed(planned, motion, None, (at, at), ends))
+        return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
@@ -114,10 +114,10 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
         )
     clock, motion = stop
     span = at, float(clock(clock.x[-1]))
-    return _checked(_Executed(planned, motion, clock, span, ends))
+    return _checked(_ExecutedMotion(planned, motion, clock, span, ends))
 
 
-def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
+def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
     """The executed motion through the waypoints that it reaches, with its report.
 
     Args:
@@ -157,7 +157,9 @@ def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
     )
 
 
-def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion) -> list[Finding]:
+def _geometry(
+    executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint], motion: Motion
+) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
     planned, clock = executed.planned, executed.clock
     if clock is None:
@@ -176,7 +178,7 @@ def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion)
     ]
 
 
-def _arrivals(executed: _Executed) -> list[_Arrival]:
+def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     """Waypoints of an executed motion, in order of time: its ends, and those that it passes."""
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
@@ -190,15 +192,15 @@ def _arrivals(executed: _Executed) -> list[_Arrival]:
     arrivals = []
     for i, time in zip(passed, new.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_Arrival(at, executed.planned.scenario.waypoints[i].name, i))
+        arrivals.append(_ReachedWaypoint(at, executed.planned.scenario.waypoints[i].name, i))
     if not arrivals or arrivals[0].time != start:
-        arrivals.insert(0, _Arrival(start, executed.ends[0]))
+        arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
     if arrivals[-1].time != end:
-        arrivals.append(_Arrival(end, executed.ends[1]))
+        arrivals.append(_ReachedWaypoint(end, executed.ends[1]))
     return arrivals
 
 
-def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
+def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) -> Task:
     """The task of an executed motion: its states at the waypoints that it reaches."""
     scenario, space = executed.planned.scenario, executed.planned.space
     motion = executed.motion
@@ -232,7 +234,9 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
     )
 
 
-def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[str, Any]]]:
+def _actions(
+    executed: _ExecutedMotion, placed: Sequence[_ReachedWaypoint]
+) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint. Signals that are already on are at the first one."""
     outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
     clock, start = executed.clock, executed.span[0]

@@ -99,9 +99,11 @@ class JointAxes:
 
     def jacobians(self, q: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
-        return self.place(q)[2].transpose(2, 0, 1)
+        return self.compute_poses_and_jacobians(q)[2].transpose(2, 0, 1)
 
-    def place(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def compute_poses_and_jacobians(
+        self, q: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`."""
         tip, rotation, points, axes = self.forward(q)
         return tip, rotation, self.jacobian(tip, points, axes)

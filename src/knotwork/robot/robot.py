@@ -50,7 +50,7 @@ class Robot:
         dof: Number of joints, d.
         base_frame: Link of the frame of poses.
         base_placement: Base frame in the axes of the URDF's root, as `pin.SE3`.
-        standing_frame: Link of the world frame: the base frame, unless joints move it.
+        world_frame: Link of the world frame: the base frame, unless joints move it.
         base_moves: Whether joints move the base frame. Then efforts are unknown.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
@@ -96,8 +96,8 @@ class Robot:
         self.joined_links = description.urdf.joined_links
         chain = select_chain(description)
         self.base_frame = chain.base_frame
-        self.standing_frame = description.standing or chain.base_frame
-        self.base_moves = description.standing is not None
+        self.world_frame = description.world_frame or chain.base_frame
+        self.base_moves = description.world_frame is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self._chain = ChainModel(chain.model, chain.base_frame, description)
@@ -317,21 +317,21 @@ class Robot:
         """
         description = self._description
         urdf = read_urdf(self.urdf, self.name, description.urdf.axes, link)
-        standing = None if link == self.standing_frame else self.standing_frame
-        return Robot(replace(description, urdf=urdf, base_frame=link, standing=standing))
+        world = None if link == self.world_frame else self.world_frame
+        return Robot(replace(description, urdf=urdf, base_frame=link, world_frame=world))
 
     @cached_property
-    def _at_rest(self) -> Robot:
-        return self.with_base(self.standing_frame) if self.base_moves else self
+    def _in_world_frame(self) -> Robot:
+        return self.with_base(self.world_frame) if self.base_moves else self
 
-    def in_frame(self, *, standing: bool) -> tuple[Robot, list[int]]:
-        """The robot with poses in the base or world frame (`standing`), and its joints' indices."""
-        robot = self._at_rest if standing else self
+    def in_frame(self, *, in_world_frame: bool) -> tuple[Robot, list[int]]:
+        """The robot with poses in the base or the world frame, and the indices of its joints."""
+        robot = self._in_world_frame if in_world_frame else self
         return robot, [self.joint_names.index(name) for name in robot.joint_names]
 
-    def tool_seen(self, q: FloatArray, *, standing: bool) -> Any:
-        """Pose of the TCP in the base or the world frame (`standing`), `pin.SE3`."""
-        robot, joints = self.in_frame(standing=standing)
+    def tool_pose(self, q: FloatArray, *, in_world_frame: bool) -> Any:
+        """Pose of the TCP in the base or the world frame, `pin.SE3`."""
+        robot, joints = self.in_frame(in_world_frame=in_world_frame)
         return robot.forward(q[joints])
 
     def configuration(self, name: str) -> FloatArray:

@@ -20,7 +20,7 @@ class Body:
         joint: Index of the joint that carries it; 0 for a fixed body.
         solids: Its solids.
         start, end: Time interval of its presence [s].
-        apart: Whether it is an object before the tool comes or after the tool has left.
+        tool_keeps_clear: Whether it is an object before the tool comes or after the tool has left.
         link: Name of a link in its URDF; empty for other bodies.
     """
 
@@ -30,7 +30,7 @@ class Body:
     solids: tuple[Solid, ...]
     start: float = -math.inf
     end: float = math.inf
-    apart: bool = False
+    tool_keeps_clear: bool = False
     link: str = ""
 
     @property

@@ -42,7 +42,7 @@ a thousandth of it."""
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
-SAME_TCP_PLACE = 1e-6
+SAME_TCP_DISTANCE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
 
 
@@ -63,49 +63,52 @@ class Hold(NamedTuple):
     """Poses and times of a grasp.
 
     Attributes:
-        taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
+        grasp_pose, release_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
+            base frame.
         start, end: Time interval [s].
-        coming: Time of the tool's departure to the object [s]; until then it must keep clear.
-        gone: Time of the tool's arrival at another position [s]; from then on it must keep clear.
+        approach_start: Time at which the tool departs to the object [s]. Before, it must keep
+            clear of the object.
+        departure_end: Time at which the tool arrives at another position [s]. Afterwards, it must
+            keep clear of the object.
     """
 
-    taken: Any
-    left: Any
+    grasp_pose: Any
+    release_pose: Any
     start: float
     end: float
-    coming: float = -math.inf
-    gone: float = math.inf
+    approach_start: float = -math.inf
+    departure_end: float = math.inf
 
 
-def hold_between(
+def find_hold(
     take: int,
     leave: int,
     times: Sequence[float],
     poses: Sequence[Any],
-    standing: Sequence[bool] = (),
+    in_world_frame: Sequence[bool] = (),
 ) -> Hold:
-    """Times in which an object is held between two waypoints, and in which the tool is near it.
+    """Find when an object is held between two waypoints, and when the tool is near it.
 
-    The tool comes from the last waypoint before at which the TCP has another position. It has left
-    at the first such waypoint after.
+    The approach starts at the last earlier waypoint at which the TCP has another position. The
+    departure ends at the first such waypoint afterwards.
 
     Args:
         take: Index of the waypoint where the object is taken.
         leave: Index of the waypoint where it is released.
         times: Times of the waypoints [s].
         poses: Poses of the TCP at the waypoints, `pin.SE3` in the base frame.
-        standing: Whether each pose is in the axes of the fixed frame instead; by default none.
+        in_world_frame: Whether each pose is in the world frame instead; by default none.
     """
 
     def elsewhere(k: int, waypoint: int) -> bool:
-        if standing and standing[k] != standing[waypoint]:
+        if in_world_frame and in_world_frame[k] != in_world_frame[waypoint]:
             return True
         moved = poses[k].translation - poses[waypoint].translation
-        return bool(np.abs(moved).max() > SAME_TCP_PLACE)
+        return bool(np.abs(moved).max() > SAME_TCP_DISTANCE)
 
-    coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
-    gone = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
-    near = next(coming, -math.inf), next(gone, math.inf)
+    before = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
+    after = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
+    near = next(before, -math.inf), next(after, math.inf)
     return Hold(poses[take], poses[leave], times[take], times[leave], *near)
 
 
@@ -124,11 +127,13 @@ def collision_model(
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
     scene = scenario.scene
-    seen = times, poses, [waypoint.standing for waypoint in scenario.waypoints]
-    holds = {held.name: hold_between(held.take, held.leave, *seen) for held in scene.held}
+    waypoints = times, poses, [waypoint.in_world_frame for waypoint in scenario.waypoints]
+    holds = {held.name: find_hold(held.take, held.leave, *waypoints) for held in scene.held}
     items: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
-    since = {item.name: times[item.appears] for item in items if item.appears is not None}
-    return _Builder(robot, scene, scenario.places, holds, since).model()
+    appearance_times = {
+        item.name: times[item.appears] for item in items if item.appears is not None
+    }
+    return _Builder(robot, scene, scenario.places, holds, appearance_times).model()
 
 
 class _Builder:
@@ -140,15 +145,15 @@ class _Builder:
         scene: Scene,
         places: Places,
         holds: Mapping[str, Hold] = MappingProxyType({}),
-        since: Mapping[str, float] = MappingProxyType({}),
+        appearance_times: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
         self.joints, self.links = joint_tree(robot.model), link_bodies(robot)
-        self.holds, self.since = holds, since
-        self.known: list[ExtendedCurve] = []
+        self.holds, self.appearance_times = holds, appearance_times
+        self.known_motions: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
-        self.moved: set[str] = set()
+        self.other_arm_links: set[str] = set()
 
     def model(self) -> CollisionModel:
         scene = self.scene
@@ -165,7 +170,9 @@ class _Builder:
         for robot in scene.robots:
             bodies += self._robot_bodies(robot)
         # if two arms share a URDF, each would also be in the model of the other, at rest
-        bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
+        bodies = [
+            replace(x, start=math.inf) if x.link in self.other_arm_links else x for x in bodies
+        ]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
@@ -175,17 +182,17 @@ class _Builder:
             tuple(bodies),
             tuple(pairs),
             tuple(ignored),
-            self.links.missing,
-            self.links.bare,
-            tuple(self.known),
-            self.carriers,
-            self.robots,
+            missing=self.links.missing,
+            bare=self.links.bare,
+            known=tuple(self.known_motions),
+            carriers=self.carriers,
+            robots=self.robots,
         )
 
     def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
         """A fixed object, or one that moves with a frame, placed with its carrier at rest."""
         joint, carrier = self._joint_of_frame(frame)
-        start = self.since.get(name, -math.inf)
+        start = self.appearance_times.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
@@ -199,11 +206,11 @@ class _Builder:
             place = ("scene", "robots", placed.name, "scenario")
             raise self.places.error(place, str(error)) from error
         if one_cell:
-            link = robot.standing_frame
-            standing, placement = _joint_of_link(robot, link)
+            link = robot.world_frame
+            carrier, placement = _joint_of_link(robot, link)
         else:
-            link = theirs.standing_frame
-            standing, placement = self._joint_of_frame(placed.carrier)
+            link = theirs.world_frame
+            carrier, placement = self._joint_of_frame(placed.carrier)
             placement = placement * placed.placement
         base_joint, base_placement = _joint_of_link(theirs, link)
         inverse, columns = inverse_chain(motion.model.joints, base_joint, base_placement)
@@ -212,15 +219,15 @@ class _Builder:
         still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
         turned = [replace(known[0], curve=turned_curve)] if columns else []
-        root = self._add_joints(inverse, placement, [*turned, still], standing)
+        root = self._add_joints(inverse, placement, [*turned, still], carrier)
         self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
-        self.known += known
+        self.known_motions += known
         self.robots[placed.name] = motion.robot, root
         for body in motion.model.bodies:
             if one_cell and body.joint == base_joint:
                 continue
             if one_cell and body.link:
-                self.moved.add(body.link)
+                self.other_arm_links.add(body.link)
             if body.kind != "object" or body.name in motion.held:
                 yield replace(
                     body,
@@ -229,7 +236,7 @@ class _Builder:
                     joint=root + body.joint,
                     start=body.start + placed.delay,
                     end=body.end + placed.delay,
-                    apart=False,
+                    tool_keeps_clear=False,
                     link="",
                 )
 
@@ -249,7 +256,7 @@ class _Builder:
             return
         joint, placement = 0, self.robot.base_placement
         if frame.link:
-            link = self.robot.standing_frame if frame.link == FIXED_CARRIER else frame.link
+            link = self.robot.world_frame if frame.link == FIXED_CARRIER else frame.link
             joint, placement = _joint_of_link(self.robot, link)
         if frame.joints:
             placements: list[Any] = []
@@ -268,7 +275,7 @@ class _Builder:
     ) -> int:
         """Add joints with known positions, and give the index of the last."""
         self.joints = join_trees(self.joints, tree, placement, carrier)
-        self.known += known
+        self.known_motions += known
         return len(self.joints.parent) - 1
 
     def _tool_body(self, shapes: Sequence[PlacedShape]) -> Body:
@@ -283,19 +290,41 @@ class _Builder:
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
-        ends = ((hold.taken, hold.start), (hold.left, hold.end))
+        ends = ((hold.grasp_pose, hold.start), (hold.release_pose, hold.end))
         for carrier, (pose, time) in zip(held.carriers, ends, strict=True):
             joint, placement = self._joint_of_frame(carrier, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)
-        since = self.since.get(name, -math.inf)
+        appears = self.appearance_times.get(name, -math.inf)
         bodies = [
-            Body(name, "object", joint_before, solids_before, since, hold.coming, apart=True),
-            Body(name, "object", joint_before, solids_before, max(since, hold.coming), hold.start),
+            Body(
+                name,
+                "object",
+                joint_before,
+                solids_before,
+                appears,
+                hold.approach_start,
+                tool_keeps_clear=True,
+            ),
+            Body(
+                name,
+                "object",
+                joint_before,
+                solids_before,
+                max(appears, hold.approach_start),
+                hold.start,
+            ),
             Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", joint_after, solids_after, hold.end, hold.gone),
-            Body(name, "object", joint_after, solids_after, start=hold.gone, apart=True),
+            Body(name, "object", joint_after, solids_after, hold.end, hold.departure_end),
+            Body(
+                name,
+                "object",
+                joint_after,
+                solids_after,
+                start=hold.departure_end,
+                tool_keeps_clear=True,
+            ),
         ]
         return [body for body in bodies if body.start < body.end]
 

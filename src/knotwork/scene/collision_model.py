@@ -44,13 +44,13 @@ class Pair(NamedTuple):
     Attributes:
         first, second: Their indices among the bodies; the second one moves with the robot.
         margin: Required clearance [m].
-        around: Whether one of them belongs to the surroundings, so that `way: clear` may help.
+        involves_scene: Whether one of them belongs to the scene, so that `way: clear` may help.
     """
 
     first: int
     second: int
     margin: float
-    around: bool
+    involves_scene: bool
 
 
 Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]

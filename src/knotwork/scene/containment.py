@@ -38,20 +38,20 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
     box = solid.geometry.aabb_local
     if (point < box.min_).any() or (point > box.max_).any():
         return False
-    around, winds = [], 0
+    enclosing, winds = [], 0
     for part in range(solid.parts.max() + 1):
         triangles = solid.triangles[solid.parts == part]
         winding = round(winding_number(triangles, point))
         if winding:
             winds += winding
             corners = triangles.reshape(-1, 3)
-            around.append((corners.min(axis=0), corners.max(axis=0)))
-    if winds or not around:
+            enclosing.append((corners.min(axis=0), corners.max(axis=0)))
+    if winds or not enclosing:
         return winds != 0
-    around.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
+    enclosing.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
     nested = all(
         (outer[0] < inner[0]).all() and (inner[1] < outer[1]).all()
-        for outer, inner in itertools.pairwise(around)
+        for outer, inner in itertools.pairwise(enclosing)
     )
     return not nested
 

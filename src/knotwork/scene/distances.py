@@ -75,7 +75,7 @@ class DistanceMeter:
             first: A solid.
             second: Another one.
             max_distance: Upper bound of relevant distances [m]. For exact meshes and cells that are
-                farther apart, the result is between this and the distance.
+                farther offset, the result is between this and the distance.
         """
         if _cells_second(first, second):
             first, second = second, first
@@ -84,10 +84,10 @@ class DistanceMeter:
         self._first.setTransform(first.rotation, first.origin)
         self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
-        if a.around is not None or b.around is not None:
+        if a.outer_hull is not None or b.outer_hull is not None:
             # There are many triangles and cells, so the hull is measured first. It is never farther
             # away than they are.
-            near = self._coal_distance(a.around or a.geometry, b.around or b.geometry)
+            near = self._coal_distance(a.outer_hull or a.geometry, b.outer_hull or b.geometry)
             # Coal skips the measurement if 0 is known already.
             max_distance = max(max_distance, DISTANCE_ERROR)
             if near >= max_distance:
@@ -112,7 +112,7 @@ class DistanceMeter:
 
     def _off(self, solid: Solid, placement: Any, point: Any) -> float:
         """Distance of a point from an exact mesh or from cells [m]; 0 for a convex solid."""
-        if solid.around is None:
+        if solid.outer_hull is None:
             return 0.0
         self._here.setTranslation(point)
         self._spot.clear()
@@ -135,9 +135,9 @@ class DistanceMeter:
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
             points = points @ second.rotation.T + second.origin
             normal = second.rotation @ normal
-        apart = points[0] - points[1]
-        if distance > DISTANCE_ERROR and np.linalg.norm(apart) > DISTANCE_ERROR:
-            normal = apart / np.linalg.norm(apart)
+        offset = points[0] - points[1]
+        if distance > DISTANCE_ERROR and np.linalg.norm(offset) > DISTANCE_ERROR:
+            normal = offset / np.linalg.norm(offset)
         return Nearest(distance, points, normal)
 
 

@@ -27,8 +27,8 @@ ADJACENT = "a joint joins them"
 CARRIED = "the tool carries it"
 BY_ROBOT = "the robot's file ignores it"
 OBJECT_KIND = "object"
-NOT_ITSELF = "the scenario says `self: false`"
-NOT_OURS = "no joint of the robot moves one of them to the other"
+SELF_CHECK_OFF = "the scenario says `self: false`"
+NOT_MOVED_BY_ROBOT = "no joint of the robot moves one of them to the other"
 
 
 class Pairing:
@@ -44,7 +44,7 @@ class Pairing:
     def __init__(self, robot: Robot, joints: JointTree, scene: Scene, given: Reasons) -> None:
         self.scene, self.given = scene, given
         self.by_files = _reasons_of_files(robot)
-        self.own = joints.carriers[:, : robot.model.njoints]
+        self.moved_by = joints.carriers[:, : robot.model.njoints]
         self.joined = robot.joined_links
         self.held = {item.name for item in scene.held}
 
@@ -58,15 +58,17 @@ class Pairing:
                 continue  # links of one part
             reason = self._reason(first, second)
             if reason is not None:
-                ignored.append(IgnoredPair(self._whose(first), self._whose(second), reason))
+                ignored.append(
+                    IgnoredPair(self._reported_name(first), self._reported_name(second), reason)
+                )
                 continue
-            around = OBJECT_KIND in (first.kind, second.kind)
-            second_moves = second.kind != OBJECT_KIND if around else bool(second.joint)
+            involves_scene = OBJECT_KIND in (first.kind, second.kind)
+            second_moves = second.kind != OBJECT_KIND if involves_scene else bool(second.joint)
             order = (i, j) if second_moves else (j, i)
-            pairs.append(Pair(*order, self.scene.margin if around else 0.0, around))
+            pairs.append(Pair(*order, self.scene.margin if involves_scene else 0.0, involves_scene))
         return pairs, [pair for pair in dict.fromkeys(ignored) if pair.first != pair.second]
 
-    def _whose(self, body: Body) -> str:
+    def _reported_name(self, body: Body) -> str:
         """The name of a body, or of the other robot whose body it is."""
         robots = (
             robot.name for robot in self.scene.robots if body.name.startswith(f"{robot.name}/")
@@ -79,18 +81,21 @@ class Pairing:
             return MOVE_TOGETHER if first.joint else NEITHER_MOVES
         kinds = {first.kind, second.kind}
         if kinds <= {"link", "tool"} and not self.scene.collisions.itself:
-            return NOT_ITSELF
+            return SELF_CHECK_OFF
         reason = self.given.get(frozenset((first.identity, second.identity)))
-        apart = first.apart or second.apart
-        if reason is not None and not (reason == ALLOWED and apart):
+        keeps_clear = first.tool_keeps_clear or second.tool_keeps_clear
+        if reason is not None and not (reason == ALLOWED and keeps_clear):
             return reason  # only the gripper may touch an object, and only during this time
-        if kinds == {OBJECT_KIND} and (self.own[first.joint] == self.own[second.joint]).all():
-            return NOT_OURS
+        if (
+            kinds == {OBJECT_KIND}
+            and (self.moved_by[first.joint] == self.moved_by[second.joint]).all()
+        ):
+            return NOT_MOVED_BY_ROBOT
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))
             return self.by_files.get(links) or (ADJACENT if links in self.joined else None)
         carried = "tool" in kinds and "link" not in kinds and {first.name, second.name} & self.held
-        return CARRIED if carried and not apart else None
+        return CARRIED if carried and not keeps_clear else None
 
 
 def _reasons_of_files(robot: Robot) -> Reasons:

@@ -32,10 +32,10 @@ class SolidPairs:
     def __init__(self, model: CollisionModel) -> None:
         self.model = model
         self.solids = [solid for body in model.bodies for solid in body.solids]
-        place = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
+        offset = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
         self.joint = np.array([body.joint for body in model.bodies for _ in body.solids])
         combos = [
-            (place[pair.first] + a, place[pair.second] + b, k)
+            (offset[pair.first] + a, offset[pair.second] + b, k)
             for k, pair in enumerate(model.pairs)
             for a in range(len(model.bodies[pair.first].solids))
             for b in range(len(model.bodies[pair.second].solids))
@@ -45,7 +45,7 @@ class SolidPairs:
         self.margin = np.array([model.pairs[k].margin for k in self.pair])
         exact = np.array([solid.triangles is not None for solid in self.solids])
         self.exact = exact[self.first] | exact[self.second]
-        convex = np.array([solid.around is None for solid in self.solids])
+        convex = np.array([solid.outer_hull is None for solid in self.solids])
         self.convex = convex[self.first] & convex[self.second]
         bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
         self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
@@ -192,12 +192,11 @@ class SolidPairs:
                 if row[c] > result or (max_distance == 0.0 and result < 0.0):
                     break
                 margin = float(self.margin[c])
-                apart = (
-                    self.measure(c, turn[i], shift[i], result + margin + DISTANCE_ERROR) - margin
-                )
-                if apart > 0.0 and self._inside(c, turn[i], shift[i]):
-                    apart = -apart
-                apart = apart if apart > 0.0 else min(apart, -1e-300)
-                if apart < result:
-                    result, nearest = apart, c
+                limit = result + margin + DISTANCE_ERROR
+                clearance = self.measure(c, turn[i], shift[i], limit) - margin
+                if clearance > 0.0 and self._inside(c, turn[i], shift[i]):
+                    clearance = -clearance
+                clearance = clearance if clearance > 0.0 else min(clearance, -1e-300)
+                if clearance < result:
+                    result, nearest = clearance, c
             yield result, nearest

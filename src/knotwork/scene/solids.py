@@ -36,7 +36,7 @@ class Solid:
         triangles: Triangles of an exact mesh in its own axes [m], shape
             (n, 3, 3); `None` for a convex solid.
         parts: Index of the connected part of each of those triangles, shape (n,), or `None`.
-        around: Convex hull of such a mesh or of cells in Coal's type, else `None`.
+        outer_hull: Convex hull of such a mesh or of cells in Coal's type, else `None`.
         cells: Cells of a point cloud, or `None`.
     """
 
@@ -48,7 +48,7 @@ class Solid:
     plane: FloatArray | None = None
     triangles: FloatArray | None = None
     parts: NDArray[np.intp] | None = None
-    around: Any = None
+    outer_hull: Any = None
     cells: Cells | None = None
 
     @property
@@ -62,7 +62,7 @@ class Solid:
 
     @property
     def radius(self) -> float:
-        """Radius of that sphere [m]."""
+        """Radius of the sphere through the corners of its box [m]."""
         return float(np.linalg.norm(self.corners[-1] - self.corners[0]) / 2)
 
 
@@ -110,7 +110,14 @@ def solid(shape: PlacedShape, carrier: Any) -> Solid:
         normal = turn @ np.array(shape.size[:3])
         plane = np.array([*normal, shape.size[3] + normal @ shift])
         geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
-        return Solid(shape, geometry, turn, shift, np.full((8, 3), np.inf), plane)
+        return Solid(
+            shape,
+            geometry,
+            rotation=turn,
+            translation=shift,
+            corners=np.full((8, 3), np.inf),
+            plane=plane,
+        )
     else:
         make = {
             "box": coal.Box,
@@ -127,8 +134,17 @@ def solid(shape: PlacedShape, carrier: Any) -> Solid:
         geometry.computeLocalAABB()
         low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
     corners = low + _CORNERS * (high - low)
-    around = corners @ turn.T + shift
-    return Solid(shape, geometry, turn, shift, around, None, triangles, parts, hull, cells)
+    return Solid(
+        shape,
+        geometry,
+        rotation=turn,
+        translation=shift,
+        corners=corners @ turn.T + shift,
+        triangles=triangles,
+        parts=parts,
+        outer_hull=hull,
+        cells=cells,
+    )
 
 
 def support(solid: Solid, directions: FloatArray) -> FloatArray:

@@ -93,6 +93,18 @@ class ThroughPoints(PolynomialCurve):
                 [unit(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
             )
 
+    def bulges(self) -> FloatArray:
+        """Largest distances from the straight lines between successive points [m], shape (n - 1,).
+
+        They are sampled, and show points that are few or uneven.
+        """
+        fractions = np.linspace(0.0, 1.0, 17)
+        s = self.arc_lengths[:-1, None] + np.diff(self.arc_lengths)[:, None] * fractions
+        offset = self.position(s.ravel()).reshape(*s.shape, 3) - self.points[:-1, None]
+        chord = np.diff(self.points, axis=0)[:, None]
+        along = np.clip((offset * chord).sum(axis=2) / (chord**2).sum(axis=2), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(offset - along[:, :, None] * chord, axis=2).max(axis=1))
+
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
         """Read the points from a CSV file.

@@ -14,7 +14,7 @@ from knotwork.planning.sweeps.child import (
     Child,
     ChildCrashedError,
     ChildTimeoutError,
-    by_children,
+    map_in_children,
     refuse_own_checks,
 )
 from knotwork.planning.sweeps.run import DEFAULT_TIME_LIMIT
@@ -67,7 +67,7 @@ def plan_many(
         except Exception as error:  # a fault in one does not stop the others
             return i, KnotworkError(f"internal error: {type(error).__name__}: {error}")
 
-    plans = dict(by_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
+    plans = dict(map_in_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
     return [plans[i] for i in range(len(tasks))]
 
 

@@ -229,7 +229,7 @@ def path_errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
-    tip, columns, J = joint_axes(robot).place(q)
+    tip, columns, J = joint_axes(robot).compute_poses_and_jacobians(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
     place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
     along = path.path.nearest(place, path.arc_length(times))

@@ -29,7 +29,7 @@ from knotwork.robot.kinematics.sequence.candidates import (
     nearest_candidate,
 )
 from knotwork.robot.kinematics.sequence.cost import make_cost
-from knotwork.robot.kinematics.sequence.nearness import weights
+from knotwork.robot.kinematics.sequence.nearness import travel_weights
 from knotwork.robot.kinematics.sequence.shortest_sequence import choose_sequence
 from knotwork.robot.kinematics.sequence.step_costs import Layer
 from knotwork.task.scenario import Scenario
@@ -119,7 +119,7 @@ class SolutionSearch:
             self.obstacles.check_start(start.position)
         layers = [self._layer(i) for i in range(len(self.candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)
-        blocked = sequence.blocked
+        blocked = sequence.blocked_at
         if blocked is not None:
             raise no_branch(self.scenario, self.robot, blocked, self.candidates[blocked])
         positions = sequence.q
@@ -184,7 +184,7 @@ class SolutionSearch:
         target = self.space.targets[index]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
-            flags, weight = configuration_flags(self.robot, q), weights(self.robot, q)
+            flags, weight = configuration_flags(self.robot, q), travel_weights(self.robot, q)
             return Layer(q, v, make_cost(1), weight, flags, fixed=True)
         candidates = cast(Candidates, self.candidates[index])
         group = self._group_of.get(index)

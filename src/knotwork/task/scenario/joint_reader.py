@@ -178,9 +178,9 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
         else position
         for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
-    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
     for i, (first, second) in enumerate(pairwise(places)):
-        if stands[i] != stands[i + 1]:
+        if in_world[i] != in_world[i + 1]:
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue

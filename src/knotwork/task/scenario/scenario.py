@@ -54,7 +54,7 @@ class JointTarget:
     velocity: Mapping[str, float] = field(default_factory=dict)
     location: Location = ()
     where: str = ""
-    standing: ClassVar[bool] = False
+    in_world_frame: ClassVar[bool] = False
 
 
 ScenarioWaypoint = CartesianWaypoint | JointTarget

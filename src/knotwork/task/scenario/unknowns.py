@@ -1,4 +1,4 @@
-"""`Unknowns`: the unknowns of a scenario: durations, speeds and the objective."""
+"""The unknowns of a scenario: durations, speeds and the objective."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Unknowns:
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total: Given duration of the whole motion [s], or `None`.
         optimal_knots: Whether knots are chosen where times are given.
-        meets: Waypoints, by index, whose pose or duration depends on earlier times. They are in
-            moving frames, or have a time since 0.
+        time_dependent: Waypoints, by index, whose pose or duration depends on earlier times: they
+            are in moving frames, or have a time since 0.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).unknowns.duration
@@ -85,8 +85,8 @@ class Unknowns:
 
         The scenario alone does not define the joint speeds there.
         """
-        chosen: BoolArray = np.array([kind != "given" for kind in self.speed])
-        unknown: BoolArray = self.duration | chosen[1:] | chosen[:-1]
+        at_ends = np.array([kind != "given" for kind in self.speed])
+        unknown: BoolArray = self.duration | at_ends[1:] | at_ends[:-1]
         return unknown
 
 

@@ -73,7 +73,7 @@ class Clearance(NamedTuple):
         distance: Minimum distance found [m], negative for penetration.
         bound: Proved lower bound on the distance [m].
         margin: Required clearance [m].
-        around: Whether one of them is an object of the scene.
+        involves_scene: Whether one of them is an object of the scene.
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
         verdict: `"clear"`, `"collides"` (the margin is violated) or `"undecided"`.
@@ -86,7 +86,7 @@ class Clearance(NamedTuple):
     distance: float
     bound: float
     margin: float
-    around: bool
+    involves_scene: bool
     time: float
     nearest: Nearest
     verdict: str
@@ -187,8 +187,8 @@ class _ClearanceSearch:
         comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
         self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
         self.min_part = CLEARANCE_PRECISION if precision is None else precision
-        around = np.array([model.pairs[k].around for k in self.pair])
-        part = np.where(around, OBJECT_SHARE, LINK_SHARE)
+        involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
+        part = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
         self.precision = part if precision is None else np.zeros(len(part))
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
@@ -339,6 +339,15 @@ class _ClearanceSearch:
                 verdict, interval = "undecided", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
             yield Clearance(
-                first, second, distance, bound, pair.margin, pair.around, time, nearest, verdict,
-                interval, contacts,
-            )  # fmt: skip
+                first,
+                second,
+                distance,
+                bound=bound,
+                margin=pair.margin,
+                involves_scene=pair.involves_scene,
+                time=time,
+                nearest=nearest,
+                verdict=verdict,
+                interval=interval,
+                contacts=contacts,
+            )

@@ -172,7 +172,7 @@ class _SearchStates(NamedTuple):
 
 
 def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
-    tip, rotation, J = joint_axes(robot).place(q.T)
+    tip, rotation, J = joint_axes(robot).compute_poses_and_jacobians(q.T)
     error, distance, angle = pose_errors(tip, rotation, targets.position, targets.rotation)
     return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 

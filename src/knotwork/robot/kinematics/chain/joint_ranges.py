@@ -43,8 +43,8 @@ def turning_limits(robot: Robot) -> Limits:
     `turn_inside` then turns such a joint by whole turns into its limits.
     """
     lower, upper = limits_of(robot)
-    around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
-    return np.where(around, -np.inf, lower), np.where(around, np.inf, upper)
+    can_turn = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
+    return np.where(can_turn, -np.inf, lower), np.where(can_turn, np.inf, upper)
 
 
 def middle(limits: Limits) -> FloatArray:
@@ -159,7 +159,7 @@ def spread_starts(
     limits: Limits,
     count: int,
     *,
-    around: FloatArray | None = None,
+    centre: FloatArray | None = None,
     radius: float = np.inf,
     skip: int = 0,
 ) -> FloatArray:
@@ -172,7 +172,7 @@ def spread_starts(
         robot: The robot.
         limits: Joint limits.
         count: Number of configurations.
-        around: Centre of the box [rad or m], shape (d,); by default zero.
+        centre: Centre of the box [rad or m], shape (d,); by default zero.
         radius: Maximum distance of a joint from the centre [rad or m].
         skip: Number of configurations to skip in the sequence.
 
@@ -182,7 +182,7 @@ def spread_starts(
     lower, upper = limits
     chain = joint_axes(robot)
     half = np.minimum(np.where(chain.revolute, np.pi, max(chain.reach, np.pi)), radius)
-    low = np.maximum((np.zeros(robot.dof) if around is None else around) - half, lower)
+    low = np.maximum((np.zeros(robot.dof) if centre is None else centre) - half, lower)
     low = np.minimum(low, np.maximum(upper - 2.0 * half, lower))
     high = np.minimum(low + 2.0 * half, upper)
     return np.asarray(low + low_discrepancy_points(robot.dof, count, skip) * (high - low))

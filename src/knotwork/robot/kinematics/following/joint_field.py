@@ -149,7 +149,7 @@ class JointField:
         target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
         error = np.full(len(q), np.inf)
         for _ in range(PROJECTION_ROUNDS):
-            tip, turned, J = self.axes.place(q)
+            tip, turned, J = self.axes.compute_poses_and_jacobians(q)
             twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
             # end on the path, or where rounding prevents progress

@@ -52,7 +52,7 @@ def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
     return cost
 
 
-def least_index(cost: FloatArray) -> Any:
+def lexicographic_argmin(cost: FloatArray) -> Any:
     """Index of the minimum along axis 1; ties within rounding go to the first."""
     tied = np.ones(cost.shape[1:], dtype=bool)
     for level in cost:

@@ -140,7 +140,7 @@ class StepRules(NamedTuple):
     colliding: tuple[CollidingStep, ...] = ()
 
 
-def step_costs(
+def compute_step_costs(
     joints: JointRules, rules: StepRules, start: Layer, end: Layer
 ) -> tuple[FloatArray, FloatArray]:
     """Cost of each step between two waypoints, and the motion of the joints.

@@ -51,7 +51,7 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
     turned = np.array([nearest_turns(robot, q, centre) for q in solutions])
     q = clip(turned, limits)
     beyond = np.abs(turned - q).max(axis=1, initial=0.0)
-    tip, rotation, _ = joint_axes(robot).place(q)
+    tip, rotation, _ = joint_axes(robot).compute_poses_and_jacobians(q)
     target = Targets.from_poses([search.pose])
     _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
     within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])

@@ -84,7 +84,7 @@ def solution_or_reason(
             units=units,
         )
     # nearest points may be far from the ends of searches for the whole pose
-    spread = spread_starts(robot, limits, MAX_REFINED, around=near)
+    spread = spread_starts(robot, limits, MAX_REFINED, centre=near)
     closest = _closest_pose(search, [*(end.q for end in ends), *spread], limits)
     end = search.solve(closest.q, limits, PATIENT_EFFORT)
     end = search.measure(turn_inside(robot, end.q, near))
@@ -113,7 +113,7 @@ def _solutions_without_limits(search: PoseSearch, near: FloatArray) -> list[Floa
 def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[FloatArray]:
     """Ends of searches from all over joint space: the best ones, apart from each other."""
     robot = search.robot
-    begin = spread_starts(robot, limits, CLOSEST_SEARCHES, around=near)
+    begin = spread_starts(robot, limits, CLOSEST_SEARCHES, centre=near)
     ended = solve_batch(
         robot,
         Targets.from_poses([search.pose]),

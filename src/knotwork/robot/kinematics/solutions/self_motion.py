@@ -33,7 +33,7 @@ def sample_self_motion(
     n, limits = len(targets), limits_of(robot)
     begin = spread_starts(robot, limits, SELF_MOTION_STARTS)
     if near is not None:
-        close = spread_starts(robot, limits, NEARBY_STARTS, around=near, radius=NEARBY_DISTANCE)
+        close = spread_starts(robot, limits, NEARBY_STARTS, centre=near, radius=NEARBY_DISTANCE)
         begin = np.vstack([begin, close])
     owner = np.repeat(np.arange(n), len(begin))
     ended = solve_batch(
