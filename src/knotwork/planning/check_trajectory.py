@@ -18,7 +18,7 @@ from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.si_units import si_factors
-from knotwork.task.sources import read_document
+from knotwork.task.task_source import read_document
 from knotwork.verification import Report, check
 
 SCENE_KEYS = (

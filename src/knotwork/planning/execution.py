@@ -24,7 +24,7 @@ from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
-from knotwork.task.sources import moved_paths
+from knotwork.task.task_source import moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import path_geometry

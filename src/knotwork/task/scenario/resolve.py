@@ -19,7 +19,7 @@ from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import WaypointReader
 from knotwork.task.si_units import in_si, si_factors
-from knotwork.task.sources import read_document
+from knotwork.task.task_source import read_document
 from knotwork.units import Units
 
 
