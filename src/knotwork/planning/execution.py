@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming import first_rest, inverse_time, joint_stop, stop_on_path
+from knotwork.curves.retiming import (
+    find_first_rest,
+    invert_clock,
+    stop_joints,
+    stop_on_path,
+)
 from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
@@ -92,7 +97,7 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     """A stop of a motion: see `Plan.stop`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
-    if first_rest(trajectory.polynomial, at) == at:
+    if find_first_rest(trajectory.polynomial, at) == at:
         raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
@@ -104,7 +109,7 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
-        motion = joint_stop(q, v, a, *limits)
+        motion = stop_joints(q, v, a, *limits)
         return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
@@ -188,7 +193,7 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
         if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
     ]
     old = executed.planned.scenario.times[passed]
-    new = np.full(len(old), start) if executed.clock is None else inverse_time(executed.clock, old)
+    new = np.full(len(old), start) if executed.clock is None else invert_clock(executed.clock, old)
     arrivals = []
     for i, time in zip(passed, new.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
@@ -248,7 +253,7 @@ def _actions(
     names = [arrival.name for arrival in placed]
     end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
     for event in (event for event in events if begin < event.time <= end):
-        time = float(inverse_time(clock, np.array([event.time]))[0])
+        time = float(invert_clock(clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
@@ -268,7 +273,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = inverse_time(clock, ends).tolist()
+            start, end = invert_clock(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 

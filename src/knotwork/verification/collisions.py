@@ -75,7 +75,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    from knotwork.scene.building import collision_model
+    from knotwork.scene.building import build_collision_model
 
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
     held = bool(scenario.scene.held)
@@ -83,7 +83,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     poses = [
         robot.tool_pose(motion.curve(t), in_world_frame=stop.in_world_frame) for t, stop in stops
     ]
-    return collision_model(scenario, robot, times, poses)
+    return build_collision_model(scenario, robot, times, poses)
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
