@@ -68,11 +68,11 @@ def test_peak_is_of_joint_nearest_limit() -> None:
     waypoints = JointWaypoints(("slow", "fast"), [0.0, 1.0], [[0, 0], [1, 4]], np.zeros((2, 2)))
     trajectory = PLANNERS["cubic"](waypoints, PlannerOptions())
     free = metrics.peak(trajectory, 1, np.array([np.inf, np.inf]))
-    assert (free.joint, free.use) == ("fast", None)
+    assert (free.joint, free.utilisation) == ("fast", None)
     assert free.value == pytest.approx(6.0)
     limited = metrics.peak(trajectory, 1, np.array([2.0, 60.0]))
     assert limited.joint == "slow"
-    assert limited.use == pytest.approx(0.75)
+    assert limited.utilisation == pytest.approx(0.75)
     assert limited.time == pytest.approx(0.5)
 
 

@@ -105,7 +105,7 @@ def part(whole: Samples, keep: np.ndarray) -> Samples:
 
 
 def holes(report: Report) -> list[tuple[str, str]]:
-    return [(one.verdict, str(one)) for one in report.select(quantity="hole")]
+    return [(one.verdict, str(one)) for one in report.select(quantity="gap")]
 
 
 def test_gap_while_plan_moves_fails(tmp_path: Path, deburring: Plan) -> None:

@@ -35,7 +35,7 @@ def test_rows_say_what_plans_say(lifted: Path) -> None:
         assert (row["verdict"] == "passed") == made.report.ok
         assert row["duration"] == made.trajectory.duration
         (speed,) = made.report.select(subject="joint", quantity="velocity")
-        assert row["velocity_use"] == speed.use
+        assert row["velocity_use"] == speed.utilisation
         assert row["clearance"] is None
         if not made.report.ok:
             assert row["reason"] == "velocity"
