@@ -5,12 +5,15 @@ from __future__ import annotations
 from itertools import count
 from typing import Any
 
+import numpy as np
 import pytest
 from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
 from knotwork.planning.choosing import chosen_path_speeds
+from knotwork.planning.task_to_joint import solve_task
+from knotwork.task.scenario.joint_space import joint_space
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -213,3 +216,22 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
     made.report.raise_if_failed()
     (said,) = made.report.select(quantity="binding_limits")
     assert "the tolerance of the path bounds the speed along the path" in str(said)
+
+
+def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = kw.load_scenario(reach(line("a", 100), limits=LIMITS))
+    space = joint_space(scenario)
+    best = solve_task(scenario, space)
+    assert best.sequence is not None
+    other = solve_task(scenario, space, avoided=[(0, best.sequence[0], best.sequence[1])])
+    solved: list[Any] = []
+    solve = chosen_path_speeds.solve_task
+
+    def record(*given: Any) -> Any:
+        solved.append(solve(*given).waypoints.position[0])
+        return solve(*given)
+
+    monkeypatch.setattr(chosen_path_speeds, "solve_task", record)
+    chosen_path_speeds.with_max_speeds(scenario, other, {})
+    assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
+    assert np.allclose(solved, other.waypoints.position[0])

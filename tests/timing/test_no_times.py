@@ -103,7 +103,7 @@ def test_names_infeasible_values(
             2.1,
             (0, True, "duration"),
             3.17,  # to rest, for the jerk
-            "there is a motion that rests",
+            "is enough for a motion that stops at both ends",
         ),
     ],
 )
@@ -222,7 +222,9 @@ def test_passes_overloaded_waypoint_in_motion() -> None:
 
 
 def test_reports_overloaded_passage_with_sufficient_effort() -> None:
-    with pytest.raises(TimingError, match="to rest at 'over' joint 'shoulder' needs a") as heavy:
+    with pytest.raises(
+        TimingError, match="to hold the arm still at 'over', joint 'shoulder' needs"
+    ) as heavy:
         over_the_top(4.0)
     error = heavy.value
     assert (error.waypoint, error.joint, error.limit) == (1, "shoulder", "effort")

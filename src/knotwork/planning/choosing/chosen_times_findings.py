@@ -102,10 +102,10 @@ def _duration(chosen: ChosenTimes) -> str:
 
 
 def _arrivals_note(chosen: ChosenTimes) -> str:
-    """Text of given times at moving frames, on which the lower bound depends."""
+    """Text of the fixed arrivals at moving frames, on which the lower bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    return f" with {', '.join(met)}" if met else ""
+    arrivals = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
+    return f" with {', '.join(arrivals)}" if arrivals else ""
 
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
@@ -114,7 +114,7 @@ def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
 
 
 def _unlimited_note(space: JointSpace) -> str:
-    """Warning on joints without an acceleration limit; empty if all have one."""
+    """Text of the warning on joints without an acceleration limit; empty if all have one."""
     missing = np.isinf(space.limits["acceleration"])
     if space.robot is None or not missing.any():
         return ""
@@ -127,7 +127,7 @@ def _unlimited_note(space: JointSpace) -> str:
 
 
 def _assumed_jerk_note(chosen: ChosenTimes) -> str:
-    """The assumed jerk limits, in words."""
+    """Text of the assumed jerk limits."""
     motion = chosen.segments[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
@@ -168,15 +168,15 @@ def _longest(limits: _Shares) -> str:
 
 
 def clear_motion_findings(
-    detours: Iterable[tuple[list[int], ChosenMotion]],
+    clear_motions: Iterable[tuple[list[int], ChosenMotion]],
     scenario: Scenario,
     space: JointSpace,
     trajectory: JointTrajectory,
 ) -> Iterator[Finding]:
-    """A finding for each collision-free motion.
+    """Report the tries and the minimum clearance of each collision-free motion.
 
     Args:
-        detours: Its waypoints, by index, and its motion in the task.
+        clear_motions: Waypoints of each, by index, and its motion in the task.
         scenario: The task, with all times known.
         space: The joints and their robot.
         trajectory: The planned motion.
@@ -188,7 +188,7 @@ def clear_motion_findings(
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
     resolution = scenario.scene.rules.resolution
-    for indices, run in detours:
+    for indices, run in clear_motions:
         count = run.way
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         tries = "1 try" if count == 1 else f"{count} tries"

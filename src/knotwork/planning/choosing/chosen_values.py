@@ -24,12 +24,7 @@ CHOSEN_STOP_SPEED = 1e-9
 def with_chosen_values(
     task: TimingTask, motions: list[tuple[TimingSegment, TimedMotion]]
 ) -> Scenario:
-    """The scenario with numbers in place of its unknowns.
-
-    Args:
-        task: The task.
-        motions: The segments and their motions.
-    """
+    """The scenario with numbers in place of its unknowns, from the motions of all segments."""
     scenario, unknowns = task.scenario, task.unknowns
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
@@ -40,13 +35,13 @@ def with_chosen_values(
     for i in unknowns.ways:
         waypoints[scenario.index[i]]["way"] = None
     for segment, motion in motions:
-        for place, i in enumerate(segment.waypoints):
+        for k, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
-            if place and unknowns.duration[i - 1]:
-                after = float(motion.time[place] - motion.time[place - 1])
+            if k and unknowns.duration[i - 1]:
+                after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
-            q = positions[segment.rows[place]]
-            changes |= _chosen_speed(task, i, q, motion.velocity[place])
+            q = positions[segment.rows[k]]
+            changes |= _chosen_speed(task, i, q, motion.velocity[k])
     optimal = scenario.given.knots == "optimal"
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -84,7 +79,7 @@ def solutions_near(
 
 
 def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
-    """Speed or velocity at a waypoint where it is chosen."""
+    """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot, waypoint = task.unknowns.speed[i], task.space.robot, task.scenario.waypoints[i]
     length, angle = si_factors(task.scenario.given.units)
     if kind == "given":

@@ -82,7 +82,7 @@ def plan_clear_segment(
             way_problem,
             tries=options.tries,
             extra_clearance=options.room,
-            late=lambda: budget.is_over,
+            is_out_of_time=lambda: budget.is_over,
             report=report,
         )
     except NoClearMotionError as no_way:

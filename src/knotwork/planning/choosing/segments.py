@@ -1,4 +1,4 @@
-"""Segments: consecutive waypoints with unknowns between them, split where the state is known."""
+"""Consecutive waypoints with unknowns between them, split where the state is known."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TimingSegment:
     way: ClearWay | None = None
 
     def continues_into(self, following: TimingSegment) -> bool:
-        """Whether it is a collision-free motion that ends where another one begins."""
+        """Whether it is a collision-free motion, and the other one begins where it ends."""
         return self.way is not None and self.waypoints[-1] == following.waypoints[0]
 
 
@@ -44,8 +44,8 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
     """The segments of a task with unknowns, in order of time.
 
     Raises:
-        InputError: The time between two equal stops is to be chosen, or the velocity at one of the
-            points with zero acceleration.
+        InputError: Two equal stops have no given time between them, or an unknown velocity is at a
+            waypoint where the motion must be split.
     """
     scenario, unknowns = task.scenario, task.unknowns
     closed = set(task.space.waits)
@@ -93,7 +93,7 @@ def _has_unknowns(task: TimingTask, first: int, last: int) -> bool:
 def timing_problem(
     task: TimingTask, segment: TimingSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
-    """Known and unknown values of a segment.
+    """Make the timing problem of a segment from its known and unknown values.
 
     Args:
         task: The task.
@@ -145,7 +145,7 @@ def timing_problem(
 
 
 def jerk_limits(space: JointSpace) -> FloatArray:
-    """Jerk limits; without one, a bound that avoids jumps of the acceleration."""
+    """Jerk limits [rad/s³ or m/s³]; without one, a bound that avoids jumps of the acceleration."""
     jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
     ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
@@ -159,10 +159,10 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
 
 
 def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
-    """Accelerations at the ends of a segment.
+    """Accelerations at the waypoints of a segment, NaN where unknown, shape (n, d).
 
-    At the ends of the motion they are as given. Otherwise they are zero if times are chosen, and
-    free if only knots are chosen. They are zero where a collision-free motion begins or ends.
+    At the ends of the motion they are as given. Otherwise they are zero there if times are chosen,
+    and unknown if only knots are. They are zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
     known = np.full((len(rows), len(space.joint_names)), np.nan)

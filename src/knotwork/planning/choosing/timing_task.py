@@ -1,4 +1,4 @@
-"""`TimingTask`: a scenario with unknowns, and its waypoints at the joints."""
+"""A scenario with unknowns after its poses are solved, from which timing problems are made."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def knots_of(scenario: Scenario) -> Any:
-    """Knot rule along tool paths."""
+    """Knot placement along tool paths: see `ModifiedHermiteSpline`."""
     knots = scenario.knots
     return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
@@ -34,20 +34,22 @@ def knots_of(scenario: Scenario) -> Any:
 def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
     waypoints = list(scenario.given.waypoints)
-    for place in (scenario.index[i] for i in ends):
-        waypoints[place] = waypoints[place].replace(way="clear")
+    for k in (scenario.index[i] for i in ends):
+        waypoints[k] = waypoints[k].replace(way="clear")
     return resolve_task(scenario.given.replace(waypoints=tuple(waypoints)), scenario.places)
 
 
 @dataclass(frozen=True, eq=False)
 class TimingTask:
-    """A scenario with unknowns, and its waypoints at the joints.
+    """A scenario with unknowns and the solutions of its poses.
+
+    Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
 
     Attributes:
         scenario: The task.
         unknowns: Its unknowns.
         space: Its joints.
-        solution: Its waypoints at the joints, free times as expected.
+        solution: Its waypoints at the joints, unknown times as expected.
     """
 
     scenario: Scenario
@@ -90,13 +92,13 @@ class TimingTask:
 
     @cached_property
     def zero_acceleration_points(self) -> Mapping[int, str]:
-        """Waypoints with zero acceleration, and a text of the reason.
+        """Reason for each waypoint with zero acceleration, by index.
 
         Segments are split there. Two collision-free motions are one if only a position is given
         between them.
         """
         unknowns = self.unknowns
-        open_time = unknowns.duration & (unknowns.at_least == 0.0)
+        unbounded = unknowns.duration & (unknowns.at_least == 0.0)
         loads = enumerate(pairwise(self._dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
@@ -106,7 +108,7 @@ class TimingTask:
             if not (
                 unknowns.speed[i] == "free"
                 and unknowns.ways.get(i) == unknowns.ways.get(i + 1)
-                and open_time[i - 1 : i + 1].all()
+                and unbounded[i - 1 : i + 1].all()
             )
         }
 
@@ -121,8 +123,8 @@ class TimingTask:
         return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
-        """The error with its location in the file: a key of waypoint i of the scenario."""
+        """Locate an error at a key of waypoint i of the scenario, and return it."""
         k = self.scenario.index[i]
-        place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
-        error.locate(self.scenario.where(*place, *key))
+        location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(self.scenario.where(*location, *key))
         return error

@@ -87,7 +87,7 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
     if np.isinf(limit):
         return
     rows = np.flatnonzero(problem.velocity_known)
-    speeds = problem.arm.tool_speed(problem.position[rows], problem.velocity[rows])
+    speeds = problem.required_dynamics.tool_speed(problem.position[rows], problem.velocity[rows])
     bound = (1.0 - TOOL_SPEED_MARGIN) * limit
     for i, speed in zip(rows.tolist(), speeds.tolist(), strict=True):
         if speed > bound:

@@ -77,7 +77,7 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
     if not np.isfinite(limits.effort).any() or not rows.size:
         return
     q = problem.position[rows]
-    efforts = np.abs(problem.arm.effort(q, np.zeros_like(q), np.zeros_like(q)))
+    efforts = np.abs(problem.required_dynamics.effort(q, np.zeros_like(q), np.zeros_like(q)))
     for k in np.flatnonzero(
         (efforts > limits.effort * (1.0 + GIVEN_ROUNDING)).any(axis=0)
     ).tolist():
@@ -88,8 +88,8 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
         )
         yield TimingError(
             f"{'no motion keeps all limits' if certain else NO_MOTION}: "
-            f"{'' if rests[i] else 'to rest '}at {name!r} joint {problem.joint_names[k]!r} needs a "
-            f"limit of effort above {needed_text}; it is {limit_text}{limits.margin_note}",
+            f"to hold the arm still at {name!r}, joint {problem.joint_names[k]!r} needs an effort "
+            f"limit above {needed_text}; it is {limit_text}{limits.margin_note}",
             waypoint=i,
             joint=problem.joint_names[k],
             limit="effort",
@@ -166,7 +166,7 @@ def _given_durations(
             reason += "; without a time, the motion takes its minimum time"
         elif rests is not None:
             bound = sufficient_duration(float(rests.time[i + 1] - rests.time[i]))
-            reason += f"; with {bound:.6g} s{together} there is a motion that rests"
+            reason += f"; {bound:.6g} s{together} is enough for a motion that stops at both ends"
         errors.append(
             TimingError(
                 f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} "
@@ -193,5 +193,5 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     sufficient = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
     if problem.total >= sufficient:
         return []
-    reason = f"{NO_MOTION}; with {sufficient:.6g} s there is one that rests"
+    reason = f"{NO_MOTION}; {sufficient:.6g} s is enough for a motion that stops at each waypoint"
     return [_short_total(problem.total, reason, sufficient)]

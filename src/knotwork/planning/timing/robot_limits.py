@@ -121,7 +121,7 @@ def held_blocks(
         for inside, (columns, part) in enumerate((at_breaks, (layout.piece, fractions[1::2]))):
             inverse = 1.0 / (part * getattr(problem.limits, name)).T
             units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
-            kernel = limit_kernel(problem.arm, name, inside=bool(inside))
+            kernel = limit_kernel(problem.required_dynamics, name, inside=bool(inside))
             yield Block(kernel, columns, np.vstack((units, inverse)), -bound, bound)
 
 
@@ -152,9 +152,9 @@ def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str
     """Largest use of a limit at samples of each piece, relative to it, shape (pieces, d or 1)."""
     q, v, a = _states(curve)
     if name == "effort":
-        values = np.abs(problem.arm.effort(q, v, a))
+        values = np.abs(problem.required_dynamics.effort(q, v, a))
     else:
-        values = problem.arm.tool_speed(q, v)[..., None]
+        values = problem.required_dynamics.tool_speed(q, v)[..., None]
     return np.asarray((values / getattr(problem.limits, name)).max(axis=1))
 
 
@@ -165,7 +165,7 @@ def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str)
     """
     from knotwork.verification.bounds import tool_speed_bound, torque_bound
 
-    robot, limit = problem.arm.robot, getattr(problem.limits, name)
+    robot, limit = problem.required_dynamics.robot, getattr(problem.limits, name)
     motion = JointTrajectory(robot.joint_names, curve, joint_units=robot.joint_units)
     if name == "effort":
         bounds = torque_bound(robot, motion, limit=limit)
@@ -183,7 +183,7 @@ def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str)
 def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
     """Integral of effort squared over the motion, summed over the joints, by Simpson's rule."""
     q, v, a = _states(curve)
-    squares = (problem.arm.effort(q, v, a) ** 2).sum(axis=-1)
+    squares = (problem.required_dynamics.effort(q, v, a) ** 2).sum(axis=-1)
     weights = np.array([1.0, *[4.0, 2.0] * (SAMPLES_EACH // 2 - 1), 4.0, 1.0]) / (
         3.0 * SAMPLES_EACH
     )
