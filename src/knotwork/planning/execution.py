@@ -16,7 +16,7 @@ from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
-from knotwork.planning.remaining_scene import on_moving_frames, scene_from
+from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
 from knotwork.task.places import moved_paths

@@ -56,7 +56,7 @@ def plan(
     if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
     from knotwork.planning.choosing import fix_arrival_times
-    from knotwork.planning.timing.budget import Budget
+    from knotwork.planning.timing.timed_motion import Budget
 
     unknowns = scenario.unknowns
     fixed_arrivals = tuple(

@@ -20,7 +20,7 @@ from knotwork.verification import Finding, check
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
     from knotwork.planning.timing import Progress
-    from knotwork.planning.timing.budget import Budget
+    from knotwork.planning.timing.timed_motion import Budget
 
 FEASIBILITY = "Feasibility"
 """Group of findings that hold for every motion through the joint waypoints."""

@@ -30,9 +30,8 @@ from knotwork.planning.choosing.segments import (
 )
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values
-from knotwork.planning.timing.timed_motion import Status, status_of
+from knotwork.planning.timing.timed_motion import Budget, Status, status_of
 from knotwork.task.scenario import Scenario
 
 

@@ -15,8 +15,8 @@ from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.planning.ways.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.initial_guess import plain_guess
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
-from knotwork.planning.timing.timed_motion import Status
+from knotwork.planning.timing.timed_motion import Budget, Status
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
