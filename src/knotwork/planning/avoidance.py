@@ -93,7 +93,7 @@ def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
-        from knotwork.planning.choosing.timing_task import with_clear_motions
+        from knotwork.planning.choosing.segments import with_clear_motions
 
         ends = [i for i in ends if i not in timed]
         try:

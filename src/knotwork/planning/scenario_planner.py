@@ -64,7 +64,7 @@ class ScenarioPlanner:
         if self.scenario.unknowns is None:
             chosen = self._interpolation
             return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
-        from knotwork.planning.choosing.timing_task import knots_of
+        from knotwork.planning.choosing.segments import knots_of
 
         space = joint_space(self.scenario)
         return solve_task(self.scenario, space, knots_of(self.scenario), avoided)

@@ -73,10 +73,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
 
 
 def _of_motion(
-    quantity: str,
-    message: str,
-    seconds: float | None = None,
-    verdict: Verdict = "information",
+    quantity: str, message: str, seconds: float | None = None, verdict: Verdict = "information"
 ) -> Finding:
     """A finding on the whole motion, with a time if there is one [s]."""
     unit = "s" if seconds is not None else ""
@@ -144,9 +141,7 @@ def _share_text(share: float | None) -> str:
     return f"{100 * share:.0f} % of the time" if share else "at its peak"
 
 
-def _limits_by_interval(
-    chosen: ChosenTimes,
-) -> dict[tuple[str, str], _Shares]:
+def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:

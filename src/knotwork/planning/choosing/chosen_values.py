@@ -12,8 +12,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
 from knotwork.files.documents.edits import block, differences
-from knotwork.planning.choosing.segments import TimingSegment
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.places import moved_paths

@@ -10,8 +10,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.segments import TimingSegment
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration

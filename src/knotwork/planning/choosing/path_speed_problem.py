@@ -19,7 +19,7 @@ from knotwork.planning.choosing.path_limit_utilisation import (
     LimitUtilisation,
     PathUtilisation,
 )
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingTask
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 

@@ -8,8 +8,7 @@ from types import MappingProxyType
 
 from knotwork.errors import InputError, TimingError, together
 from knotwork.planning.choosing.clear_segments import plan_clear_segment
-from knotwork.planning.choosing.segments import TimingSegment, timing_problem
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
 from knotwork.planning.timing.solving import NoMotionError, solve_within

@@ -7,11 +7,7 @@ from numpy.typing import NDArray
 
 from knotwork.errors import BranchError
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.geometry.configuration_flags import (
-    FLAGS,
-    describe_flags,
-    geometry,
-)
+from knotwork.robot.kinematics.geometry.configuration_flags import FLAGS, describe_flags, geometry
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, IndexArray

@@ -8,11 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.robot_limits import (
-    ROBOT_LIMITS,
-    proved_shares,
-    sampled_shares,
-)
+from knotwork.planning.timing.robot_limits import ROBOT_LIMITS, proved_shares, sampled_shares
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
@@ -62,9 +58,7 @@ def first_tightening(problem: TimingProblem) -> Tightening:
 
 
 def tighten(
-    problem: TimingProblem,
-    tightening: Tightening,
-    curve: PiecewisePolynomial,
+    problem: TimingProblem, tightening: Tightening, curve: PiecewisePolynomial
 ) -> Tightening | None:
     """Compare a curve with all limits.
 

@@ -145,11 +145,7 @@ class Budget:
         return self.remaining() <= 0.0
 
     def step(
-        self,
-        count: int = 1,
-        duration: float | None = None,
-        trying: str = "",
-        part: float = 0.0,
+        self, count: int = 1, duration: float | None = None, trying: str = "", part: float = 0.0
     ) -> None:
         """Count steps and report them; other arguments as the attributes of `Progress`.
 

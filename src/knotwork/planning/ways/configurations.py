@@ -65,11 +65,7 @@ class Configurations:
         limits: TimingLimits,
         loaded_arm_model: Any = None,
     ) -> None:
-        self.arm_model, self.model, self.loaded_arm_model = (
-            arm_model,
-            model,
-            loaded_arm_model,
-        )
+        self.arm_model, self.model, self.loaded_arm_model = (arm_model, model, loaded_arm_model)
         self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
         self.checks = 0
         self._data = arm_model.createData()
