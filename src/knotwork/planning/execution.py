@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming import first_rest, inverse_time, joint_stop, stop_on_path
+from knotwork.curves.retiming import (
+    find_first_rest,
+    invert_clock,
+    stop_joints,
+    stop_on_path,
+)
 from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
@@ -19,12 +24,12 @@ from knotwork.files.documents import Document, apply_edits
 from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
-from knotwork.task.places import moved_paths
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import path_geometry
@@ -92,7 +97,7 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     """Stop a plan: see `Plan.stop`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
-    if first_rest(trajectory.polynomial, at) == at:
+    if find_first_rest(trajectory.polynomial, at) == at:
         raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
@@ -104,7 +109,7 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
-        motion = joint_stop(q, v, a, *limits)
+        motion = stop_joints(q, v, a, *limits)
         return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
@@ -190,7 +195,7 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     planned = executed.planned.scenario.times[passed]
     actual = np.full(len(planned), start)
     if executed.clock is not None:
-        actual = inverse_time(executed.clock, planned)
+        actual = invert_clock(executed.clock, planned)
     arrivals = []
     for i, time in zip(passed, actual.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
@@ -250,7 +255,7 @@ def _actions(
     names = [arrival.name for arrival in placed]
     end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
     for event in (event for event in events if begin < event.time <= end):
-        time = float(inverse_time(clock, np.array([event.time]))[0])
+        time = float(invert_clock(clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
@@ -270,7 +275,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = inverse_time(clock, ends).tolist()
+            start, end = invert_clock(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 

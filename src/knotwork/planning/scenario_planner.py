@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from knotwork.errors.plain_text import one_line
+from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
 from knotwork.planning.task_to_joint import Infeasibility, SequenceStep, TaskSolution, solve_task
@@ -159,7 +159,7 @@ def _velocity_finding(limit: Infeasibility, units: Units) -> Finding:
         margin=limit.limit - limit.velocity,
         unit=limit.unit,
         time=None if limit.until else limit.start,
-        label=f"{one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
+        label=f"{to_one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
         remedy=remedy,
         interval=(limit.start, limit.end) if limit.until else None,
     )

@@ -80,8 +80,8 @@ class Placed(NamedTuple):
     origin: FloatArray
 
 
-def solid(shape: PlacedShape, carrier: Any) -> Solid:
-    """Make a solid.
+def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
+    """Make the solid of a shape.
 
     Args:
         shape: Its shape.
@@ -147,7 +147,7 @@ def solid(shape: PlacedShape, carrier: Any) -> Solid:
     )
 
 
-def support(solid: Solid, directions: FloatArray) -> FloatArray:
+def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
     """Largest value of n·p over the points p of a convex solid [m], shape (m,).
 
     Args:
@@ -175,13 +175,13 @@ def support(solid: Solid, directions: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
-    """Convex hull of a mesh file; `changed` is the time of its last change."""
+    """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
     return convex_hull(read_points(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
 def _octree(cells: Cells) -> tuple[Any, Any]:
-    """Cells in Coal's type, and their convex hull."""
+    """Convert cells to Coal's type, and make their convex hull."""
     return cells.octree(), convex_hull(cells.outermost)
 
 
@@ -189,7 +189,7 @@ def _octree(cells: Cells) -> tuple[Any, Any]:
 def _exact(
     path: Path, changed: int, scale: tuple[float, float, float]
 ) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
-    """An exact mesh, the corners of its triangles, the part of each, and the hull."""
+    """Read an exact mesh: Coal's mesh, corners and part of each triangle, and the hull."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

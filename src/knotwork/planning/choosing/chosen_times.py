@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import together
+from knotwork.errors import merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
     ChosenPathSpeeds,
     paths_beyond_limits,
@@ -229,10 +229,10 @@ def _check_given(paths: ChosenPathSpeeds, segments: Sequence[TimingSegment]) -> 
     """
     task, errors = paths.task, paths_beyond_limits(paths)
     if errors:
-        raise together(errors)
+        raise merge_errors(errors)
     for segment in segments:
         problem = timing_problem(task, segment, Objective())
         causes = infeasible_values(problem, direct=segment.way is None)
         errors += located_in_segment(causes, task, segment)
     if errors:
-        raise together(errors)
+        raise merge_errors(errors)

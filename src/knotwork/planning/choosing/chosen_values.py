@@ -15,10 +15,10 @@ from knotwork.files.documents.edits import block, differences
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
-from knotwork.task.places import moved_paths
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 CHOSEN_STOP_SPEED = 1e-9
@@ -95,7 +95,8 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
+        if scenario.pose_frame_link and not waypoint.in_world_frame:
+            # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from knotwork.errors import InputError, TimingError, together
+from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_segments import plan_clear_segment
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
@@ -39,7 +39,7 @@ class NoMotionsError(Exception):
 
     def combined_error(self) -> InputError:
         """The combined error of all segments."""
-        return together(
+        return merge_errors(
             [
                 cause
                 for segment, error in self.errors.items()

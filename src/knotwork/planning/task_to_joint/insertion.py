@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.errors import PathError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -216,7 +216,7 @@ def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
 
     A break close to another of these times is left out.
     """
-    fixed = distinct(path.breaks[[0, -1]], times)
+    fixed = sort_distinct(path.breaks[[0, -1]], times)
     ends = list(fixed)
     for time in path.breaks[1:-1]:
         i = bisect_left(ends, time)
@@ -235,7 +235,7 @@ def path_errors(
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
-    return np.stack((distance, angle_of(gap), off), axis=1)
+    return np.stack((distance, rotation_angle(gap), off), axis=1)
 
 
 def _check_tolerance(
@@ -297,5 +297,5 @@ def _proved_tolerance_use(
         bounds = path_bounds(robot, curve, path, (begin, end), limits)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
-        np.maximum.at(use, interval, bounds.use)
+        np.maximum.at(use, interval, bounds.utilisation)
     return use

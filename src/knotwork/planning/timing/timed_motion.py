@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.waypoints import FloatArray, ReadOnlyArrays
 
 Status = Literal["optimal", "resting", "stopped"]
@@ -132,7 +132,7 @@ class Budget:
 
     def __post_init__(self) -> None:
         if self.seconds is not None:
-            self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
+            self.seconds = require_number(self.seconds, "budget", "s", positive=True)
         self.begun = self.now()
 
     def remaining(self) -> float:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming.stops import joint_stop
+from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
 from knotwork.planning.timing.tightening import keeps_limits
@@ -186,7 +186,7 @@ class _ClearSearch:
 
         def stops() -> Iterator[PiecewisePolynomial]:
             for part in BRAKING_SHARES:
-                yield joint_stop(q, v, a, part * limits.acceleration, part * limits.jerk)
+                yield stop_joints(q, v, a, part * limits.acceleration, part * limits.jerk)
             if k == 0 and (stop := problem.stop()) is not None:
                 yield stop
 

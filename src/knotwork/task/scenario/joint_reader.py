@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import did_you_mean
+from knotwork.errors import suggest_name
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.task import ChosenMotion, PoseWaypoint
 from knotwork.task.scenario import JointTarget
@@ -53,7 +53,7 @@ class JointReader:
         for name in values:
             if name not in scale:
                 raise self.scenario.places.error(
-                    (*location, name), f"unknown joint {name!r}", did_you_mean(name, self.names)
+                    (*location, name), f"unknown joint {name!r}", suggest_name(name, self.names)
                 )
         return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
 
@@ -64,7 +64,7 @@ class JointReader:
                 raise self.scenario.places.error(
                     location,
                     f"unknown configuration {values!r}",
-                    did_you_mean(values, self.configurations),
+                    suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
         values = self.by_joint(values, *location)
@@ -127,7 +127,7 @@ class JointReader:
                 raise self.scenario.places.error(
                     (*place, "velocities", name),
                     f"unknown waypoint {name!r}",
-                    did_you_mean(name, names),
+                    suggest_name(name, names),
                 )
         return ChosenSection(
             np.array(motion.times),

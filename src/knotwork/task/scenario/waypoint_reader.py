@@ -135,7 +135,7 @@ class WaypointReader:
             return JointTarget(name, time, step.joints, velocity, location, where)
         pose, twist = self._state(i, step, motion)
         rides = step.wait is not None and self.carriers.frame_of(i) is not None
-        if freedom is not None and freedom.moves and (rides or twist.vector.any()):
+        if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
             raise self.places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
