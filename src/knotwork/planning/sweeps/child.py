@@ -24,8 +24,8 @@ MAX_TIME_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
 PARENT_PERIOD = 1.0
 """Interval at which a child looks for its parent [s]."""
-# Each process uses one thread, because NumPy's threads would slow down the other processes.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Each process uses one thread, because NumPy's threads would slow down the other processes."""
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")

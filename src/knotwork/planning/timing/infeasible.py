@@ -33,7 +33,7 @@ EQUAL_DURATION = 1e-9
 
 
 def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
-    """Errors of given values that no motion within the limits has; of durations last.
+    """Errors of given values that no motion within the limits can have; of durations last.
 
     Args:
         problem: The task.
@@ -48,7 +48,7 @@ def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[Ti
 
 
 def unsolved_errors(problem: TimingProblem) -> list[TimingError]:
-    """Causes and sufficient values for a problem without a motion, after `infeasible_values`."""
+    """Likely causes with sufficient values, where `infeasible_values` finds none."""
     return (
         list(_overloads(problem, certain=False))
         or _too_short(problem)
@@ -214,14 +214,14 @@ def value_errors(problem: TimingProblem) -> list[TimingError]:
     worst: dict[tuple[str, int], TimingError] = {}
     for kind, error in (*_beyond(problem), *_beyond_tool_speed(problem), *_unstoppable(problem)):
         key = kind, error.waypoint or 0
-        if key not in worst or _feasible_part(error) < _feasible_part(worst[key]):
+        if key not in worst or _feasible_fraction(error) < _feasible_fraction(worst[key]):
             worst[key] = error
     errors = [*_outside_limits(problem), *worst.values()]
     return sorted(errors, key=lambda error: error.waypoint or 0)
 
 
-def _feasible_part(error: TimingError) -> float:
-    """Maximum feasible fraction of the given value."""
+def _feasible_fraction(error: TimingError) -> float:
+    """The feasible fraction of the given value."""
     return (error.bound or 0.0) / (error.value or 1.0)
 
 
@@ -239,13 +239,13 @@ def _fault(
     )
 
 
-def _advice(kind: str, part: float) -> str:
-    if not part:
+def _advice(kind: str, fraction: float) -> str:
+    if not fraction:
         return (
             f". No part of the {kind} given here is possible: stop here, or move the waypoint or "
             "the limit"
         )
-    return f". At most {rounded_down(part, 4):g} times the {kind} given here is possible"
+    return f". At most {rounded_down(fraction, 4):g} times the {kind} given here is possible"
 
 
 def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:

@@ -148,8 +148,10 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     return tuple(curve(times, order) for order in range(3))
 
 
-def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
-    """Largest use of a limit at samples of each piece, relative to it, shape (pieces, d or 1)."""
+def sampled_utilisation(
+    problem: TimingProblem, curve: PiecewisePolynomial, name: str
+) -> FloatArray:
+    """Largest fraction of a limit used at samples of each piece, shape (pieces, d or 1)."""
     q, v, a = _states(curve)
     if name == "effort":
         values = np.abs(problem.required_dynamics.effort(q, v, a))
@@ -158,10 +160,12 @@ def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str
     return np.asarray((values / getattr(problem.limits, name)).max(axis=1))
 
 
-def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
-    """Use of a limit that is not proved to be kept, relative to it, shape (pieces, d or 1).
+def unproved_utilisation(
+    problem: TimingProblem, curve: PiecewisePolynomial, name: str
+) -> FloatArray:
+    """Fraction of a limit used where it is not proved to be kept, shape (pieces, d or 1).
 
-    It has only the worst value of each joint, in its piece.
+    Only the worst value of each joint is there, in its piece; the others are 0.
     """
     from knotwork.verification.bounds import tool_speed_bound, torque_bound
 
@@ -171,13 +175,13 @@ def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str)
         bounds = torque_bound(robot, motion, limit=limit)
     else:
         bounds = (tool_speed_bound(robot, motion, limit=limit),)
-    shares = np.zeros((curve.x.size - 1, len(bounds)))
+    used = np.zeros((curve.x.size - 1, len(bounds)))
     for k, (bound, allowed) in enumerate(zip(bounds, np.atleast_1d(limit), strict=True)):
         if not (bound.ok and bound.proved):
             piece = int(np.searchsorted(curve.x, bound.time, side="right")) - 1
             worst = max(abs(bound.bound), abs(bound.value))
-            shares[min(piece, len(shares) - 1), k] = worst / allowed
-    return shares
+            used[min(piece, len(used) - 1), k] = worst / allowed
+    return used
 
 
 def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float:

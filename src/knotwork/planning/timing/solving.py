@@ -258,8 +258,8 @@ def binding_limits(
         time: Times of the waypoints [s], shape (n,).
         curve: Joint positions.
     """
-    places = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
-    times = time[:-1, None] + places * np.diff(time)[:, None]
+    fractions = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
+    times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
     active: list[Binding] = []
     uses = {
