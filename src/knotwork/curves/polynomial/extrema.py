@@ -85,7 +85,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
 
 
 def locate_extremum_candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and times at the ends and critical points of pieces, in time order.
+    """Locate the ends and critical points of pieces: values and times, in time order.
 
     Args:
         x: Breaks, shape (m+1,).
