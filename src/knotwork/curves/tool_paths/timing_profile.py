@@ -143,7 +143,7 @@ def speed_profile(
     (array([[0.15, 2.  ]]), 2.15)
     """
     check_acceleration(acceleration)
-    length, speed = _checked_stretches(lengths, speeds)
+    length, speed = _check_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
     # at a junction the lower of two speeds, and zero at a stop
@@ -157,7 +157,7 @@ def speed_profile(
     for i, ends in enumerate(pairwise(junction_speeds)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         stretch, v = i if count > 1 else None, float(speed[i])
-        shrink = _shortening(
+        shrink = _find_shortening(
             stretch, float(length[i]), v, ends, fixed=fixed, acceleration=acceleration
         )
         pieces = _make_pieces(totals[i : i + 2], v, ends, acceleration / shrink)
@@ -188,7 +188,7 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
     )
 
 
-def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _check_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Check lengths [m] and speeds [m/s] of stretches: positive, shape (n,) each, n >= 1."""
     count = len(np.atleast_1d(np.asarray(lengths)))
     length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
@@ -213,9 +213,9 @@ def _make_pieces(
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
     even = (float(s[1] - s[0]) - sum(covered)) / v
     return [
-        (T0, _ramp(v0, v, T0, float(s[0]))),
+        (T0, _make_ramp(v0, v, T0, float(s[0]))),
         (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
-        (T1, _ramp(v, v1, T1, float(s[1]) - covered[1])),
+        (T1, _make_ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
 
 
@@ -232,7 +232,7 @@ def checked_speed(speed: float, name: str) -> float:
     return float(speed)
 
 
-def _shortening(
+def _find_shortening(
     stretch: int | None,
     length: float,
     v: float,
@@ -251,7 +251,8 @@ def _shortening(
         return 1.0
     if needed <= length * (1.0 + RAMP_TOLERANCE):
         return length / needed
-    highest, min_acceleration = _highest_speed(length, ends, fixed, acceleration), part / length
+    highest = _find_highest_speed(length, ends, fixed, acceleration)
+    min_acceleration = part / length
     if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
         highest = None
     named = "the path" if stretch is None else f"stretch {stretch}"
@@ -268,7 +269,7 @@ def _shortening(
     )
 
 
-def _highest_speed(
+def _find_highest_speed(
     length: float, ends: tuple[float, float], fixed: tuple[bool, bool], acceleration: float
 ) -> float | None:
     """Find the maximum feasible speed of a stretch; `None` if no speed is feasible.
@@ -282,7 +283,7 @@ def _highest_speed(
     return None if high_fixed else math.sqrt(low**2 + reach)
 
 
-def _ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:
+def _make_ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:
     """Make the coefficients of arc length on a ramp, highest power first."""
     change = v1 - v0
     return [-0.5 * change / T**3, change / T**2, 0.0, v0, offset] if T > 0.0 else []
