@@ -46,9 +46,7 @@ def test_every_planner_has_row_on_every_scenario(name: str) -> None:
     assert list(comparison.trajectories) == rows
 
 
-def test_rows_show_guarantees_of_planners(
-    paper: Comparison,
-) -> None:
+def test_rows_show_guarantees_of_planners(paper: Comparison) -> None:
     for row in paper.scores:
         record = PLANNER_SPECS[row.planner.split(":")[0]]
         meets = record.guarantees

@@ -15,10 +15,10 @@ from knotwork.files.documents import Document, Places, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.robot import load_robot
 from knotwork.task import Task
-from knotwork.task.places import read_document
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import read_document
 from knotwork.verification import Report, check
 
 SCENE_KEYS = (

@@ -24,12 +24,12 @@ from knotwork.files.documents import Document, apply_edits
 from knotwork.planning.remaining_scene import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
-from knotwork.task.places import moved_paths
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import path_geometry

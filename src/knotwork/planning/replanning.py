@@ -49,7 +49,7 @@ def scenario_from(
                     f"has the joints {', '.join(names)}; the motion that it continues has "
                     f"{', '.join(motion.joint_names)}"
                 )
-    return replace(resolved, under_way=(motion, at))
+    return replace(resolved, continued_motion=(motion, at))
 
 
 def _task_from(

@@ -32,7 +32,7 @@ MINIMUM_PRECISION = 2e-4
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.rules.itself or scene.has_bodies()):
+    if robot is None or not (scene.collisions.itself or scene.has_bodies()):
         return
     if absurd := absurdity(motion.curve, space):
         yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
@@ -41,7 +41,7 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 
     model = motion_model(motion, scenario, robot)
     yield from _shape_findings(model, scenario, robot)
-    clearances_found = clearances(model, motion.curve, scene.rules.resolution)
+    clearances_found = clearances(model, motion.curve, scene.collisions.resolution)
     # the nearest pair of each object, and of the robot with itself, for tables
     nearest: dict[str | None, Clearance] = {}
     for pair in sorted(clearances_found, key=lambda pair: pair.distance)[::-1]:
@@ -64,7 +64,7 @@ def nearest_to(
     model = motion_model(motion, scenario, robot)
     is_other = [body.name.startswith(f"{name}/") for body in model.bodies]
     pairs = tuple(pair for pair in model.pairs if is_other[pair.first] or is_other[pair.second])
-    model, resolution = replace(model, pairs=pairs), scenario.scene.rules.resolution
+    model, resolution = replace(model, pairs=pairs), scenario.scene.collisions.resolution
     nearest = least_clearance(model, motion.curve, resolution, MINIMUM_PRECISION)
     return None if nearest is None else _pair_finding(nearest, scenario, robot, detail=False)
 
@@ -170,7 +170,7 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
     where = f"{at}, {place_of_time(scenario, pair.time)}{keep}"
     if pair.verdict == "undecided":
         start, end = pair.interval or (pair.time, pair.time)
-        resolution = scenario.units.text(scenario.scene.rules.resolution, "m", ".3g")
+        resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
         return (
             f"it is not decided whether {second} comes too near to {first}: {distance} apart "
             f"{where}, from {start:.3f} s to {end:.3f} s within {resolution}, the resolution"

@@ -35,28 +35,34 @@ which a joint leaves its range. The distance must also exceed the width of the r
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in derivative_limits(space, motion.curve):
-        use, order = finding.use, DERIVATIVES.index(finding.quantity)
-        if finding.ok or finding.time is None or use is None or np.isinf(use) or not order:
+        utilisation, order = finding.utilisation, DERIVATIVES.index(finding.quantity)
+        if (
+            finding.ok
+            or finding.time is None
+            or utilisation is None
+            or np.isinf(utilisation)
+            or not order
+        ):
             yield finding
         else:
             place = place_of_time(scenario, finding.time)
-            slower = slower_remedy(use, order, scenario)
+            slower = slower_remedy(utilisation, order, scenario)
             yield replace(finding, remedy=f"it is broken {place}; {slower}")
 
 
-def slower_remedy(use: float, order: int, scenario: Scenario) -> str:
+def slower_remedy(utilisation: float, order: int, scenario: Scenario) -> str:
     """Text of the factor of duration with which the motion keeps a limit on a derivative.
 
     In k times the duration, derivatives of this order decrease by a factor of k to the power of the
     order.
 
     Args:
-        use: Value relative to the limit, above 1.
+        utilisation: Value relative to the limit, above 1.
         order: Order of the derivative.
         scenario: The task of the motion.
     """
     paths = ", at less speed along tool paths" if scenario.paths else ""
-    factor = rounded_up(use ** (1.0 / order), 3)
+    factor = rounded_up(utilisation ** (1.0 / order), 3)
     return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
 
 

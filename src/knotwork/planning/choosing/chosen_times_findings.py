@@ -187,7 +187,7 @@ def clear_motion_findings(
     model = motion_model(motion, scenario, space.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
-    resolution = scenario.scene.rules.resolution
+    resolution = scenario.scene.collisions.resolution
     for indices, run in detours:
         count = run.way
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))

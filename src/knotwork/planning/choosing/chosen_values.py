@@ -96,7 +96,8 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
+        if scenario.pose_frame_link and not waypoint.in_world_frame:
+            # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T

@@ -67,7 +67,7 @@ def plan_clear_segment(
         _solutions(task, segment, problem, robot, -1),
         robot.model,
         _bodies(task, segment),
-        task.scenario.scene.rules.resolution,
+        task.scenario.scene.collisions.resolution,
         lambda: _stop(task, segment, problem),
     )
     tries = 0
@@ -115,9 +115,9 @@ def _stop(
     task: TimingTask, segment: TimingSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
     """The previous motion, stopped on its path or at its end."""
-    if task.scenario.under_way is None or segment.waypoints[0]:
+    if task.scenario.continued_motion is None or segment.waypoints[0]:
         return None
-    motion, at = task.scenario.under_way
+    motion, at = task.scenario.continued_motion
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
     curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))

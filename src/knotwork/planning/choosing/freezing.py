@@ -8,8 +8,8 @@ from knotwork.errors import InputError
 from knotwork.files.documents import apply_edits, edited_text, read, read_text
 from knotwork.files.documents.document import Document
 from knotwork.files.documents.edits import block, differences
-from knotwork.task.places import moved_paths
 from knotwork.task.scenario import Scenario
+from knotwork.task.task_source import moved_paths
 
 
 def frozen_text(scenario: Scenario, folder: Path) -> str:

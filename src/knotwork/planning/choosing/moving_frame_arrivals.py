@@ -90,7 +90,8 @@ def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
     """The scenario with another task, and expected times [s] by waypoint of the task."""
-    return replace(resolve_task(task, scenario.places, expected), under_way=scenario.under_way)
+    resolved = resolve_task(task, scenario.places, expected)
+    return replace(resolved, continued_motion=scenario.continued_motion)
 
 
 def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:

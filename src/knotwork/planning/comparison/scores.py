@@ -129,7 +129,7 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
 
 
 def size(value: metrics.Peak | float | None) -> float | None:
-    """The number that ranks a column: for a peak its use of the limit, if there is one."""
+    """The number that ranks a column: for a peak its utilisation, if there is one."""
     if isinstance(value, metrics.Peak):
-        return value.use if value.use is not None else value.value
+        return value.utilisation if value.utilisation is not None else value.value
     return value

@@ -297,5 +297,5 @@ def _proved_tolerance_use(
         bounds = path_bounds(robot, curve, path, (begin, end), limits)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
-        np.maximum.at(use, interval, bounds.use)
+        np.maximum.at(use, interval, bounds.utilisation)
     return use

@@ -95,7 +95,7 @@ class SolutionSearch:
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
         scene = scenario.scene
-        is_checked = scene.rules.itself or scene.has_bodies()
+        is_checked = scene.collisions.itself or scene.has_bodies()
         self.obstacles = Obstacles(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}

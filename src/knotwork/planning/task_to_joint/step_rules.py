@@ -75,7 +75,7 @@ def step_rules(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=unknowns is None or not unknowns.untimed[i],
+                is_timed=unknowns is None or not unknowns.has_unknown_speed[i],
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

@@ -220,7 +220,7 @@ class Carriers:
             return unknowns
         late = [
             i
-            for i in range(unknowns.first_untimed, len(index))
+            for i in range(unknowns.first_unknown_time, len(index))
             if self.frame_of(index[i]) is not None
         ]
         time_dependent = tuple(sorted({*late, *unknowns.time_dependent}))

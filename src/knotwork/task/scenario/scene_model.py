@@ -122,7 +122,7 @@ class Scene:
         tool: Shapes of the tool, in the axes of the frame that carries it.
         held: Objects that the tool carries.
         robots: Other robots.
-        rules: Collision checks and their precision, in SI.
+        collisions: Collision checks and their precision, in SI.
         margin: Required clearance from the surroundings [m].
         moving: Moving frames of the file, by name.
     """
@@ -131,7 +131,7 @@ class Scene:
     tool: tuple[PlacedShape, ...] = ()
     held: tuple[GraspedObject, ...] = ()
     robots: tuple[PlacedRobot, ...] = ()
-    rules: Collisions = field(default_factory=Collisions.model_construct)
+    collisions: Collisions = field(default_factory=Collisions.model_construct)
     margin: float = 0.0
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
