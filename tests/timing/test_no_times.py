@@ -190,7 +190,8 @@ def test_reports_overloaded_static_hold() -> None:
         gravity = {"gravity": [0, -9.81, 0], "times": "fastest"}
         return kw.plan({"robot": "planar2", "limits": limits, "waypoints": ends, **gravity})
 
-    said = "no motion keeps all limits: to hold the arm still at 'flat', joint 'shoulder' needs"  # none was searched for
+    # none was searched for
+    said = "no motion keeps all limits: to hold the arm still at 'flat', joint 'shoulder' needs"
     with pytest.raises(TimingError, match=said) as heavy:
         planned(5.0)
     assert heavy.value.limit == "effort"
