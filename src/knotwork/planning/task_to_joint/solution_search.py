@@ -203,7 +203,7 @@ class SolutionSearch:
             gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
         elif self.scenario.task.prefer == "clearance" and self.obstacles is not None:
-            distance = self.obstacles.shortfall(index, candidates)[rows]
+            distance = self.obstacles.clearance_cost(index, candidates)[rows]
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.joints.unbounded, whole_turns(gap), 0.0)
