@@ -110,9 +110,7 @@ class EventReader:
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
             raise self.places.error(
-                where,
-                f"{name} is a digital output, and {value!r} is not a state",
-                "on or off",
+                where, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)

@@ -18,10 +18,7 @@ from knotwork.waypoints import FloatArray
 
 
 def torque_bound(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    *,
-    limit: ArrayLike | None = None,
+    robot: Robot, trajectory: JointTrajectory, *, limit: ArrayLike | None = None
 ) -> tuple[Bound, ...]:
     """Bound every joint's torque (its force, if prismatic) over all time [N m or N].
 
