@@ -180,8 +180,8 @@ class TestPresets:
 class TestOverriddenPlanner:
     def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:
         plan = kw.plan("ur5_deburring", planner="cubic")
-        assert plan.left_out == ("end_acceleration",)
-        assert kw.plan("ur5_deburring").left_out == ()
+        assert plan.unsupported_options == ("end_acceleration",)
+        assert kw.plan("ur5_deburring").unsupported_options == ()
 
 
 class TestCommand:

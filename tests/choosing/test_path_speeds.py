@@ -6,12 +6,15 @@ import re
 from itertools import count
 from typing import Any
 
+import numpy as np
 import pytest
 from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
 from knotwork.planning.choosing import chosen_path_speeds
+from knotwork.planning.task_to_joint import solve_task
+from knotwork.task.scenario.joint_space import joint_space
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -216,6 +219,25 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
     assert "the tolerance of the path bounds the speed along the path" in str(said)
 
 
+def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = kw.load_scenario(reach(line("a", 100), limits=LIMITS))
+    space = joint_space(scenario)
+    best = solve_task(scenario, space)
+    assert best.sequence is not None
+    other = solve_task(scenario, space, avoided=[(0, best.sequence[0], best.sequence[1])])
+    solved: list[Any] = []
+    solve = chosen_path_speeds.solve_task
+
+    def record(*given: Any) -> Any:
+        solved.append(solve(*given).waypoints.position[0])
+        return solve(*given)
+
+    monkeypatch.setattr(chosen_path_speeds, "solve_task", record)
+    chosen_path_speeds.with_max_speeds(scenario, other, {})
+    assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
+    assert np.allclose(solved, other.waypoints.position[0])
+
+
 JOINT_LIMITS = {"velocity": 1, "acceleration": 2, "jerk": 20}
 
 
@@ -252,7 +274,7 @@ def test_named_time_is_feasible_with_joint_and_limit() -> None:
     for given in (0.8, 1.37):
         said = refusal(passing(given))
         assert "'q' takes more than" in said
-        made = kw.plan(passing(number(said, "; with")))
+        made = kw.plan(passing(number(said, ";")))
         made.report.raise_if_failed()
 
 
@@ -267,7 +289,7 @@ def test_names_time_bounded_by_tool_speed() -> None:
     }
     said = refusal(across)
     assert "the tool, on the straight line, takes more than" in said
-    turned["after"] = number(said, "; with")
+    turned["after"] = number(said, ";")
     kw.plan(across).report.raise_if_failed()
 
 

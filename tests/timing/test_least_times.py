@@ -160,11 +160,11 @@ def test_keeps_effort_limits_all_the_time() -> None:
 
     def efforts(curve: kw.JointTrajectory, t: np.ndarray) -> np.ndarray:
         states = (curve.position(t), curve.velocity(t), curve.acceleration(t))
-        return np.abs(free.arm.effort(*states)).max(axis=0)
+        return np.abs(free.required_dynamics.effort(*states)).max(axis=0)
 
     peak = efforts(fast.trajectory, times)
     still = np.zeros_like(free.position)
-    holding = np.abs(free.arm.effort(free.position, still, still)).max(axis=0)
+    holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
     limit = np.maximum(0.85 * peak, 1.1 * holding)
     asked = replace(free, limits=replace(free.limits, effort=limit))
     motion = solve(asked)
@@ -177,7 +177,7 @@ def test_keeps_effort_limits_all_the_time() -> None:
 def test_stopping_motion_is_as_fast_as_its_parts() -> None:
     free = swing()
     still = np.zeros_like(free.position)
-    holding = np.abs(free.arm.effort(free.position, still, still)).max(axis=0)
+    holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
     asked = replace(free, limits=replace(free.limits, effort=1.1 * holding))
     parts = [
         solve(replace(part_of(asked, i, i + 1), acceleration=still[:2])).duration for i in range(2)
@@ -188,7 +188,8 @@ def test_stopping_motion_is_as_fast_as_its_parts() -> None:
 def test_keeps_tool_speed_limit_all_the_time() -> None:
     asked = swing(tool_speed=0.8)
     motion = solve(asked)
-    bound = kw.verification.tool_speed_bound(asked.arm.robot, motion.trajectory, limit=0.8)
+    robot = asked.required_dynamics.robot
+    bound = kw.verification.tool_speed_bound(robot, motion.trajectory, limit=0.8)
     assert bound.ok
     assert bound.proved
     assert any(one.quantity == "tool speed" for one in motion.binding)

@@ -21,8 +21,8 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].
 COLLISION_DISTANCE = 0.3
+"""For a redundant arm, steps within this distance of a colliding step are avoided [rad or m]."""
 
 
 def joint_rules(robot: Robot) -> JointRules:
