@@ -7,7 +7,7 @@ from pathlib import Path
 from knotwork.errors import InputError
 from knotwork.files.documents import apply_edits, edited_text, read, read_text
 from knotwork.files.documents.document import Document
-from knotwork.files.documents.edits import block, differences
+from knotwork.files.documents.edits import differences, to_block_yaml
 from knotwork.task.places import moved_paths
 from knotwork.task.scenario import Scenario
 
@@ -24,7 +24,7 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
     """
     content = _data(scenario, folder)
     if scenario.source is None:
-        return block(content)
+        return to_block_yaml(content)
     file = read(scenario.source)
     return edited_text(read_text(scenario.source), differences(file.data, content))
 
@@ -35,7 +35,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
         return frozen_text(scenario, folder)
     except InputError as error:
         why = str(error).replace("\n", " ")
-        text = block(_data(scenario, folder))
+        text = to_block_yaml(_data(scenario, folder))
         return f"# Written anew, without the comments of the original file: {why}\n{text}"
 
 
