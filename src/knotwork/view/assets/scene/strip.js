@@ -203,8 +203,8 @@ class Strip {
 
   drawCurve(pen, colour, top, bottom) {
     const { name, unit, time, value, limits, given = [], most: scale = Infinity, colour: look } = this.chosen;
-    const given = [...value].filter((one) => one !== null);
-    const reach = given.reduce((far, one) => [Math.min(far[0], one), Math.max(far[1], one)], [Infinity, -Infinity]);
+    const known = [...value].filter((one) => one !== null);
+    const reach = known.reduce((far, one) => [Math.min(far[0], one), Math.max(far[1], one)], [Infinity, -Infinity]);
     const near = limits.filter((one) => one <= 1.6 * Math.max(reach[1], 1e-9) && one >= reach[0] - (reach[1] - reach[0]));
     const low = Math.min(look === "way" ? reach[0] : 0, ...near, reach[0]);
     const high = Math.max(Math.min(reach[1], scale), ...near, ...given.map((one) => one[2]), low + 1e-9);
