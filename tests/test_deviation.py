@@ -29,9 +29,7 @@ distances = st.floats(-2, 2)
     turn=st.floats(-2, 2),
     more=st.floats(-0.3, 0.3),
 )
-def test_deviation_is_from_nearest_pose_of_line(
-    along: float, off: float, length: float, turn: float, more: float
-) -> None:
+def test_off_the_line(along: float, off: float, length: float, turn: float, more: float) -> None:
     def path(s: float) -> pin.SE3:
         return pose(s * length, 0, 0, s * turn)
 

@@ -38,9 +38,7 @@ def draft_in(folder: Path, name: str = "ur5_deburring") -> Draft:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_move_handle(
-    name: str, tmp_path: Path
-) -> None:
+def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
     scenario = kw.load_scenario(name)
     robot = kw.load_robot(str(scenario.given.robot))
@@ -139,9 +137,7 @@ ADDED = [
 
 
 @pytest.mark.parametrize(("name", "time", "what"), mostly_exhaustive(ADDED, ADDED[1]))
-def test_a_waypoint_is_added_where_the_arm_is(
-    name: str, time: float, what: str, tmp_path: Path
-) -> None:
+def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: Path) -> None:
     """The motion leads through the pose that the arm had, and all checks pass as before."""
     made = Session(draft_in(tmp_path, name))
     made.server.server_close()
@@ -215,8 +211,8 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
 
 
 SCENARIOS = {name: kw.load_scenario(name) for name in names("scenarios")}
-FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.free]
-TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.free]
+FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.unknowns]
+TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.unknowns]
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, "panda_pick_place_fastest"))

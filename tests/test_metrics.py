@@ -26,9 +26,7 @@ def random_waypoints(seed: int, n: int, joints: int = 2) -> JointWaypoints:
 
 @examples(in_all=360)
 @given(st.integers(0, 10**6), st.integers(2, 6), st.sampled_from(sorted(PLANNERS)))
-def test_fluctuation_is_the_sampled_variation_beyond_the_least(
-    seed: int, n: int, planner: str
-) -> None:
+def test_fluctuation_is_variation_beyond_minimum(seed: int, n: int, planner: str) -> None:
     waypoints = random_waypoints(seed, n)
     try:
         trajectory = PLANNERS[planner](waypoints, PlannerOptions())
@@ -70,11 +68,11 @@ def test_peak_is_of_joint_nearest_limit() -> None:
     waypoints = JointWaypoints(("slow", "fast"), [0.0, 1.0], [[0, 0], [1, 4]], np.zeros((2, 2)))
     trajectory = PLANNERS["cubic"](waypoints, PlannerOptions())
     free = metrics.peak(trajectory, 1, np.array([np.inf, np.inf]))
-    assert (free.joint, free.use) == ("fast", None)
+    assert (free.joint, free.utilisation) == ("fast", None)
     assert free.value == pytest.approx(6.0)
     limited = metrics.peak(trajectory, 1, np.array([2.0, 60.0]))
     assert limited.joint == "slow"
-    assert limited.use == pytest.approx(0.75)
+    assert limited.utilisation == pytest.approx(0.75)
     assert limited.time == pytest.approx(0.5)
 
 

@@ -91,9 +91,7 @@ def test_an_error_of_another_process_is_raised_here(pool: ProcessPoolExecutor) -
 
 
 @pytest.mark.parametrize("copied", COPIES, ids=["copy", "deepcopy", "pickle"])
-def test_copies_of_a_plan_stay_read_only(
-    copied: Callable[[Any], Any], deburring: Plan, paper_case: Plan
-) -> None:
+def test_read_only_copies(copied: Callable[[Any], Any], deburring: Plan, paper_case: Plan) -> None:
     for plan in (deburring, paper_case):
         other = copied(plan)
         assert_same_bits(other.trajectory, plan.trajectory)

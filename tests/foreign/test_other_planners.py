@@ -63,9 +63,7 @@ def write(folder: Path, kind: str, motion: kw.JointTrajectory) -> Path:
 
 
 @pytest.mark.parametrize("kind", ["moveit", "drake", "curobo", "roboplan", "npz"])
-def test_what_planners_write_is_their_motion(
-    tmp_path: Path, motion: kw.JointTrajectory, kind: str
-) -> None:
+def test_reads_motion_of_planners(tmp_path: Path, motion: kw.JointTrajectory, kind: str) -> None:
     file = write(tmp_path, kind, motion)
     found, faults = read_trajectory(file, motion.joint_names[::-1], motion.joint_units)
     if kind == "drake":  # it has no names
@@ -109,9 +107,7 @@ scene: {objects: {bench: {box: [600, 1000, 30], position: [500, 0, HEIGHT]}}}
 """
 
 
-def test_a_motion_is_checked_without_a_scenario(
-    knotwork: Command, tmp_path: Path, motion: kw.JointTrajectory
-) -> None:
+def test_needs_no_scenario(knotwork: Command, tmp_path: Path, motion: kw.JointTrajectory) -> None:
     file = write(tmp_path, "moveit", motion)
     cell, high = tmp_path / "cell.yaml", tmp_path / "high.yaml"
     cell.write_text(CELL.replace("HEIGHT", "34"))

@@ -13,7 +13,7 @@ import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import WaypointDataError
 from knotwork.robot.kinematics.chain.batch import Targets
-from knotwork.robot.kinematics.geometry.closed_form import closed_form as in_closed_form
+from knotwork.robot.kinematics.geometry.closed_form import solve_closed_form as in_closed_form
 from knotwork.robot.kinematics.sequence import find_candidates
 from knotwork.robot.kinematics.solutions.enumeration import search_branches
 from knotwork.waypoints import CartesianWaypoint
@@ -64,7 +64,7 @@ def test_finds_every_branch_of_closed_form(arm: str, count: int, spherical: Robo
 
 
 @pytest.mark.parametrize("arm", ["ur10", "z1", "kinova"])
-def test_closed_form_equals_searches(arm: str) -> None:
+def test_solve_closed_form_equals_searches(arm: str) -> None:
     robot = kw.load_robot(arm)
     asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
     targets = Targets.from_poses([robot.forward(q) for q in asked])
@@ -96,9 +96,7 @@ def test_finds_every_branch_near_wrist_singularity(arm: str, bent: float, spheri
 
 
 @pytest.mark.parametrize(("elbow", "bent"), [(1e-4, 1e-5), (1e-3, 1e-6)])
-def test_lists_each_solution_once_near_two_singularities(
-    elbow: float, bent: float, spherical: Robot
-) -> None:
+def test_solutions_once_near_singularities(elbow: float, bent: float, spherical: Robot) -> None:
     """Along the curve of a nearly straight wrist the error is small far beside a solution, too."""
     generator = np.random.default_rng(77)
     for _ in range(4):
@@ -136,9 +134,7 @@ def test_merges_branches_that_meet(elbow: float) -> None:
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("straight", [True, False])
 @pytest.mark.parametrize("count", first_of(3, 12))
-def test_finds_every_branch_along_sequence(
-    arm: str, straight: bool, count: int, spherical: Robot
-) -> None:
+def test_finds_branches_of_sequence(arm: str, straight: bool, count: int, spherical: Robot) -> None:
     """Where the branches of one waypoint start the search at the next, none gets lost."""
     robot = UR5 if arm == "ur5" else spherical
     generator = np.random.default_rng(3)

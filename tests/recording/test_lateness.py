@@ -43,9 +43,7 @@ def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
         ("panda_three_parts", paused(3, -0.4), "up to 0.4 s early from 3.3 s on"),
     ],
 )
-def test_reports_when_log_becomes_late(
-    tmp_path: Path, scenario: str, clock: Clock, words: str
-) -> None:
+def test_reports_begin_of_delay(tmp_path: Path, scenario: str, clock: Clock, words: str) -> None:
     made = kw.plan(scenario)
     file = write(tmp_path / "log.csv", delayed(made, clock))
     found = aligned(smooth(file, made.trajectory), made.trajectory)

@@ -22,9 +22,7 @@ def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
 
 @pytest.mark.parametrize("before", [0.0, 0.123456, 2.0041])
 @pytest.mark.parametrize("noise", [1e-5, 1e-3])
-def test_finds_shift_to_fraction_of_period(
-    tmp_path: Path, deburring: Plan, before: float, noise: float
-) -> None:
+def test_finds_shift_of_log(tmp_path: Path, deburring: Plan, before: float, noise: float) -> None:
     samples = record(deburring.trajectory, rate=100.0, noise=noise, before=before)
     found = align(tmp_path, deburring, samples)
     assert found.start == pytest.approx(before, abs=5.0 * found.shift_error + 1e-7)

@@ -35,7 +35,7 @@ def test_rows_say_what_plans_say(lifted: Path) -> None:
         assert (row["verdict"] == "passed") == made.report.ok
         assert row["duration"] == made.trajectory.duration
         (speed,) = made.report.select(subject="joint", quantity="velocity")
-        assert row["velocity_use"] == speed.use
+        assert row["velocity_use"] == speed.utilisation
         assert row["clearance"] is None
         if not made.report.ok:
             assert row["reason"] == "velocity"
@@ -186,7 +186,7 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert "fastest" not in text
         assert "# a comment" in text
         made = kw.plan(study.scenario(row))
-        assert kw.load_scenario(frozen).free is None
+        assert kw.load_scenario(frozen).unknowns is None
         again = kw.plan(frozen).trajectory
         assert again.duration == made.trajectory.duration == study["duration"][row]
         made.freeze(tmp_path / "same.yaml")
@@ -234,9 +234,7 @@ CHECKS["faulty"] = faulty
 
 
 @pytest.mark.exhaustive
-def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rows_hang_or_crash_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By a check of one's own in the processes that plan."""
     (tmp_path / "sitecustomize.py").write_text(FAULTY, encoding="utf-8")
     paths = (str(tmp_path), *sys.path[1:])

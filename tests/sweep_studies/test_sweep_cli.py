@@ -101,9 +101,7 @@ def test_progress_has_rate_time_left_and_how_many_pass(
     assert "━" in ran.err
 
 
-def test_a_log_of_a_sweep_has_lines_of_progress(
-    knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_logs_progress(knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("knotwork.cli.progress_display.SWEEP_INTERVAL", 0.005)
     ran = knotwork("sweep", task, "--vary", "waypoints[up].after=2:3:9", "--workers", 0)
     done = [line.partition(" of 9 rows, ")[0] for line in ran.err.splitlines()]

@@ -256,7 +256,7 @@ def test_reports_depth_and_place_of_collision() -> None:
     assert said.value is not None
     assert said.value < 0
     assert len(said.points) == 2
-    assert said.use == math.inf  # 5 mm are required, and none are left
+    assert said.utilisation == math.inf  # 5 mm are required, and none are left
     for words in ("mm deep in wall at", "between 'here' and 'there'", "required 5 mm"):
         assert words in said.message
 

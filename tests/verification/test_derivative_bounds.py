@@ -178,9 +178,7 @@ def test_shipped_robots_stay_within_derivative_bounds(seed: int, instants: int) 
 @pytest.mark.parametrize(
     ("seed", "trees", "instants"), [(2, 25, 6), pytest.param(3, 500, 10, marks=EXHAUSTIVE)]
 )
-def test_random_joint_trees_stay_within_derivative_bounds(
-    seed: int, trees: int, instants: int
-) -> None:
+def test_random_trees_stay_within_derivative_bounds(seed: int, trees: int, instants: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(trees):
         examine(random_tree(rng), rng, instants)

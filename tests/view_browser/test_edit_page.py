@@ -90,7 +90,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
         ("jog", {"time": 0, "position": [9, 9, 9], "quaternion": [0, 0, 0, 1]}, "reach"),
     ],
 )
-def test_what_is_wrong_changes_nothing(
+def test_errors_change_nothing(
     action: str, asked: Any, words: str, served: tuple[str, Path], tab: Any
 ) -> None:
     status, answer = post(served[0], action, asked)
@@ -117,9 +117,7 @@ def known(tab: Any) -> None:
     tab.wait_for_function("knotwork.edit.known")
 
 
-def test_a_waypoint_is_dragged_out_of_a_collision_and_saved(
-    served: tuple[str, Path], tab: Any
-) -> None:
+def test_waypoint_is_dragged_out_of_collision_and_saved(served: tuple[str, Path], tab: Any) -> None:
     file = served[1]
     before = file.read_text(encoding="utf-8")
     assert tab.inner_text("#head .verdict") == "FAILED"
@@ -200,9 +198,7 @@ def test_what_is_no_number_is_refused_and_numbers_are_read_whole(tab: Any) -> No
 
 
 @pytest.mark.exhaustive
-def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
-    served: tuple[str, Path], tab: Any
-) -> None:
+def test_waypoint_is_added_at_jogged_arm_and_removed(served: tuple[str, Path], tab: Any) -> None:
     count = len(kw.Task.load(served[1]).waypoints)
     tab.evaluate("knotwork.seek(1.5)")
     said = "document.getElementById('add-where').textContent.endsWith(\"1.50 s, after 'start'\")"

@@ -142,7 +142,7 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
         ),
     ],
 )
-def test_no_panel_lies_over_the_arm_at_first(
+def test_panels_do_not_hide_arm(
     show: Any, scenario: str, planner: str | None, size: tuple[int, int]
 ) -> None:
     tab = show(scenario, planner)
@@ -204,9 +204,7 @@ LABELS_OVER_THE_ARM = """(() => {
 })()"""
 
 
-def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
-    tabs: Any, tmp_path: Path
-) -> None:
+def test_click_on_failure_goes_there_with_links_in_red(tabs: Any, tmp_path: Path) -> None:
     plan = through_wall()
     tab = tabs.scene("touching", plan.view, tmp_path)
     tab.evaluate("knotwork.pause()")

@@ -31,9 +31,7 @@ def hurried(folder: Path) -> Path:
 
 
 @pytest.mark.exhaustive
-def test_two_motions_have_one_clock_and_their_difference(
-    tabs: Any, knotwork: Any, tmp_path: Path, barriers: Any
-) -> None:
+def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barriers: Any) -> None:
     other = hurried(tmp_path)
     page = tmp_path / "both.html"
     ran = knotwork("view", "planar2_closed_form", "--beside", other, "--html", page)
@@ -104,9 +102,7 @@ def test_two_motions_have_one_clock_and_their_difference(
         (("planar2_closed_form", "--beside", "planar2_closed_form", "--watch"), "--watch"),
     ],
 )
-def test_what_does_not_go_together_is_refused(
-    arguments: tuple[str, ...], words: str, knotwork: Any
-) -> None:
+def test_refuses_these_together(arguments: tuple[str, ...], words: str, knotwork: Any) -> None:
     ran = knotwork("view", *arguments, "--no-open")
     assert ran.code == 2
     assert words in ran.err
@@ -144,9 +140,7 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
 
 
 @pytest.mark.exhaustive
-def test_a_map_that_is_one_file_names_the_command_for_its_motions(
-    tabs: Any, knotwork: Any, tmp_path: Path
-) -> None:
+def test_map_in_one_file_names_command(tabs: Any, knotwork: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "waypoints[1].after": [1.5, 1.9]}
     folder, page = tmp_path / "study", tmp_path / "map.html"

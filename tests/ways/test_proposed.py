@@ -42,9 +42,7 @@ def fastest(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
     return given
 
 
-def test_takes_clear_motion_if_fastest_collides(
-    tmp_path: Path,
-) -> None:
+def test_takes_clear_motion_if_fastest_collides(tmp_path: Path) -> None:
     plan = kw.plan(fastest(at("back", -250)))
     assert plan.report.ok
     (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")

@@ -175,13 +175,14 @@ class SingularityError(TaskError):
             where: Location of its definition.
             units: Units of speeds.
         """
-        smallest, along = f"smallest singular value {smallest_singular_value:.3g}", _axes(direction)
+        smallest = f"smallest singular value {smallest_singular_value:.3g}"
+        along = _name_axes(direction)
         if fast_joints:
             needed = ", ".join(joint.text(units) for joint in fast_joints)
-            share = min(joint.plausible / joint.speed for joint in fast_joints)
+            fraction = min(joint.plausible / joint.speed for joint in fast_joints)
             message = (
                 f"the arm is close to a singularity ({smallest}, {along}) and would need {needed}; "
-                f"{share:.3g} of the speed is feasible"
+                f"{fraction:.3g} of the speed is feasible"
             )
         else:
             amounts = [
@@ -221,15 +222,15 @@ class FastJoint(NamedTuple):
     plausible: float
 
     def text(self, units: Units) -> str:
-        """The joint, its speed and its limit."""
+        """Write the joint, its speed and its limit."""
         limit = "no limit given"
         if math.isfinite(self.limit):
             limit = f"limit {units.shown(self.limit, self.unit)[0]:.4g}"
         return f"{self.name} at {units.text(self.speed, self.unit, '.4g')} ({limit})"
 
 
-def _axes(twist: Sequence[float]) -> str:
-    """Text of the base axes along and about which a twist is, for example `along z`."""
+def _name_axes(twist: Sequence[float]) -> str:
+    """Name the base axes along and about which a twist is, for example `along z`."""
     parts, size = [], math.hypot(*twist)
     for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
         norm = math.hypot(*vector)

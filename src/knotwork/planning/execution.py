@@ -1,4 +1,4 @@
-"""Changes of a plan in execution: speed override and stop."""
+"""Plans of a motion that is executed at another speed, or stopped."""
 
 from __future__ import annotations
 
@@ -11,24 +11,29 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming import first_rest, inverse_time, joint_stop, stop_on_path
+from knotwork.curves.retiming import (
+    find_first_rest,
+    invert_clock,
+    stop_joints,
+    stop_on_path,
+)
 from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
-from knotwork.planning.remaining_scene import on_moving_frames, scene_from
+from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
-from knotwork.task.places import moved_paths
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
-from knotwork.verification.path_checks import path_geometry
-from knotwork.verification.waypoint_checks import tool_at_arrivals
+from knotwork.verification.path_checks import check_path_geometry
+from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -38,11 +43,11 @@ PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
-"""Planning options of a task, which a given motion does not need."""
+"""Keys of a task that only planning needs; an executed motion is given."""
 
 
-class _Executed(NamedTuple):
-    """A task, or a part of it, with another timing or path.
+class _ExecutedMotion(NamedTuple):
+    """A planned motion executed with another clock, or left early by a stop.
 
     Attributes:
         planned: The plan.
@@ -60,8 +65,8 @@ class _Executed(NamedTuple):
     ends: tuple[str, str]
 
 
-class _Arrival(NamedTuple):
-    """A waypoint of an executed motion.
+class _ReachedWaypoint(NamedTuple):
+    """A waypoint that an executed motion reaches, or one of its ends.
 
     Attributes:
         time: Time in this motion [s].
@@ -75,7 +80,7 @@ class _Arrival(NamedTuple):
 
 
 def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
-    """A motion at another speed: see `Plan.scaled`."""
+    """Execute a plan at another speed: see `Plan.scaled`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     moving = on_moving_frames(scenario.given)
     if moving:
@@ -85,14 +90,14 @@ def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
     span = trajectory.start_time, float(clock(clock.x[-1]))
-    return _checked(_Executed(planned, motion, clock, span, (START, "end")), known)
+    return _checked(_ExecutedMotion(planned, motion, clock, span, (START, "end")), known)
 
 
 def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
-    """A stop of a motion: see `Plan.stop`."""
+    """Stop a plan: see `Plan.stop`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
-    if first_rest(trajectory.polynomial, at) == at:
+    if find_first_rest(trajectory.polynomial, at) == at:
         raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
@@ -104,8 +109,8 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
-        motion = joint_stop(q, v, a, *limits)
-        return _checked(_Executed(planned, motion, None, (at, at), ends))
+        motion = stop_joints(q, v, a, *limits)
+        return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
@@ -114,15 +119,15 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
         )
     clock, motion = stop
     span = at, float(clock(clock.x[-1]))
-    return _checked(_Executed(planned, motion, clock, span, ends))
+    return _checked(_ExecutedMotion(planned, motion, clock, span, ends))
 
 
-def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
-    """The executed motion through the waypoints that it reaches, with its report.
+def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
+    """The plan of an executed motion through the waypoints that it reaches, checked.
 
     Args:
         executed: The motion.
-        known: Findings to report.
+        known: Findings to report as well.
     """
     planned, motion, clock = executed.planned, executed.motion, executed.clock
     arrivals = _arrivals(executed)
@@ -150,14 +155,16 @@ def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
         joint_waypoints=waypoints,
         trajectory=trajectory,
         report=report,
-        left_out=(),
+        unsupported_options=(),
         solution=None,
         chosen=None,
-        sequences=1,
+        tried_sequences=1,
     )
 
 
-def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion) -> list[Finding]:
+def _geometry(
+    executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint], motion: Motion
+) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
     planned, clock = executed.planned, executed.clock
     if clock is None:
@@ -171,13 +178,13 @@ def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion)
     fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
     at_rest = replace(execution, arrivals=fixed)
     return [
-        *tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
-        *path_geometry(motion, planned.scenario, planned.space, execution),
+        *check_tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
+        *check_path_geometry(motion, planned.scenario, planned.space, execution),
     ]
 
 
-def _arrivals(executed: _Executed) -> list[_Arrival]:
-    """Waypoints of an executed motion, in order of time: its ends, and those that it passes."""
+def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
+    """The ends of an executed motion and the waypoints that it passes, in order of time."""
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
     passed = [
@@ -185,21 +192,23 @@ def _arrivals(executed: _Executed) -> list[_Arrival]:
         for i, waypoint in enumerate(executed.planned.scenario.waypoints)
         if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
     ]
-    old = executed.planned.scenario.times[passed]
-    new = np.full(len(old), start) if executed.clock is None else inverse_time(executed.clock, old)
+    planned = executed.planned.scenario.times[passed]
+    actual = np.full(len(planned), start)
+    if executed.clock is not None:
+        actual = invert_clock(executed.clock, planned)
     arrivals = []
-    for i, time in zip(passed, new.tolist(), strict=True):
+    for i, time in zip(passed, actual.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_Arrival(at, executed.planned.scenario.waypoints[i].name, i))
+        arrivals.append(_ReachedWaypoint(at, executed.planned.scenario.waypoints[i].name, i))
     if not arrivals or arrivals[0].time != start:
-        arrivals.insert(0, _Arrival(start, executed.ends[0]))
+        arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
     if arrivals[-1].time != end:
-        arrivals.append(_Arrival(end, executed.ends[1]))
+        arrivals.append(_ReachedWaypoint(end, executed.ends[1]))
     return arrivals
 
 
-def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
-    """The task of an executed motion: its states at the waypoints that it reaches."""
+def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) -> Task:
+    """A task of which the executed motion is a solution: its states at the reached waypoints."""
     scenario, space = executed.planned.scenario, executed.planned.space
     motion = executed.motion
     names = arrivals[0].name, arrivals[-1].name
@@ -232,7 +241,9 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
     )
 
 
-def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[str, Any]]]:
+def _actions(
+    executed: _ExecutedMotion, placed: Sequence[_ReachedWaypoint]
+) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint. Signals that are already on are at the first one."""
     outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
     clock, start = executed.clock, executed.span[0]
@@ -244,7 +255,7 @@ def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[
     names = [arrival.name for arrival in placed]
     end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
     for event in (event for event in events if begin < event.time <= end):
-        time = float(inverse_time(clock, np.array([event.time]))[0])
+        time = float(invert_clock(clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
@@ -264,7 +275,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = inverse_time(clock, ends).tolist()
+            start, end = invert_clock(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 

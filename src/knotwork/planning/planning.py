@@ -38,7 +38,7 @@ def plan(
             same keys, or a loaded scenario.
         planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
-            `Plan.left_out` names them.
+            `Plan.unsupported_options` names them.
         budget: Computing time for free times [s], by default unlimited. Segments that are not
             solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
@@ -53,16 +53,18 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.free is None:
+    if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
-    from knotwork.planning.choosing import with_times_met
-    from knotwork.planning.timing.budget import Budget
+    from knotwork.planning.choosing import fix_arrival_times
+    from knotwork.planning.timing.timed_motion import Budget
 
-    free = scenario.free
-    met = tuple(scenario.waypoints[i].name for i in free.meets if free.duration[i - 1])
-    timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, met)
-    if free.meets:
-        scenario = with_times_met(
+    unknowns = scenario.unknowns
+    fixed_arrivals = tuple(
+        scenario.waypoints[i].name for i in unknowns.time_dependent if unknowns.duration[i - 1]
+    )
+    timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, fixed_arrivals)
+    if unknowns.time_dependent:
+        scenario = fix_arrival_times(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )
     return best_of_sequences(replace(timed, scenario=scenario))

@@ -18,14 +18,20 @@ from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, joint_tree, serial
+from knotwork.robot.joint_tree import (
+    JointTree,
+    invert_chain,
+    join_trees,
+    joint_tree,
+    make_serial_chain,
+)
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, joint_of_frame
-from knotwork.scene.link_bodies import link_bodies
-from knotwork.scene.other_robots import in_one_cell, other_motion
+from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_joint_of_frame
+from knotwork.scene.link_bodies import read_link_bodies
+from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
-from knotwork.scene.rules import given_rules
-from knotwork.scene.solids import Solid, solid
+from knotwork.scene.rules import resolve_rules
+from knotwork.scene.solids import Solid, make_solid
 from knotwork.task.scenario import (
     GraspedObject,
     PlacedObject,
@@ -37,8 +43,7 @@ from knotwork.task.scenario import (
 from knotwork.task.scenario.scene_model import FIXED_CARRIER
 
 WRONG_UNIT_RATIO = 20.0
-"""Ratio of mesh size and reach of the arm above which the unit is plausibly wrong, as it is below
-a thousandth of it."""
+"""Ratio of a mesh's size to the reach of the arm above which its unit is plausibly wrong."""
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
@@ -46,13 +51,13 @@ SAME_TCP_DISTANCE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
 
 
-def robot_collision_model(robot: Robot) -> CollisionModel:
-    """The collision model of a robot alone, as listed by `knotwork robots NAME --collisions`.
+def build_robot_collision_model(robot: Robot) -> CollisionModel:
+    """Build the collision model of a robot alone, which `knotwork robots NAME --collisions` lists.
 
     Raises:
         InputError: A link's mesh or the SRDF can't be read.
 
-    >>> model = robot_collision_model(kw.load_robot("ur5"))
+    >>> model = build_robot_collision_model(kw.load_robot("ur5"))
     >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
     (8, 'base_link', 'a joint joins them')
     """
@@ -60,7 +65,7 @@ def robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """Poses and times of a grasp.
+    """Poses and times between a grasp and its release.
 
     Attributes:
         grasp_pose, release_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
@@ -112,10 +117,10 @@ def find_hold(
     return Hold(poses[take], poses[leave], times[take], times[leave], *near)
 
 
-def collision_model(
+def build_collision_model(
     scenario: Scenario, robot: Robot, times: Sequence[float] = (), poses: Sequence[Any] = ()
 ) -> CollisionModel:
-    """The collision model of a scenario.
+    """Build the collision model of a scenario.
 
     Args:
         scenario: The task.
@@ -137,7 +142,7 @@ def collision_model(
 
 
 class _Builder:
-    """Collects bodies and pairs."""
+    """Collects the bodies and pairs of a collision model."""
 
     def __init__(
         self,
@@ -148,7 +153,7 @@ class _Builder:
         appearance_times: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
-        self.joints, self.links = joint_tree(robot.model), link_bodies(robot)
+        self.joints, self.links = joint_tree(robot.model), read_link_bodies(robot)
         self.holds, self.appearance_times = holds, appearance_times
         self.known_motions: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
@@ -175,7 +180,7 @@ class _Builder:
         ]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        given = given_rules(scene, self.robot, bodies, self.places)
+        given = resolve_rules(scene, self.robot, bodies, self.places)
         pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
         return CollisionModel(
             self.joints,
@@ -190,18 +195,18 @@ class _Builder:
         )
 
     def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
-        """A fixed object, or one that moves with a frame, placed with its carrier at rest."""
+        """Make the body of a fixed object, or of one that moves with a frame."""
         joint, carrier = self._joint_of_frame(frame)
         start = self.appearance_times.get(name, -math.inf)
-        return Body(name, "object", joint, (self._solid(shape, carrier),), start)
+        return Body(name, "object", joint, (self._solid(shape, carrier),), start=start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
-        """Links, tool and held objects of another robot, which move with it."""
+        """Add the joints of another robot, and give its links, tool and held objects as bodies."""
         robot = self.robot
         try:
-            motion = other_motion(placed)
+            motion = load_other_motion(placed)
             theirs = motion.robot
-            one_cell = in_one_cell(robot, theirs)
+            one_cell = are_in_one_cell(robot, theirs)
         except InputError as error:
             place = ("scene", "robots", placed.name, "scenario")
             raise self.places.error(place, str(error)) from error
@@ -213,7 +218,7 @@ class _Builder:
             carrier, placement = self._joint_of_frame(placed.carrier)
             placement = placement * placed.placement
         base_joint, base_placement = _joint_of_link(theirs, link)
-        inverse, columns = inverse_chain(motion.model.joints, base_joint, base_placement)
+        inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
         still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
@@ -243,11 +248,11 @@ class _Builder:
     def _joint_of_frame(
         self, frame: MovingFrame | None, time: float | None = None
     ) -> tuple[int, Any]:
-        """`joint_of_frame`; without a frame, of the base."""
+        """As `find_joint_of_frame`; without a frame, the joint of the base."""
         if frame is None:
             return 0, self.robot.base_placement
         self._add_carrier(frame)
-        return joint_of_frame(self.carriers, frame, time)
+        return find_joint_of_frame(self.carriers, frame, time)
 
     def _add_carrier(self, frame: MovingFrame) -> None:
         """Add the joints of a moving frame to the tree if they are missing."""
@@ -265,7 +270,7 @@ class _Builder:
                 placements += [joints.placement, *[pin.SE3.Identity()] * (len(joints.turns) - 1)]
                 axes.append(joints.axis)
                 turns += joints.turns
-            chain = serial(placements, np.concatenate(axes), turns)
+            chain = make_serial_chain(placements, np.concatenate(axes), turns)
             known = [joints.curve for joints in frame.joints]
             joint, placement = self._add_joints(chain, placement, known, joint), pin.SE3.Identity()
         self.carriers[key] = joint, placement
@@ -273,7 +278,7 @@ class _Builder:
     def _add_joints(
         self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int = 0
     ) -> int:
-        """Add joints with known positions, and give the index of the last."""
+        """Add joints with known positions, and return the index of the last one."""
         self.joints = join_trees(self.joints, tree, placement, carrier)
         self.known_motions += known
         return len(self.joints.parent) - 1
@@ -286,7 +291,7 @@ class _Builder:
         return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
     def _held_bodies(self, held: GraspedObject) -> list[Body]:
-        """A held object: where it is taken, in the tool, and where it is released."""
+        """Make the bodies of a grasped object: before the grasp, in the tool, after the release."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
@@ -297,45 +302,27 @@ class _Builder:
         (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)
         appears = self.appearance_times.get(name, -math.inf)
+        lying_before = Body(name, "object", joint_before, solids_before, start=appears)
+        in_tool = Body(name, "held", int(frame.parentJoint), carried)
+        lying_after = Body(name, "object", joint_after, solids_after, start=hold.end)
+        approached, left = hold.approach_start, hold.departure_end
         bodies = [
-            Body(
-                name,
-                "object",
-                joint_before,
-                solids_before,
-                appears,
-                hold.approach_start,
-                tool_keeps_clear=True,
-            ),
-            Body(
-                name,
-                "object",
-                joint_before,
-                solids_before,
-                max(appears, hold.approach_start),
-                hold.start,
-            ),
-            Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", joint_after, solids_after, hold.end, hold.departure_end),
-            Body(
-                name,
-                "object",
-                joint_after,
-                solids_after,
-                start=hold.departure_end,
-                tool_keeps_clear=True,
-            ),
+            replace(lying_before, end=approached, tool_keeps_clear=True),
+            replace(lying_before, start=max(appears, approached), end=hold.start),
+            replace(in_tool, start=hold.start, end=hold.end),
+            replace(lying_after, end=left),
+            replace(lying_after, start=left, tool_keeps_clear=True),
         ]
         return [body for body in bodies if body.start < body.end]
 
     def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
-        """A shape of the scenario as a solid; errors name its location in the file."""
+        """Make the solid of a shape of the scenario; errors name its location in the file."""
         try:
-            placed = solid(shape, carrier)
+            placed = make_solid(shape, carrier)
             if shape.path is not None:
                 self._check_size(placed, shape)
         except InputError as error:
-            raise self.places.error((*shape.place, shape.kind), str(error)) from error
+            raise self.places.error((*shape.location, shape.kind), str(error)) from error
         return placed
 
     def _check_size(self, solid: Solid, shape: PlacedShape) -> None:
@@ -358,6 +345,6 @@ class _Builder:
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:
-    """The joint that carries a link of a robot, and the link's placement in its axes, `pin.SE3`."""
+    """Find the joint that carries a link, and the link's placement in its axes, `pin.SE3`."""
     frame = robot.model.frames[robot.frame_index(link)]
     return int(frame.parentJoint), frame.placement.copy()

@@ -11,8 +11,8 @@ from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
 
-def one_inside_the_other(first: Placed, second: Placed) -> bool:
-    """Whether one of two solids whose surfaces do not meet is inside the other.
+def is_one_inside_other(first: Placed, second: Placed) -> bool:
+    """Whether one of two solids with separate surfaces is inside the other.
 
     Coal treats a mesh as a surface, so the distance from inside is positive. Every connected part
     of the inner solid is checked.
@@ -20,7 +20,7 @@ def one_inside_the_other(first: Placed, second: Placed) -> bool:
     for outer, inner in ((first, second), (second, first)):
         if outer.solid.triangles is None or inner.solid.plane is not None:
             continue
-        points = _points(inner.solid) @ inner.rotation.T + inner.origin
+        points = _sample_parts(inner.solid) @ inner.rotation.T + inner.origin
         points = (points - outer.origin) @ outer.rotation
         if any(_is_inside(outer.solid, point) for point in points):
             return True
@@ -56,8 +56,8 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
     return not nested
 
 
-def _points(solid: Solid) -> FloatArray:
-    """A point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
+def _sample_parts(solid: Solid) -> FloatArray:
+    """Give a point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
     if solid.triangles is not None and solid.parts is not None:
         _, first = np.unique(solid.parts, return_index=True)
         return np.asarray(solid.triangles[first, 0])

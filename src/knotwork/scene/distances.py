@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import coal
 import numpy as np
 
-from knotwork.scene.bodies import Body, placed_solids
-from knotwork.scene.containment import one_inside_the_other
+from knotwork.scene.bodies import Body, place_solids
+from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
@@ -77,10 +77,11 @@ class DistanceMeter:
             max_distance: Upper bound of relevant distances [m]. For exact meshes and cells that are
                 farther offset, the result is between this and the distance.
         """
-        if _cells_second(first, second):
+        if _must_be_swapped(first, second):
             first, second = second, first
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
-            first, second = _in_axes_of(second, first), Placed(second.solid, np.eye(3), np.zeros(3))
+            first = _express_in_axes(second, first)
+            second = Placed(second.solid, np.eye(3), np.zeros(3))
         self._first.setTransform(first.rotation, first.origin)
         self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
@@ -111,7 +112,7 @@ class DistanceMeter:
         return float(result.min_distance)
 
     def _off(self, solid: Solid, placement: Any, point: Any) -> float:
-        """Distance of a point from an exact mesh or from cells [m]; 0 for a convex solid."""
+        """Distance of a point from an exact mesh or from cells [m], 0 for a convex solid."""
         if solid.outer_hull is None:
             return 0.0
         self._here.setTranslation(point)
@@ -126,7 +127,7 @@ class DistanceMeter:
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids; arguments as for `distance`."""
-        if _cells_second(first, second):
+        if _must_be_swapped(first, second):
             swapped = self.nearest(second, first)
             return Nearest(swapped.distance, swapped.points[::-1], -swapped.normal)
         distance = self.distance(first, second)
@@ -141,25 +142,25 @@ class DistanceMeter:
         return Nearest(distance, points, normal)
 
 
-def _cells_second(first: Placed, second: Placed) -> bool:
-    """Whether Coal swaps the nearest points of two solids."""
+def _must_be_swapped(first: Placed, second: Placed) -> bool:
+    """Whether the second of two solids has cells and the first has not: Coal swaps their points."""
     return second.solid.cells is not None and first.solid.cells is None
 
 
-def _in_axes_of(frame: Placed, solid: Placed) -> Placed:
-    """A solid in the axes of another, because Coal's bounds of rotated ellipsoids are too small."""
+def _express_in_axes(frame: Placed, solid: Placed) -> Placed:
+    """Express a solid in the axes of another; Coal's bounds of rotated ellipsoids are too small."""
     turn = frame.rotation.T
     return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))
 
 
-def nearest_of_bodies(
+def find_nearest_points(
     meter: DistanceMeter,
     first: Body,
     second: Body,
     rotation: FloatArray,
     origin: FloatArray,
 ) -> Nearest:
-    """Nearest points of two bodies.
+    """Find the nearest points of two bodies.
 
     Args:
         meter: Meter of distances.
@@ -168,11 +169,11 @@ def nearest_of_bodies(
         rotation: Rotations of all joints, shape (n + 1, 3, 3).
         origin: Origins of all joints [m], shape (n + 1, 3).
     """
-    pairs = _pairs(first, second, rotation, origin)
+    pairs = _pair_solids(first, second, rotation, origin)
     return min((meter.nearest(a, b) for a, b in pairs), key=lambda nearest: nearest.distance)
 
 
-def nearer_than(
+def are_nearer_than(
     meter: DistanceMeter,
     first: Body,
     second: Body,
@@ -191,14 +192,14 @@ def nearer_than(
         margin: Required clearance [m].
     """
     return any(
-        meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or one_inside_the_other(a, b)
-        for a, b in _pairs(first, second, rotation, origin)
+        meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or is_one_inside_other(a, b)
+        for a, b in _pair_solids(first, second, rotation, origin)
     )
 
 
-def _pairs(
+def _pair_solids(
     first: Body, second: Body, rotation: FloatArray, origin: FloatArray
 ) -> Iterator[tuple[Placed, Placed]]:
     return itertools.product(
-        placed_solids(first, rotation, origin), placed_solids(second, rotation, origin)
+        place_solids(first, rotation, origin), place_solids(second, rotation, origin)
     )

@@ -18,8 +18,8 @@ Reasons = dict[frozenset[str], str]
 Place = tuple[str | int, ...]
 
 
-def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
-    """Resolve the names in `allow` and `ignore`.
+def resolve_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
+    """Find the pairs that `allow` and `ignore` exclude, each with its reason.
 
     Raises:
         InputError: A name is unknown or ambiguous, or an object has the name of a link.
@@ -37,7 +37,7 @@ def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Plac
                 fault = f"names {name!r} itself"
                 raise names.wrong((*place, "allow"), fault, "names of bodies that may touch it")
             reasons[frozenset((identity, other))] = ALLOWED
-    for i, pair in enumerate(scene.rules.ignore):
+    for i, pair in enumerate(scene.collisions.ignore):
         at = ("collisions", "ignore", i)
         meant = names.meant(pair, at)
         if pair[0] == pair[1] or len(meant) != len(set(meant)):

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.containment import one_inside_the_other
+from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.solids import Placed, support
+from knotwork.scene.solids import Placed, support_values
 from knotwork.waypoints import FloatArray, IndexArray
 
 
 class SolidPairs:
-    """All pairs of solids of all pairs of bodies.
+    """The pairs of solids of all checked pairs of bodies, as arrays.
 
     Attributes:
         model: Bodies and pairs.
@@ -85,9 +85,7 @@ class SolidPairs:
         return np.asarray(turned + origin[:, self.joint, :, None])
 
     def min_distances(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """Distances of bounding spheres, or of a sphere and a plane [m], shape (k, c).
-
-        These are lower bounds of the distances of the solids.
+        """Lower bounds of the distances of all pairs, from bounding spheres and planes [m], (k, c).
 
         Args:
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
@@ -147,17 +145,17 @@ class SolidPairs:
             result -= np.einsum("mi,mi->m", direction, shift[item, solids])
             for s in set(solids.tolist()):
                 rows = np.flatnonzero(solids == s)
-                result[rows] -= support(self.solids[s], local[rows])
+                result[rows] -= support_values(self.solids[s], local[rows])
         return result
 
     def placed_pair(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
-        """The two placed solids of a pair; arguments as in `measure`."""
+        """Place the two solids of a pair; arguments as in `measure`."""
         a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
     def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
         """Whether a solid of a pair is inside the other, without contact of their surfaces."""
-        return bool(self.exact[combo]) and one_inside_the_other(
+        return bool(self.exact[combo]) and is_one_inside_other(
             *self.placed_pair(combo, turn, shift)
         )
 
@@ -171,9 +169,10 @@ class SolidPairs:
     def nearest(
         self, q: FloatArray, time: FloatArray, max_distance: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """The minimum distance beyond the required margin, one configuration after the other [m].
+        """Find the minimum distance beyond the required margin at each configuration [m].
 
-        Each with its pair of solids, or -1 if none is nearer.
+        Each distance comes with the index of its pair of solids, or -1 if none is nearer than
+        `max_distance`.
 
         Args:
             q: Joint positions [rad or m], shape (m, d).

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measured_jumps
+from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -23,7 +23,7 @@ are about 100 times lower.
 """
 
 
-def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     Every joint that jumps is named; without a jump, the joint with the largest change. The
@@ -32,7 +32,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
         required = order <= scenario.task.continuity
-        sizes, allowed = measured_jumps(motion.curve, order)
+        sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))
         share = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)
@@ -64,7 +64,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             )  # fmt: skip
 
 
-def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check that rounding of position, velocity and acceleration is negligible.
 
     If large terms of opposite signs cancel, their rounding errors remain. All other checks assume
@@ -83,7 +83,7 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             )  # fmt: skip
 
 
-def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the time from the first waypoint of a repetition to that of the next."""
     for rows in turns(scenario):
         starts = scenario.times[rows]

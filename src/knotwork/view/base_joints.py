@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, joint_tree, place_joints
+from knotwork.robot.joint_tree import JointTree, invert_chain, joint_tree, place_joints
 from knotwork.waypoints import FloatArray
 
 
@@ -104,6 +104,6 @@ def base_joints(robot: Robot) -> BaseJoints:
         return BaseJoints(robot, [], [])
     tree = joint_tree(robot.model)
     frame = robot.model.frames[robot.frame_index(robot.world_frame)]
-    chain, columns = inverse_chain(tree, int(frame.parentJoint), frame.placement)
+    chain, columns = invert_chain(tree, int(frame.parentJoint), frame.placement)
     joints = [drawn_joint(chain, i, f"base joint {i}") for i in range(1, len(chain.parent))]
     return BaseJoints(robot, joints, columns)

@@ -15,7 +15,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.robot import Robot
-from knotwork.scene.collision_model import CollisionModel, joint_of_frame
+from knotwork.scene.collision_model import CollisionModel, find_joint_of_frame
 from knotwork.task import PlainTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
@@ -25,7 +25,7 @@ from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
-from knotwork.verification.limits import LIMITS, derivative_limits
+from knotwork.verification.limits import LIMITS, check_derivative_limits
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -171,7 +171,7 @@ class ShownMotion:
     @cached_property
     def joint_uses(self) -> dict[tuple[str, str], Finding]:
         """Use of the limits of joints, by joint and quantity."""
-        findings = self.findings or tuple(derivative_limits(self.space, self.curve))
+        findings = self.findings or tuple(check_derivative_limits(self.space, self.curve))
         return {
             (finding.name, finding.quantity): finding
             for finding in findings
@@ -275,7 +275,7 @@ class ShownMotion:
         """
         if self.model is None or frame is None:
             return None, self.robot.base_placement
-        return joint_of_frame(self.model.carriers, frame, time)
+        return find_joint_of_frame(self.model.carriers, frame, time)
 
 
 def task_without_requirements(name: str) -> Scenario:

@@ -14,10 +14,10 @@ SAME_ARC_LENGTH = 1e-9
 """Relative difference below which arc lengths are equal."""
 
 
-def progress(
-    path: ToolPath, places: FloatArray, guess: FloatArray, within: tuple[float, float]
+def track_arc_length(
+    path: ToolPath, positions: FloatArray, guess: FloatArray, within: tuple[float, float]
 ) -> FloatArray:
-    """Arc lengths of the points of a path nearest to a moving point, including turns.
+    """Track the arc length of the point of a path that is nearest to a moving point.
 
     Each search starts from its guess. If the result jumps along the path, the search starts from
     the previous point instead. Where a path closes, crosses itself or comes near itself, the guess
@@ -25,25 +25,25 @@ def progress(
 
     Args:
         path: The path.
-        places: Positions of the point in order of time [m], shape (k, 3).
+        positions: Positions of the point in order of time [m], shape (k, 3).
         guess: Arc lengths from which to search [m], shape (k,).
         within: Interval of the arc lengths [m].
 
     Returns:
         Arc lengths [m], shape (k,).
 
-    >>> from knotwork.curves.tool_paths.path_progress import progress
+    >>> from knotwork.curves.tool_paths.path_progress import track_arc_length
     >>> tp = kw.tool_paths
     >>> circle = tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], 2 * np.pi)
     >>> still = tp.OrientationCurve.constant(np.eye(3), circle.length)
     >>> path = tp.ToolPath([circle], still)
     >>> s = np.linspace(0, 2 * np.pi, 9)
     >>> half_and_back = path.position(np.minimum(s, 2 * np.pi - s))
-    >>> progress(path, half_and_back, s, (0, path.length)).round(2)
+    >>> track_arc_length(path, half_and_back, s, (0, path.length)).round(2)
     array([0.  , 0.79, 1.57, 2.36, 3.14, 2.36, 1.57, 0.79, 0.  ])
     """
-    s: FloatArray = np.clip(path.nearest(places, guess), *within)
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    s: FloatArray = np.clip(path.nearest(positions, guess), *within)
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     jumps = (
         np.flatnonzero(
             np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + SAME_ARC_LENGTH * path.length
@@ -52,7 +52,7 @@ def progress(
     )
     k = int(jumps[0]) if jumps.size else len(s)
     while k < len(s):
-        nearest = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
+        nearest = np.clip(path.nearest(positions[k : k + 1], s[k - 1 : k]), *within)[0]
         if (
             abs(nearest - s[k]) <= SAME_ARC_LENGTH * path.length
         ):  # the guess is again on the branch of the point

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.curves.tool_paths.rotations import logarithm
+from knotwork.curves.tool_paths.rotations import rotation_vector
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray
 
@@ -23,8 +23,8 @@ JUNCTION_ANGLE = 1e-6
 """Tolerance of the difference of rotations at a junction [rad]."""
 
 
-def joined_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatArray]:
-    """Arguments of `OrientationCurve` for joined ones; see `OrientationCurve.joined`."""
+def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatArray]:
+    """Join the arrays of several orientation curves, for `OrientationCurve.joined`."""
     parts = [OrientationStretch(stretch) for stretch in stretches]
     for i, (before, after) in enumerate(itertools.pairwise(parts)):
         check_junction(i, before, after)
@@ -46,7 +46,7 @@ def joined_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[Floa
 
 
 class OrientationStretch:
-    """Arrays of an `OrientationCurve`, modified at its two ends."""
+    """Arrays of an `OrientationCurve`, to be modified at its two ends."""
 
     def __init__(self, curve: Any) -> None:
         self.curve = curve
@@ -105,9 +105,9 @@ def check_junction(i: int, before: OrientationStretch, after: OrientationStretch
     Raises:
         PathError: The rotations differ.
     """
-    angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
+    angle = float(np.linalg.norm(rotation_vector(before.rotations[-1].T @ after.rotations[0])))
     if angle > JUNCTION_ANGLE:
         raise PathError(
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
-            f"stretch {i} and the start of stretch {i + 1}; they must meet"
+            f"stretch {i} and the start of stretch {i + 1}; both must be the same"
         )

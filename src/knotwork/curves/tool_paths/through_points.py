@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, unit
+from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, to_unit_vector
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.errors import PathError
@@ -68,7 +68,7 @@ class ThroughPoints(PolynomialCurve):
             )
         x = np.concatenate(([0.0], np.cumsum(chords)))
         ends = [
-            "not-a-knot" if direction is None else (1, unit(direction, name))
+            "not-a-knot" if direction is None else (1, to_unit_vector(direction, name))
             for direction, name in (
                 (start_direction, "start_direction"),
                 (end_direction, "end_direction"),
@@ -90,7 +90,7 @@ class ThroughPoints(PolynomialCurve):
         if normals is not None:
             vectors = read_only(normals, (count, 3), "normals")
             self.normals = np.array(
-                [unit(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
+                [to_unit_vector(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
             )
 
     def bulges(self) -> FloatArray:

@@ -1,50 +1,51 @@
-"""Tasks with the chosen values in place of the unknowns."""
+"""Tasks with chosen values in place of the unknowns, and the text of their files."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import FreeSegment
+from knotwork.errors import InputError
+from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
+from knotwork.files.documents.edits import differences, to_block_yaml
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMotion]]) -> Scenario:
-    """The scenario with numbers in place of its unknowns.
-
-    Args:
-        task: The task.
-        motions: The segments and their motions.
-    """
-    scenario, free = task.scenario, task.free
+def with_chosen_values(
+    task: TimingTask, motions: list[tuple[TimingSegment, TimedMotion]]
+) -> Scenario:
+    """The scenario with numbers in place of its unknowns, from the motions of all segments."""
+    scenario, unknowns = task.scenario, task.unknowns
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
     for segment, motion in motions:
         if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(task, positions))
-    for i in free.ways:
+    for i in unknowns.ways:
         waypoints[scenario.index[i]]["way"] = None
     for segment, motion in motions:
-        for place, i in enumerate(segment.waypoints):
+        for k, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
-            if place and free.duration[i - 1]:
-                after = float(motion.time[place] - motion.time[place - 1])
+            if k and unknowns.duration[i - 1]:
+                after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
-            q = positions[segment.rows[place]]
-            changes |= _chosen_speed(task, i, q, motion.velocity[place])
+            q = positions[segment.rows[k]]
+            changes |= _chosen_speed(task, i, q, motion.velocity[k])
     optimal = scenario.given.knots == "optimal"
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -57,7 +58,7 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
 
 
 def solutions_near(
-    task: FreeTask, positions: FloatArray | None = None
+    task: TimingTask, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
     """Changes of the task's waypoints that select the solutions of the poses again.
 
@@ -81,9 +82,9 @@ def solutions_near(
     }
 
 
-def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
-    """Speed or velocity at a waypoint where it is chosen."""
-    kind, robot, waypoint = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
+def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
+    """Keys for the speed or velocity of a waypoint where it is chosen."""
+    kind, robot, waypoint = task.unknowns.speed[i], task.space.robot, task.scenario.waypoints[i]
     length, angle = si_factors(task.scenario.given.units)
     if kind == "given":
         return {}
@@ -94,7 +95,8 @@ def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
+        if scenario.pose_frame_link and not waypoint.in_world_frame:
+            # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T
@@ -105,7 +107,7 @@ def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[
 
 
 def _chosen_motion(
-    task: FreeTask, timed: Scenario, segment: FreeSegment, motion: TimedMotion
+    task: TimingTask, timed: Scenario, segment: TimingSegment, motion: TimedMotion
 ) -> ChosenMotion:
     """A segment for the task; its knots begin at the preceding waypoint of the task.
 
@@ -121,7 +123,7 @@ def _chosen_motion(
     velocities = {
         timed.waypoints[i].name: by_joint(task.space, motion.velocity[k], length, angle)
         for k, i in enumerate(segment.waypoints)
-        if task.free.speed[i] != "given"
+        if task.unknowns.speed[i] != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(
@@ -130,3 +132,38 @@ def _chosen_motion(
         accelerations=by_joint(task.space, motion.trajectory.acceleration(x), length, angle),
         **{key: value for key, value in extra.items() if value},
     )
+
+
+def frozen_text(scenario: Scenario, folder: Path) -> str:
+    """YAML of a scenario's task: the text of its file with other values, or else a new text.
+
+    Args:
+        scenario: The scenario.
+        folder: Folder of the new file, for relative paths.
+
+    Raises:
+        InputError: The file can't be read any more, or the values can't be written into its text.
+    """
+    content = _data(scenario, folder)
+    if scenario.source is None:
+        return to_block_yaml(content)
+    file = read(scenario.source)
+    return edited_text(read_text(scenario.source), differences(file.data, content))
+
+
+def saved_text(scenario: Scenario, folder: Path) -> str:
+    """Frozen text; new text with a comment if the text of the file can't be kept."""
+    try:
+        return frozen_text(scenario, folder)
+    except InputError as error:
+        why = str(error).replace("\n", " ")
+        text = to_block_yaml(_data(scenario, folder))
+        return f"# Written anew, without the comments of the original file: {why}\n{text}"
+
+
+def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
+    data, source = scenario.given.to_dict(), scenario.source
+    source_folder = Path.cwd() if source is None else source.parent
+    moved = moved_paths(data, source_folder.resolve(), folder.resolve())
+    content: dict[str, object] = apply_edits(Document(data), moved).data
+    return content

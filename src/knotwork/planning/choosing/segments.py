@@ -1,18 +1,136 @@
-"""Segments: consecutive waypoints with unknowns between them, split where the state is known."""
+"""Segments of a task between waypoints with a known state, and their timing problems."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
+from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import InputError
-from knotwork.planning.choosing.free_task import FreeTask
+from knotwork.planning.task_to_joint import PathStart, TaskSolution
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
 from knotwork.task import ClearWay
-from knotwork.task.scenario import Scenario
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
+
+ErrorT = TypeVar("ErrorT", bound=InputError)
+
+if TYPE_CHECKING:
+    from knotwork.planning.timing import Dynamics
+    from knotwork.robot import Robot
+    from knotwork.scene.collision_model import CollisionModel
+
+
+def knots_of(scenario: Scenario) -> Any:
+    """Knot placement along tool paths: see `ModifiedHermiteSpline`."""
+    knots = scenario.knots
+    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
+
+
+def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+    """The scenario with `way: clear` at some waypoints, by index."""
+    waypoints = list(scenario.given.waypoints)
+    for k in (scenario.index[i] for i in ends):
+        waypoints[k] = waypoints[k].replace(way="clear")
+    return resolve_task(scenario.given.replace(waypoints=tuple(waypoints)), scenario.places)
+
+
+@dataclass(frozen=True, eq=False)
+class TimingTask:
+    """A scenario with unknowns and the solutions of its poses.
+
+    Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
+
+    Attributes:
+        scenario: The task.
+        unknowns: Its unknowns.
+        space: Its joints.
+        solution: Its waypoints at the joints, unknown times as expected.
+    """
+
+    scenario: Scenario
+    unknowns: Unknowns
+    space: JointSpace
+    solution: TaskSolution
+
+    @property
+    def waypoints(self) -> JointWaypoints:
+        """All waypoints at the joints, including inserted ones along paths."""
+        return self.solution.waypoints
+
+    @property
+    def rows(self) -> IndexArray:
+        """Rows of the scenario's waypoints, shape (n,)."""
+        return np.array(self.waypoints.task_rows)
+
+    def start(self, path: ScenarioPath) -> PathStart:
+        """State of the arm at the start of a path, with virtual joints for the poses' freedom."""
+        known = self.solution.starts.get(path.first)
+        if known is not None:
+            return known
+        robot = cast("Robot", self.space.robot)  # only robots follow paths
+        q = self.waypoints.position[self.rows[path.first]]
+        return PathStart(robot, q, self.scenario.task.pull_to_middle)
+
+    @cached_property
+    def _dynamics(self) -> tuple[Dynamics, ...]:
+        """Dynamics from each waypoint to the next; one shared object for equal loads."""
+        from knotwork.planning.timing import Dynamics
+
+        carrying = self.space.carrying
+        carried = carrying.by_interval if carrying is not None else ()
+        models = {id(robot): Dynamics(robot) for robot in carried}
+        return tuple(models[id(robot)] for robot in carried)
+
+    def dynamics(self, i: int) -> Dynamics | None:
+        """Dynamics of its robot, if there is one, with the load from waypoint i on."""
+        return self._dynamics[i] if self._dynamics else None
+
+    @cached_property
+    def zero_acceleration_points(self) -> Mapping[int, str]:
+        """Reason for each waypoint with zero acceleration, by index.
+
+        Segments are split there. Two collision-free motions are one if only a position is given
+        between them.
+        """
+        unknowns = self.unknowns
+        unbounded = unknowns.duration & (unknowns.at_least == 0.0)
+        loads = enumerate(pairwise(self._dynamics), start=1)
+        points = {i: "the load changes" for i, (before, after) in loads if before is not after}
+        return points | {
+            i: "a collision-free motion begins or ends"
+            for end in unknowns.ways
+            for i in (end - 1, end)
+            if not (
+                unknowns.speed[i] == "free"
+                and unknowns.ways.get(i) == unknowns.ways.get(i + 1)
+                and unbounded[i - 1 : i + 1].all()
+            )
+        }
+
+    @cached_property
+    def collision_model(self) -> CollisionModel:
+        """Bodies of the robot and the scene; the index of a waypoint is the time in it."""
+        from knotwork.planning.task_to_joint.obstacles import bodies_and_pairs
+
+        if self.space.robot is None:
+            raise TypeError("without a robot there are no bodies")
+        times = np.arange(len(self.scenario.waypoints), dtype=float)
+        return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
+
+    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
+        """Locate an error at a key of waypoint i of the scenario, and return it."""
+        k = self.scenario.index[i]
+        location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(self.scenario.where(*location, *key))
+        return error
+
 
 MIN_RAMP_TIME = 0.01
 """Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
@@ -22,7 +140,7 @@ MAX_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class FreeSegment:
+class TimingSegment:
     """Consecutive waypoints of a scenario, without a tool path or wait between them.
 
     Attributes:
@@ -35,65 +153,65 @@ class FreeSegment:
     rows: IndexArray
     way: ClearWay | None = None
 
-    def meets(self, following: FreeSegment) -> bool:
-        """Whether it is a collision-free motion that ends where another one begins."""
+    def continues_into(self, following: TimingSegment) -> bool:
+        """Whether it is a collision-free motion, and the other one begins where it ends."""
         return self.way is not None and self.waypoints[-1] == following.waypoints[0]
 
 
-def find_segments(task: FreeTask) -> list[FreeSegment]:
+def find_segments(task: TimingTask) -> list[TimingSegment]:
     """The segments of a task with unknowns, in order of time.
 
     Raises:
-        InputError: The time between two equal stops is to be chosen, or the velocity at one of the
-            points with zero acceleration.
+        InputError: Two equal stops have no given time between them, or an unknown velocity is at a
+            waypoint where the motion must be split.
     """
-    scenario, free = task.scenario, task.free
+    scenario, unknowns = task.scenario, task.unknowns
     closed = set(task.space.waits)
     for i in closed:
-        if free.duration[i]:
+        if unknowns.duration[i]:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             error = InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds"
             )
             raise task.locate(error, i + 1)
-    ends = task.still_points
+    ends = task.zero_acceleration_points
     for i, why in ends.items():
-        if free.speed[i] != "given":
+        if unknowns.speed[i] != "given":
             accepted = "stop, or a velocity"
-            if i in free.ways and i + 1 in free.ways:
+            if i in unknowns.ways and i + 1 in unknowns.ways:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise task.locate(InputError(message), i)
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
-    segments: list[FreeSegment] = []
+    segments: list[TimingSegment] = []
     first = 0
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
         if i > first and _has_unknowns(task, first, i):
             rows = task.rows[first : i + 1]
-            segments.append(FreeSegment(range(first, i + 1), rows, free.ways.get(i)))
+            segments.append(TimingSegment(range(first, i + 1), rows, unknowns.ways.get(i)))
         first = i + 1 if i in closed else i
     return segments
 
 
-def _has_unknowns(task: FreeTask, first: int, last: int) -> bool:
+def _has_unknowns(task: TimingTask, first: int, last: int) -> bool:
     """Whether anything is chosen between two waypoints."""
-    free = task.free
+    unknowns = task.unknowns
     return bool(
-        task.still_points.keys() & {first, last}
-        or free.optimal_knots
-        or free.duration[first:last].any()
-        or any(kind != "given" for kind in free.speed[first : last + 1])
+        task.zero_acceleration_points.keys() & {first, last}
+        or unknowns.optimal_knots
+        or unknowns.duration[first:last].any()
+        or any(kind != "given" for kind in unknowns.speed[first : last + 1])
     )
 
 
 def timing_problem(
-    task: FreeTask, segment: FreeSegment, objective: Objective, total: float | None = None
+    task: TimingTask, segment: TimingSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
-    """Known and unknown values of a segment.
+    """Make the timing problem of a segment from its known and unknown values.
 
     Args:
         task: The task.
@@ -104,11 +222,11 @@ def timing_problem(
     Raises:
         InputError: A moving joint has neither an acceleration nor an effort limit.
     """
-    free, space, waypoints = task.free, task.space, task.waypoints
+    unknowns, space, waypoints = task.unknowns, task.space, task.waypoints
     rows = segment.rows
     inner = slice(segment.waypoints[0], segment.waypoints[-1])
     velocity = waypoints.velocity[rows].copy()
-    kinds = [free.speed[i] for i in segment.waypoints]
+    kinds = [unknowns.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
     limits = TimingLimits(
         space.limits["velocity"],
@@ -133,10 +251,10 @@ def timing_problem(
         names=tuple(waypoints.names[row] for row in rows),
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
-        max_factor=free.at_most[list(segment.waypoints)],
+        max_factor=unknowns.at_most[list(segment.waypoints)],
         acceleration=_accelerations(task, segment),
         duration=duration,
-        at_least=free.at_least[inner],
+        at_least=unknowns.at_least[inner],
         total=total,
         objective=objective,
         dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
@@ -145,7 +263,7 @@ def timing_problem(
 
 
 def jerk_limits(space: JointSpace) -> FloatArray:
-    """Jerk limits; without one, a bound that avoids jumps of the acceleration."""
+    """Jerk limits [rad/s³ or m/s³]; without one, a bound that avoids jumps of the acceleration."""
     jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
     ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
@@ -158,11 +276,11 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(task: FreeTask, segment: FreeSegment) -> FloatArray:
-    """Accelerations at the ends of a segment.
+def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
+    """Accelerations at the waypoints of a segment, NaN where unknown, shape (n, d).
 
-    At the ends of the motion they are as given. Otherwise they are zero if times are chosen, and
-    free if only knots are chosen. They are zero where a collision-free motion begins or ends.
+    At the ends of the motion they are as given. Otherwise they are zero there if times are chosen,
+    and unknown if only knots are. They are zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
     known = np.full((len(rows), len(space.joint_names)), np.nan)
@@ -172,8 +290,8 @@ def _accelerations(task: FreeTask, segment: FreeSegment) -> FloatArray:
             known[end] = accelerations[row]
         elif row == last and space.end_acceleration is not None:
             known[end] = space.end_acceleration[end]
-        elif segment.waypoints[end] in task.still_points or (
-            row == last and task.free.duration.any()
+        elif segment.waypoints[end] in task.zero_acceleration_points or (
+            row == last and task.unknowns.duration.any()
         ):
             known[end] = 0.0
     return known

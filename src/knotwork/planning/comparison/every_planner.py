@@ -1,4 +1,4 @@
-"""Comparison of all planners for one scenario."""
+"""One scenario planned and scored with several planners."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from knotwork.planning.comparison.scores import Refusal as Refusal
 from knotwork.planning.comparison.scores import Score as Score
 from knotwork.planning.comparison.scores import best as best
 from knotwork.planning.comparison.scores import flatten
-from knotwork.planning.infeasibility import FEASIBILITY
 from knotwork.planning.planner_options import planner_options, supported_options
+from knotwork.planning.scenario_planner import FEASIBILITY
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units
@@ -142,7 +142,7 @@ def compare(
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, base))
     return Comparison(
-        scenario.name, tuple(rows), trajectories, scenario.free is not None, scenario.units
+        scenario.name, tuple(rows), trajectories, scenario.unknowns is not None, scenario.units
     )
 
 
@@ -163,9 +163,7 @@ def _same_motion(first: JointTrajectory, second: JointTrajectory) -> bool:
 
 
 TIMED_RUNS = 5
-"""The first run of a planner loads its module, so the minimum of several runs is the time of
-planning alone.
-"""
+"""Number of timed runs of a planner; the first one also loads its module, so the fastest counts."""
 
 
 def _time_planner(

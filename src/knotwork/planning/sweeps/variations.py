@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import DocumentError, InputError, shown
+from knotwork.errors import DocumentError, InputError, format_value
 from knotwork.files.documents import parse
 from knotwork.files.documents.csv_rows import read_rows
 
@@ -20,7 +20,7 @@ ACCEPTED = "a range FROM:TO:COUNT, values separated by commas, or uniform(FROM, 
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
 _RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
 _UNIFORM = re.compile(rf"\s*uniform\({_NUMBER},{_NUMBER}\)\s*")
-MOST_STUDY_ROWS = 1_000_000
+MAX_STUDY_ROWS = 1_000_000
 """Largest number of rows of a study."""
 
 
@@ -72,7 +72,9 @@ def make_axes(
         InputError: Values are malformed, of different lengths, or missing.
     """
     if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
-        raise InputError(f"vary is {shown(vary)}; accepted: a mapping of paths to their values")
+        raise InputError(
+            f"vary is {format_value(vary)}; accepted: a mapping of paths to their values"
+        )
     values_of = {path: _values(path, spec) for path, spec in vary.items()}
     axes: list[dict[str, Sequence[Any]]] = [_rows(Path(rows))] if rows is not None else []
     for path in axes[0] if axes else ():
@@ -108,8 +110,8 @@ def _make_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
             raise InputError(f"{path} has no values; accepted: one or more")
     grid = tuple(Axis(tuple(axis), tuple(map(tuple, axis.values()))) for axis in axes)
     count = math.prod(map(len, grid))
-    if count > MOST_STUDY_ROWS:
-        raise InputError(f"that makes {count} scenarios; at most {MOST_STUDY_ROWS} are accepted")
+    if count > MAX_STUDY_ROWS:
+        raise InputError(f"that makes {count} scenarios; at most {MAX_STUDY_ROWS} are accepted")
     return grid
 
 
@@ -121,7 +123,9 @@ def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
         for value in listed:
             _check_finite(path, value)
         return listed
-    raise InputError(f"{path} is varied over {shown(spec)}; accepted: a list of values, {ACCEPTED}")
+    raise InputError(
+        f"{path} is varied over {format_value(spec)}; accepted: a list of values, {ACCEPTED}"
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -146,7 +150,7 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
     """
     if match := _RANGE.fullmatch(text):
         low, high, count = (float(number) for number in match.groups())
-        if count != int(count) or not 1 <= count <= MOST_STUDY_ROWS or (count == 1 and low != high):
+        if count != int(count) or not 1 <= count <= MAX_STUDY_ROWS or (count == 1 and low != high):
             raise InputError(
                 f"{path}: the range {text} has the count {match[3].strip()}; accepted: a whole "
                 "number of at least 2"
@@ -173,7 +177,7 @@ def _rows(file: Path) -> dict[str, Sequence[Any]]:
     header = [name.strip() for name in rows.headings]
     if not all(header) or len(set(header)) < len(header):
         accepted = "paths of values, each once, for example frames.block.position[0]"
-        raise rows.error(rows.head, None, f"the header is {shown(header)}", accepted)
+        raise rows.error(rows.head, None, f"the header is {format_value(header)}", accepted)
     if not rows.lines:
         raise rows.error(None, None, "has no rows", "a header of paths, then a row a scenario")
     columns: dict[str, list[Any]] = {path: [] for path in header}
@@ -182,7 +186,7 @@ def _rows(file: Path) -> dict[str, Sequence[Any]]:
             try:
                 columns[path].append(parse(cell.strip()).data)
             except DocumentError as error:
-                message = f"can't read {shown(cell)}"
+                message = f"can't read {format_value(cell)}"
                 raise rows.error(line, i, message, "values as in a scenario file") from error
             _check_finite(f"{file}: line {line}: {path}", columns[path][-1])
     return {path: tuple(values) for path, values in columns.items()}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.curves.tool_paths.rotations import exponentials
+from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint.solution import TaskSolution
 from knotwork.robot import Robot
@@ -216,7 +216,7 @@ def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], Vi
 def _torch_axes(torch: TorchRanges) -> FloatArray:
     """Rotation of the axes of a torch's angles relative to the TCP: see `TorchRanges`."""
     turns = np.array([[0.0, 0.0, torch.axis_angle], [0.0, torch.pose_travel, 0.0]])
-    turned, leant = exponentials(turns)
+    turned, leant = rotation_matrices(turns)
     return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
 
 

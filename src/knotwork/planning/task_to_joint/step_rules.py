@@ -21,8 +21,8 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].
 COLLISION_DISTANCE = 0.3
+"""For a redundant arm, steps within this distance of a colliding step are avoided [rad or m]."""
 
 
 def joint_rules(robot: Robot) -> JointRules:
@@ -56,7 +56,7 @@ def step_rules(
         free_velocity: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    unknowns, tolerance, collided = scenario.free, _avoided_distance(chains), list(avoided)
+    unknowns, tolerance, collided = scenario.unknowns, _avoided_distance(chains), list(avoided)
     passes = [
         isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
@@ -75,7 +75,7 @@ def step_rules(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=unknowns is None or not unknowns.untimed[i],
+                is_timed=unknowns is None or not unknowns.has_unknown_speed[i],
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

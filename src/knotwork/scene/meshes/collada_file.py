@@ -1,4 +1,4 @@
-"""Reading COLLADA with pycollada: shapes where nodes place them, and their colours.
+"""Reader of COLLADA, by pycollada: shapes as nodes place them, and their colours.
 
 As in ROS, the unit of length of a file is used and its upward axis ignored. Nodes can show other
 nodes, so that a short file can show millions of shapes. Therefore shapes are counted first. Lines
@@ -15,17 +15,17 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 from knotwork.files.documents import check_xml
 from knotwork.scene.meshes.mesh_part import (
-    MOST_SHOWN_SHAPES,
+    MAX_SHOWN_SHAPES,
     MeshPart,
     check_triangles,
     require_whole,
 )
 from knotwork.waypoints import FloatArray
 
-MOST_COLLADA_ELEMENTS = 100_000
+MAX_COLLADA_ELEMENTS = 100_000
 """XML elements of a COLLADA file; few of them hold its numbers."""
 
 # Elements of COLLADA that define the appearance of surfaces.
@@ -51,7 +51,7 @@ def read_collada(data: bytes) -> tuple[MeshPart, ...]:
     """
     import collada
 
-    check_xml(data, MOST_COLLADA_ELEMENTS)
+    check_xml(data, MAX_COLLADA_ELEMENTS)
     root = ElementTree.fromstring(data)
     _check_shapes(root)
     _check_whole(root)
@@ -59,7 +59,7 @@ def read_collada(data: bytes) -> tuple[MeshPart, ...]:
         try:
             document = collada.Collada(io.BytesIO(data))
         except collada.common.DaeError:
-            document = collada.Collada(_without_materials(data))
+            document = collada.Collada(_remove_materials(data))
     except collada.common.DaeError as error:
         raise ValueError(str(error)) from error
     if document.scene is None:
@@ -70,7 +70,7 @@ def read_collada(data: bytes) -> tuple[MeshPart, ...]:
     parts: list[MeshPart] = []
     triangles = 0
     for shape in document.scene.objects("geometry"):
-        for part in _shape_parts(shape, unit @ shape.matrix):
+        for part in _place_parts(shape, unit @ shape.matrix):
             parts.append(part)
             triangles += len(part.triangles)
             check_triangles(triangles)
@@ -103,8 +103,8 @@ def _check_whole(root: ElementTree.Element) -> None:
             named = sum(_tag(child) == "param" for child in element)
             require_whole(
                 offset == "0" and stride == str(named),
-                f"an accessor has offset {shown(offset)} and stride {shown(stride)}; read are "
-                f"offset 0 and a stride of its {named} values",
+                f"an accessor has offset {format_value(offset)} and stride {format_value(stride)}; "
+                f"read are offset 0 and a stride of its {named} values",
             )
         elif kind in ("triangles", "polylist"):
             lists = sum(_tag(child) == "p" for child in element)
@@ -118,7 +118,7 @@ def _check_unit(metres: str) -> None:
     except ValueError:
         known = False
     if not known:
-        raise InputError(f"its unit of length is {shown(metres)}, not a number of metres")
+        raise InputError(f"its unit of length is {format_value(metres)}, not a number of metres")
 
 
 def _check_shapes(root: ElementTree.Element) -> None:
@@ -127,7 +127,7 @@ def _check_shapes(root: ElementTree.Element) -> None:
     Each part of a geometry counts wherever it is shown.
 
     Raises:
-        InputError: There are more than `MOST_SHOWN_SHAPES`.
+        InputError: There are more than `MAX_SHOWN_SHAPES`.
         RecursionError: A node shows itself.
     """
     named = {e.get("id"): e for e in root.iter() if _tag(e) in ("node", "geometry")}
@@ -143,14 +143,12 @@ def _check_shapes(root: ElementTree.Element) -> None:
         return sum(map(shape_count, element))
 
     shapes = sum(shape_count(scene) for scene in root.iter() if _tag(scene) == "visual_scene")
-    if shapes > MOST_SHOWN_SHAPES:
-        raise InputError(
-            f"its nodes show {shapes:.3g} shapes; at most {MOST_SHOWN_SHAPES} are read"
-        )
+    if shapes > MAX_SHOWN_SHAPES:
+        raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MAX_SHOWN_SHAPES} are read")
 
 
-def _without_materials(data: bytes) -> io.BytesIO:
-    """Give a COLLADA document without its materials."""
+def _remove_materials(data: bytes) -> io.BytesIO:
+    """Remove the materials from a COLLADA document."""
     root = ElementTree.fromstring(data)
     for element in list(root.iter()):
         for child in list(element):
@@ -159,8 +157,8 @@ def _without_materials(data: bytes) -> io.BytesIO:
     return io.BytesIO(ElementTree.tostring(root))
 
 
-def _shape_parts(shape: Any, placement: FloatArray) -> Iterator[MeshPart]:
-    """Give the parts of a `collada.geometry.BoundGeometry` where its nodes place it."""
+def _place_parts(shape: Any, placement: FloatArray) -> Iterator[MeshPart]:
+    """Place the parts of a `collada.geometry.BoundGeometry` as its nodes do."""
     import collada
 
     turn = placement[:3, :3]

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.files.documents import Location, Places
 from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
-from knotwork.task.scenario.free_times import FreeTimes
+from knotwork.task.scenario.unknowns import Unknowns
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 class Carriers:
     """Moving frames that carry the poses of one file.
+
+    Poses are given in them, and the robot follows them: so they decide which poses depend on the
+    time, and which requests a moving frame excludes.
 
     Args:
         file: Content of the file, in SI.
@@ -94,7 +97,9 @@ class Carriers:
         return carrier
 
     def check_smooth(self, i: int, carrier: MovingFrame | None, span: tuple[float, float]) -> None:
-        """Refuse a path while the speed of its frame jumps, as with a file of positions only.
+        """Raise an error if the frame's speed jumps during a path.
+
+        It jumps if the file of its motion gives positions without velocities.
 
         Args:
             i: The waypoint at the end of the path.
@@ -206,7 +211,7 @@ class Carriers:
                 "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
             )
 
-    def mark_arrivals(self, unknowns: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
+    def mark_arrivals(self, unknowns: Unknowns | None, index: Sequence[int]) -> Unknowns | None:
         """The unknowns, including the waypoints whose pose depends on their time.
 
         Args:
@@ -220,10 +225,10 @@ class Carriers:
             return unknowns
         late = [
             i
-            for i in range(unknowns.first_untimed, len(index))
+            for i in range(unknowns.first_unknown_time, len(index))
             if self.frame_of(index[i]) is not None
         ]
-        meets = tuple(sorted({*late, *unknowns.meets}))
+        time_dependent = tuple(sorted({*late, *unknowns.time_dependent}))
         if late and unknowns.total is not None:
             i = index[late[0]]
             raise self.places.error(
@@ -231,7 +236,7 @@ class Carriers:
                 f"is given, and the time in moving frame {self.names[i]!r} is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
-        return replace(unknowns, meets=meets)
+        return replace(unknowns, time_dependent=time_dependent)
 
 
 def _link_text(link: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import did_you_mean
+from knotwork.errors import suggest_name
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.task import ChosenMotion, PoseWaypoint
 from knotwork.task.scenario import JointTarget
@@ -17,7 +17,7 @@ from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
-SAME_PLACE_TOLERANCE = 1e-12
+SAME_STATE_TOLERANCE = 1e-12
 """Distance within which poses and joint positions are equal [m, rad]."""
 
 
@@ -53,7 +53,7 @@ class JointReader:
         for name in values:
             if name not in scale:
                 raise self.scenario.places.error(
-                    (*location, name), f"unknown joint {name!r}", did_you_mean(name, self.names)
+                    (*location, name), f"unknown joint {name!r}", suggest_name(name, self.names)
                 )
         return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
 
@@ -64,7 +64,7 @@ class JointReader:
                 raise self.scenario.places.error(
                     location,
                     f"unknown configuration {values!r}",
-                    did_you_mean(values, self.configurations),
+                    suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
         values = self.by_joint(values, *location)
@@ -105,7 +105,7 @@ class JointReader:
         return {
             "targets": tuple(targets),
             "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
-            "waits": tuple(waits(self.scenario, at_rest)),
+            "waits": tuple(find_waits(self.scenario, at_rest)),
             "near": None if task.near is None else self.array(task.near, "near"),
             "end_acceleration": self._ends(),
             "accelerations": presets,
@@ -127,7 +127,7 @@ class JointReader:
                 raise self.scenario.places.error(
                     (*place, "velocities", name),
                     f"unknown waypoint {name!r}",
-                    did_you_mean(name, names),
+                    suggest_name(name, names),
                 )
         return ChosenSection(
             np.array(motion.times),
@@ -160,8 +160,8 @@ class JointReader:
         return JointState(position, self.array(target.velocity, *place, missing=0.0))
 
 
-def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
-    """Indices of waypoints at rest that are followed by an equal one without a tool path.
+def find_waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
+    """Find the waypoints at rest that are followed by an equal one without a tool path.
 
     Args:
         scenario: The scenario.
@@ -169,20 +169,20 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
             or for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free is not None:  # a chosen velocity is not a stop
-        speeds = pairwise(scenario.free.speed)
+    if scenario.unknowns is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.unknowns.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
-    places = [
+    states = [
         waypoint.pose.homogeneous
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any()
         else position
         for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
     in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
-    for i, (first, second) in enumerate(pairwise(places)):
+    for i, (first, second) in enumerate(pairwise(states)):
         if in_world[i] != in_world[i + 1]:
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue
-        if np.abs(first - second).max() <= SAME_PLACE_TOLERANCE:
+        if np.abs(first - second).max() <= SAME_STATE_TOLERANCE:
             yield i

@@ -29,8 +29,8 @@ from knotwork.curves.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.containment import one_inside_the_other
-from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
+from knotwork.scene.containment import is_one_inside_other
+from knotwork.scene.distances import DISTANCE_ERROR, Nearest, find_nearest_points
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import contact_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals
@@ -231,10 +231,10 @@ class _ClearanceSearch:
         self._measure(tests, time, placed, of_spheres - motion, motion)
         lower = np.where(np.isnan(distance), of_spheres, distance - DISTANCE_ERROR) - motion
         goal = self._goal()[combo]
-        apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
-        where = interval[apart], combo[apart], normal[apart]
+        separable = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
+        where = interval[separable], combo[separable], normal[separable]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
-        lower[apart] = np.maximum(lower[apart], gap - motions.approach(*where))
+        lower[separable] = np.maximum(lower[separable], gap - motions.approach(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
         if self.measurements >= DISTANCE_BUDGET:
             closed[:] = True
@@ -305,7 +305,7 @@ class _ClearanceSearch:
                 continue
             start = float(self.windows[self.pair[c]][0])
             turn, shift = (x[0] for x in table.axes(*self._place([start])))
-            if one_inside_the_other(*table.placed_pair(c, turn, shift)):
+            if is_one_inside_other(*table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 
@@ -323,7 +323,7 @@ class _ClearanceSearch:
             if np.isinf(distance):
                 continue  # they never exist together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
-            nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
+            nearest = find_nearest_points(self.model.meter, first, second, rotation[k], origin[k])
             if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
                 distance = nearest.distance  # for solids that were not measured at that time
             verdict, interval = "clear", None

@@ -263,7 +263,7 @@ def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     )
-    timed = replace(scenario, free=None)  # with expected times
+    timed = replace(scenario, unknowns=None)  # with expected times
     motion = JointTrajectory.from_knots(
         robot.joint_names,
         timed.times[[0, -1]],
@@ -301,7 +301,7 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     """
     from knotwork.files import storage
     from knotwork.files.documents import edited_text, read
-    from knotwork.task.places import moved_paths
+    from knotwork.task.task_source import moved_paths
 
     if copy is None:
         return Draft(source)

@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
@@ -25,7 +25,10 @@ from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, turning_limi
 from knotwork.robot.kinematics.chain.velocity import joint_scales
 from knotwork.robot.kinematics.following.joint_field import Guide
 from knotwork.robot.kinematics.sequence.nearness import LIMIT_MARGIN, singular_nearness
-from knotwork.robot.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
+from knotwork.robot.kinematics.solutions.self_motion import (
+    choose_farthest_apart,
+    sample_self_motion,
+)
 from knotwork.waypoints import FloatArray, IndexArray
 
 # Distance between rungs [m, rad], and their minimum and maximum number per path.
@@ -61,7 +64,7 @@ class _Rung:
 
 
 class Ladder:
-    """Sampled configurations along consecutive paths.
+    """Sampled configurations along consecutive paths, of which the cheapest sequence is a guide.
 
     Args:
         robot: The arm, with its virtual joints.
@@ -80,7 +83,7 @@ class Ladder:
         lower, upper = turning_limits(robot)
         self.limits = lower + LIMIT_CLEARANCE, upper - LIMIT_CLEARANCE
         self.unbounded = joint_axes(robot).revolute & ~np.isfinite(lower)
-        self.rung_positions = [_rung_positions(path) for path in paths]
+        self.rung_positions = [_spread_rungs(path) for path in paths]
         placed = [
             (path, s, min(path.start_time + t, path.end_time))
             for k, (path, positions) in enumerate(zip(paths, self.rung_positions, strict=True))
@@ -89,7 +92,7 @@ class Ladder:
             )
         ]
         self.time = np.array([time for _, _, time in placed])
-        self.targets = Targets.from_poses([_pose(*rung) for rung in placed])
+        self.targets = Targets.from_poses([_evaluate_pose(*rung) for rung in placed])
         self.rungs = self._sample_rungs(starts)
 
     def _sample_rungs(self, starts: FloatArray) -> list[_Rung]:
@@ -98,10 +101,10 @@ class Ladder:
         rungs = [_Rung(starts, cost + self._nearness(starts))]
         # later rungs do not depend on the starts, so the result of a start does not depend on the
         # others
-        before = farthest_apart(self.robot, fresh[0], RUNG_SAMPLES)
+        before = choose_farthest_apart(self.robot, fresh[0], RUNG_SAMPLES)
         for i in range(1, len(self.targets)):
             projected, converged = self._project(np.full(len(before), i), before)
-            q = farthest_apart(
+            q = choose_farthest_apart(
                 self.robot, np.vstack([projected[converged], fresh[i]]), RUNG_SAMPLES
             )
             q = q[self.clear(q, float(self.time[i]))]
@@ -110,7 +113,7 @@ class Ladder:
         return rungs
 
     def _nearness(self, q: FloatArray) -> FloatArray:
-        """Cost of nearness to limits and singularities, except limits that whole turns avoid."""
+        """Cost of nearness to singularities and to limits that no whole turn avoids, (m,)."""
         if not len(q):
             return np.zeros(0)
         limit_distance = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
@@ -136,8 +139,8 @@ class Ladder:
         move = end - start
         return np.asarray(move - np.where(self.unbounded, whole_turns(move), 0.0))
 
-    def guided_starts(self, count: int) -> Iterator[tuple[int, list[Guide]]]:
-        """Starts that reach the end, by index, the cheapest first, and a guide for each path.
+    def find_guided_starts(self, count: int) -> Iterator[tuple[int, list[Guide]]]:
+        """Find starts that reach the end, by index, the cheapest first, each with a guide per path.
 
         Args:
             count: Maximum number of starts.
@@ -198,7 +201,7 @@ class Ladder:
         return np.asarray(squares @ self.scale**-2.0)
 
     def _guides(self, q: FloatArray) -> list[Guide]:
-        """Smooth postures along each path."""
+        """Make a smooth curve of postures along each path."""
         from scipy.interpolate import CubicSpline
 
         guides, first = [], 0
@@ -210,10 +213,10 @@ class Ladder:
         return guides
 
 
-def _rung_positions(path: TimedPath) -> FloatArray:
-    """Arc lengths of rungs, evenly spread over distance and rotation, independent of speed."""
+def _spread_rungs(path: TimedPath) -> FloatArray:
+    """Spread the arc lengths of rungs evenly over distance and rotation, independent of speed."""
     s = np.linspace(0.0, path.path.length, RUNG_GRID)
-    turned = angle_of(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
+    turned = rotation_angle(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / RUNG_SPACING[0] + turned / RUNG_SPACING[1]))
     count = int(np.clip(np.ceil(far[-1]), MIN_RUNGS, MAX_RUNGS))
     positions = np.interp(np.linspace(0.0, far[-1], count + 1), far, s)
@@ -221,6 +224,6 @@ def _rung_positions(path: TimedPath) -> FloatArray:
     return np.asarray(positions)
 
 
-def _pose(path: TimedPath, s: float, time: float) -> Any:
+def _evaluate_pose(path: TimedPath, s: float, time: float) -> Any:
     """Pose of the tool; without a moving frame it does not depend on rounded times."""
     return path.path.pose(s) if path.carrier is None else path.pose(time)

@@ -107,7 +107,7 @@ def take_step(
     if not off_path.any():
         return result
     result.reached[off_path] = start
-    result.smallest[off_path] = field.smallest(q[off_path])
+    result.smallest[off_path] = field.smallest_singular_values(q[off_path])
     result.q[off_path] = np.nan
     retried = np.flatnonzero(off_path & ~hopeless)
     if not halvings or not retried.size:

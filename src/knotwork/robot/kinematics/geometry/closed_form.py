@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import joint_axes, kept_with, pose_errors
+from knotwork.robot.joint_axes import cache_per_robot, joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
-from knotwork.robot.kinematics.geometry.configuration_flags import geometry
+from knotwork.robot.kinematics.geometry.configuration_flags import find_axis_geometry
 from knotwork.waypoints import FloatArray
 
 # Margin within which rounding and pose tolerances decide whether an equation has solutions. There a
@@ -45,14 +45,14 @@ class ClosedForm(NamedTuple):
     certain: bool
 
 
-def closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
-    """All configurations for each pose, without regard to position limits.
+def solve_closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
+    """Find all configurations for each pose in closed form, and ignore position limits.
 
     Args:
         robot: The arm.
         targets: n poses in the base frame.
     """
-    equations = _equations(robot)
+    equations = _make_equations(robot)
     if equations is None:
         return [ClosedForm(np.empty((0, robot.dof)), certain=False)] * len(targets)
     with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are not clear
@@ -72,7 +72,7 @@ def closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
 
 
 class _Equations:
-    """The equations of one arm."""
+    """The closed-form equations of one arm."""
 
     def __init__(self, robot: Robot, parallel: bool, centre: FloatArray) -> None:
         chain = joint_axes(robot)
@@ -89,19 +89,20 @@ class _Equations:
         self.fixed = self.axes[1] if parallel else self.axes[3]
 
     def solve(self, targets: Targets) -> tuple[FloatArray, BoolArray, BoolArray]:
-        """Joint positions (n, 8, 6), their existence (n, 8), and whether it is certain (n,)."""
+        """Find joint positions (n, 8, 6), their existence (n, 8), and its certainty (n,)."""
         shoulder, wrist, elbow = _SIGNS
         a, o = self.axes, self.origins
         # R and p map points at the zero configuration to those at the pose.
         R = targets.rotation.transpose(2, 1, 0) @ self.turned.T
         R = np.repeat(R[:, None], 8, axis=1)
         p = targets.position.T[:, None] - R @ self.tip
-        q, rooms = np.empty((len(R), 8, 6)), []
+        q = np.empty((len(R), 8, 6))
+        discriminants = []
 
         def solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
             """The solution of x cos + y sin = z with the given sign."""
             size = np.hypot(x, y)
-            rooms.append(size * size - z * z)
+            discriminants.append(size * size - z * z)
             cosine = z / np.maximum(size, 1e-300)
             return np.asarray(np.arctan2(y, x) + sign * np.arccos(np.clip(cosine, -1.0, 1.0)))
 
@@ -109,45 +110,47 @@ class _Equations:
         w = R @ self.centre + p - o[0]
         along = (self.centre - o[0]) @ a[1]
         q[..., 0] = solve_angle(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
-        first = _turn(a[0], -q[..., 0])
-        R, p = first @ R, _apply(first, p - o[0]) + o[0]
+        first = _rotations_about(a[0], -q[..., 0])
+        R, p = first @ R, _rotate(first, p - o[0]) + o[0]
         if self.parallel:
             self._wrist(q, R, solve_angle, wrist)
-            last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
+            last = _rotations_about(a[4], q[..., 4]) @ _rotations_about(a[5], q[..., 5])
             # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
             undone = R @ last.swapaxes(2, 3)
-            end = _apply(R, self.centre) + p + _apply(undone, self.end - self.centre)
+            end = _rotate(R, self.centre) + p + _rotate(undone, self.end - self.centre)
             self._elbow(q, end, solve_angle, elbow)
-            angle = _angle(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
+            angle = _angles_between(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
-            self._elbow(q, _apply(R, self.centre) + p, solve_angle, elbow)
-            arm = _turn(a[1], q[..., 1]) @ _turn(a[2], q[..., 2])
+            self._elbow(q, _rotate(R, self.centre) + p, solve_angle, elbow)
+            arm = _rotations_about(a[1], q[..., 1]) @ _rotations_about(a[2], q[..., 2])
             R = arm.swapaxes(2, 3) @ R
             self._wrist(q, R, solve_angle, wrist)
-            fifth = _turn(a[4], q[..., 4])
-            q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
-        room = np.array(rooms)
-        exists = np.asarray((room > 0.0).all(axis=0))
+            fifth = _rotations_about(a[4], q[..., 4])
+            q[..., 3] = _angles_between(a[3], fifth @ a[5], R @ a[5])
+        margins = np.array(discriminants)
+        exists = np.asarray((margins > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for margin in room[::-1]:  # an angle that depends on an uncertain one is uncertain as well
+        for margin in margins[
+            ::-1
+        ]:  # an angle that depends on an uncertain one is uncertain as well
             clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
     def _wrist(self, q: FloatArray, R: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
-        """Joints 5 and 6, from the rotation of the joints after the fixed direction."""
+        """Find joints 5 and 6, from the rotation of the joints after the fixed direction."""
         fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
         # Relative to the fixed direction, axis 6 is moved by joint 5 alone.
         level = (fixed @ fifth) * (fifth @ sixth)
         across = sixth - (fifth @ sixth) * fifth
         seen = R @ sixth @ fixed
         q[..., 4] = solve_angle(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
-        before = _turn(fifth, -q[..., 4]) @ fixed
-        q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
+        before = _rotations_about(fifth, -q[..., 4]) @ fixed
+        q[..., 5] = _angles_between(sixth, R.swapaxes(2, 3) @ fixed, before)
 
     def _elbow(self, q: FloatArray, end: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
-        """Joints 2 and 3 that bring the end of the lower arm to a point (n, 8, 3)."""
+        """Find joints 2 and 3, which bring the end of the lower arm to a point (n, 8, 3)."""
         axis, o = self.axes[1], self.origins
         upper, lower = o[2] - o[1], self.end - o[2]
         upper = upper - (upper @ axis) * axis
@@ -160,17 +163,17 @@ class _Equations:
         x, y = 2.0 * (upper @ lower) / product, 2.0 * (upper @ turned) / product
         elbow = solve_angle(x, y, square / product, sign)
         bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
-        q[..., 1] = _angle(axis, bent, reach)
+        q[..., 1] = _angles_between(axis, bent, reach)
         q[..., 2] = self.senses[2] * elbow
 
 
-@kept_with
-def _equations(robot: Robot) -> _Equations | None:
-    shape = geometry(robot)
+@cache_per_robot
+def _make_equations(robot: Robot) -> _Equations | None:
+    shape = find_axis_geometry(robot)
     return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
 
 
-def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
+def _rotations_about(axis: FloatArray, angle: FloatArray) -> FloatArray:
     """Rotations about an axis by angles of shape (n, 8), shape (n, 8, 3, 3)."""
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -178,18 +181,18 @@ def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
     return np.asarray(np.eye(3) + sine * K + versine * (K @ K))
 
 
-def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
+def _rotate(R: FloatArray, points: FloatArray) -> FloatArray:
     """Rotate points, shape (3,) or (n, 8, 3)."""
     return np.asarray((R @ points[..., None])[..., 0])
 
 
 def _perpendicular(axis: FloatArray) -> FloatArray:
-    """A unit vector perpendicular to another."""
+    """Make a unit vector perpendicular to another."""
     normal = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-def _angle(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+def _angles_between(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Angles about an axis from one vector to another, shape (n, 8) from (n, 8, 3) or (3,)."""
     sine = np.cross(start, end) @ axis
     cosine = (start * end).sum(axis=-1) - (start @ axis) * (end @ axis)

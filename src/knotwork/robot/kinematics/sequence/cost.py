@@ -45,7 +45,7 @@ class CostLevel(IntEnum):
 
 
 def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
-    """Costs of choices of a shape, zero but for levels by name, shape (7, *shape)."""
+    """Make costs of a given shape from levels by name; others are zero. Shape (7, *shape)."""
     cost = np.zeros((len(CostLevel), *shape))
     for name, values in levels.items():
         cost[CostLevel[name.upper()]] = values
@@ -53,7 +53,7 @@ def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
 
 
 def lexicographic_argmin(cost: FloatArray) -> Any:
-    """Index of the minimum along axis 1; ties within rounding go to the first."""
+    """Index of the lexicographic minimum along axis 1; ties within rounding go to the first."""
     tied = np.ones(cost.shape[1:], dtype=bool)
     for level in cost:
         values = np.where(tied, level, np.inf)

@@ -22,13 +22,13 @@ UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSequence:
-    """A chosen sequence.
+    """The chosen configurations at all waypoints.
 
     Attributes:
         index: Index of the candidate chosen at each waypoint.
         q: Joint positions; joints without limits at the turn they reach, shape (n, d).
         cost: Cost of the whole sequence, shape (7,): see `CostLevel`.
-        blocked_at: The first waypoint that no allowed candidate reaches, or `None`.
+        blocked_at: Index of the first waypoint that no allowed candidate reaches, or `None`.
     """
 
     index: tuple[int, ...]
@@ -65,9 +65,9 @@ def choose_sequence(
         joints: Rules for the joints.
         steps: Rules for each of the n - 1 intervals.
     """
-    greedy = _cheapest_sequences(layers, joints, steps, UNBOUNDED_COST, greedy=True)
+    greedy = _find_cheapest_sequences(layers, joints, steps, UNBOUNDED_COST, greedy=True)
     bound = greedy[-1].layer.cost[:, 0] if len(greedy) == len(layers) else UNBOUNDED_COST
-    states = _cheapest_sequences(layers, joints, steps, bound)
+    states = _find_cheapest_sequences(layers, joints, steps, bound)
     if len(states) < len(layers):
         return ConfigurationSequence(
             (), np.empty((0, len(joints.speed))), UNBOUNDED_COST, blocked_at=len(states)
@@ -82,7 +82,7 @@ def choose_sequence(
     return ConfigurationSequence(tuple(index[::-1]), np.array(positions[::-1]), cost)
 
 
-def _cheapest_sequences(
+def _find_cheapest_sequences(
     layers: Sequence[Layer],
     joints: JointRules,
     steps: Sequence[StepRules],

@@ -1,8 +1,7 @@
 """Maximum constant speeds along one tool path, from q(s) and its derivatives.
 
 Where the speed is constant, it follows from the limits in closed form. The speeds are then lowered
-until changes of speed keep the limits as well. A planned motion corrects the expected shares of the
-limits.
+until changes of speed keep the limits as well. A planned motion corrects the expected utilisation.
 """
 
 from __future__ import annotations
@@ -14,8 +13,13 @@ from enum import StrEnum
 import numpy as np
 
 from knotwork.errors import PathError
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.limit_shares import EVEN, Limit, LimitShares, SharesAlongPath
+from knotwork.planning.choosing.path_limit_utilisation import (
+    CONSTANT_SPEED_PART,
+    Limit,
+    LimitUtilisation,
+    PathUtilisation,
+)
+from knotwork.planning.choosing.segments import TimingTask
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
@@ -26,16 +30,16 @@ SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""
 
 MIN_SPEED = 1e-3
-"""Speed below which no speed is lowered to keep a limit [m/s]."""
+"""Speed that no speed is lowered below to keep a limit [m/s]."""
 
 FIT_ROUNDS = 100
 """Maximum number of rounds until rounded speeds allow the changes of speed."""
 
-EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
-"""Largest used share of each limit, as expected and as planned: between samples it may be more."""
+EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
+"""Largest utilisation of each limit, as expected and as planned; between samples it may be more."""
 
-SIGNIFICANT_SHARE = 0.3
-"""Shares below this are too far from their limit to be corrected."""
+SIGNIFICANT_UTILISATION = 0.3
+"""Utilisation below which a limit is too far away to be corrected."""
 
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
@@ -65,8 +69,8 @@ class NoSpeedsError(Exception):
         self.path, self.stretch, self.limit = path, stretch, limit
 
 
-class PathSpeeds:
-    """The problem of the maximum speeds along one path.
+class PathSpeedProblem:
+    """The maximum speeds along one path, corrected by planned motions until these keep the limits.
 
     Args:
         task: The task.
@@ -81,15 +85,15 @@ class PathSpeeds:
 
     def __init__(
         self,
-        task: FreeTask,
+        task: TimingTask,
         path: ScenarioPath,
         caps: Mapping[int, tuple[float, Limit | SpeedBound]],
     ) -> None:
         self.path, self.requested, self.caps = path, path.requested, dict(caps)
         self.unit = task.scenario.shown_length[0]
-        self.shares = LimitShares(task, path)
-        self.along = SharesAlongPath(task, path, self.shares)
-        self._ratio = np.ones((len(path.stretches), 3, len(self.shares.limits)))
+        self.utilisation = LimitUtilisation(task, path)
+        self.along = PathUtilisation(task, path, self.utilisation)
+        self._ratio = np.ones((len(path.stretches), 3, len(self.utilisation.limits)))
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
 
@@ -102,23 +106,23 @@ class PathSpeeds:
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        bounds = self.along.max_speeds(EXPECTED_SHARE / self._ratio[:, EVEN])
+        bounds = self.along.max_speeds(EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART])
         self.speeds = {}
         for k, (cap, bound) in self.caps.items():
             column = int(bounds[k].argmin())
             speed = max(float(bounds[k, column]), MIN_SPEED)
             self.speeds[k] = min(speed, cap)
-            self.limiting[k] = bound if cap <= speed else self.shares.limits[column]
+            self.limiting[k] = bound if cap <= speed else self.utilisation.limits[column]
         self._fit()
-        while (used := self._expected_shares()).max() > 1.0:
+        while (used := self._expected_utilisation()).max() > 1.0:
             self._slow_down(used)
             self._fit()
         return self.requested.timed(self.speeds)[0].duration
 
-    def _expected_shares(self) -> FloatArray:
-        """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""
-        used = self.along.used_shares(self.requested.timed(self.speeds)[0])
-        return np.asarray((used * self._ratio / EXPECTED_SHARE).max(axis=1))
+    def _expected_utilisation(self) -> FloatArray:
+        """Expected utilisation on each stretch, relative to the permitted one, shape (n, m)."""
+        used = self.along.with_timing(self.requested.timed(self.speeds)[0])
+        return np.asarray((used * self._ratio / EXPECTED_UTILISATION).max(axis=1))
 
     def _slow_down(self, used: FloatArray) -> None:
         """Lower the speed where the excess over a limit is largest.
@@ -127,8 +131,8 @@ class PathSpeeds:
         speeds.
         """
         k = int(used.max(axis=1).argmax())
-        factors = np.maximum(used[k], 1e-9) ** (-1.0 / self.shares.orders)
-        limit = self.shares.limits[int(factors.argmin())]
+        factors = np.maximum(used[k], 1e-9) ** (-1.0 / self.utilisation.orders)
+        limit = self.utilisation.limits[int(factors.argmin())]
         factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
         stretches = [k]
         if k not in self.speeds:  # the next stretches with a chosen speed
@@ -168,28 +172,31 @@ class PathSpeeds:
         raise NoSpeedsError(self.path, 0, SpeedBound.RAMPS)
 
     def lower_caps(self, bound: Limit | SpeedBound) -> None:
-        """Allow lower speeds only, because a planned motion at the chosen ones misses a bound."""
+        """Cap each speed below its present value, because the planned motion exceeds a bound."""
         for k, speed in self.speeds.items():
             if speed <= MIN_SPEED:
                 raise NoSpeedsError(self.path, k, bound)
             self.caps[k] = MAX_SLOWDOWN * speed, bound
 
-    def verify(self, task: FreeTask, path: ScenarioPath) -> NoSpeedsError | None:
-        """The limit that a planned motion exceeds, or `None`; its shares correct the expected ones.
+    def correct_from_plan(self, task: TimingTask, path: ScenarioPath) -> NoSpeedsError | None:
+        """Correct the expected utilisation by that of a planned motion.
 
         Args:
             task: The task with the chosen speeds.
             path: The path in this task.
+
+        Returns:
+            The error for the limit that the motion exceeds, or `None`.
         """
-        used = self.shares.of_motion(task, path)
-        expected = self.along.used_shares(path.motion.timing)
+        used = self.utilisation.of_motion(task, path)
+        expected = self.along.with_timing(path.motion.timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_SHARE
+        compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
         k, _, column = np.unravel_index(used.argmax(), used.shape)
-        if used[k].max() <= PLANNED_SHARE:
+        if used[k].max() <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, int(k), self.shares.limits[int(column)])
+        return NoSpeedsError(self.path, int(k), self.utilisation.limits[int(column)])
 
 
 def round_speed(speed: float) -> float:

@@ -10,14 +10,17 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import FreeSegment
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.solving import timed_motion
-from knotwork.planning.ways.clear_motion import ClearMotion, ClearMotionProblem, NoClearMotionError
+from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.ways.clear_motion_problem import (
+    ClearMotion,
+    ClearMotionProblem,
+    NoClearMotionError,
+)
 from knotwork.planning.ways.clear_search import find_clear_motion, stretch
 from knotwork.planning.ways.configurations import bodies_at
 from knotwork.robot import Robot
@@ -33,9 +36,9 @@ STOP_TOLERANCE = 1e-6
 """Largest deviation of a joint from its path during a stop [rad or m]."""
 
 
-def clear_motion(
-    task: FreeTask,
-    segment: FreeSegment,
+def plan_clear_segment(
+    task: TimingTask,
+    segment: TimingSegment,
     problem: TimingProblem,
     budget: Budget,
     start: FloatArray | None = None,
@@ -63,7 +66,7 @@ def clear_motion(
         _solutions(task, segment, problem, robot, -1),
         robot.model,
         _bodies(task, segment),
-        task.scenario.scene.rules.resolution,
+        task.scenario.scene.collisions.resolution,
         lambda: _stop(task, segment, problem),
     )
     tries = 0
@@ -78,7 +81,7 @@ def clear_motion(
             way_problem,
             tries=options.tries,
             extra_clearance=options.room,
-            late=lambda: budget.is_over,
+            is_out_of_time=lambda: budget.is_over,
             report=report,
         )
     except NoClearMotionError as no_way:
@@ -108,12 +111,12 @@ def _timed_motion(
 
 
 def _stop(
-    task: FreeTask, segment: FreeSegment, problem: TimingProblem
+    task: TimingTask, segment: TimingSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
     """The previous motion, stopped on its path or at its end."""
-    if task.scenario.under_way is None or segment.waypoints[0]:
+    if task.scenario.continued_motion is None or segment.waypoints[0]:
         return None
-    motion, at = task.scenario.under_way
+    motion, at = task.scenario.continued_motion
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
     curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
@@ -122,7 +125,7 @@ def _stop(
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
+def _bodies(task: TimingTask, segment: TimingSegment) -> CollisionModel:
     """Bodies that are present during a segment. They must not change.
 
     Raises:
@@ -152,7 +155,7 @@ def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
 
 
 def _solutions(
-    task: FreeTask, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
+    task: TimingTask, segment: TimingSegment, problem: TimingProblem, robot: Robot, end: int
 ) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
@@ -165,7 +168,7 @@ def _solutions(
     spec = scenario.given.waypoints[scenario.index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
-    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.free.ways if end else i > 0
+    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.unknowns.ways if end else i > 0
     fixed = (
         spec.near is not None
         or scenario.task.near is not None
@@ -184,7 +187,7 @@ def _solutions(
 
 
 def _stretch_to_time(
-    way: ClearMotion, problem: TimingProblem, task: FreeTask, segment: FreeSegment
+    way: ClearMotion, problem: TimingProblem, task: TimingTask, segment: TimingSegment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
@@ -212,7 +215,7 @@ def _stretch_to_time(
 
 
 def _located_error(
-    no_way: NoClearMotionError, task: FreeTask, segment: FreeSegment
+    no_way: NoClearMotionError, task: TimingTask, segment: TimingSegment
 ) -> NoWayFoundError:
     """The error for a missing motion, at the waypoint of the fault, or else at the goal."""
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]

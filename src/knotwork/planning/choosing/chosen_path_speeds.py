@@ -1,4 +1,4 @@
-"""`TimedPaths`: a task with maximum speeds along its tool paths, and errors of given speeds."""
+"""Maximum speeds along the tool paths of a task, and errors of given speeds."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
-from knotwork.planning.choosing.free_task import FreeTask, knots_of
-from knotwork.planning.choosing.limit_shares import Limit, LimitShares
-from knotwork.planning.choosing.path_speeds import (
+from knotwork.planning.choosing.path_limit_utilisation import Limit, LimitUtilisation
+from knotwork.planning.choosing.path_speed_problem import (
     NoSpeedsError,
-    PathSpeeds,
+    PathSpeedProblem,
     SpeedBound,
     round_speed,
 )
+from knotwork.planning.choosing.segments import TimingTask, knots_of
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
-from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.units import rounded_up
 
@@ -31,54 +31,51 @@ CORRECTED_PLANS = 3
 """Number of planned motions after which speeds are lowered."""
 
 MIN_GAIN = 0.01
-"""Minimum relative gain of duration for which a motion is planned again."""
+"""Minimum gain of duration for which a motion is planned again, as a fraction."""
 
 LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
 
 @dataclass(frozen=True, eq=False)
-class TimedPaths:
+class ChosenPathSpeeds:
     """A task with chosen speeds along tool paths.
 
     Attributes:
-        task: The task with these speeds; durations and other unknowns are still to be chosen.
+        task: The task with these speeds; its other unknowns are still to be chosen.
         speeds: These speeds [m/s], by the waypoints at the ends of their stretches.
         binding: Limiting constraint of each.
     """
 
-    task: FreeTask
+    task: TimingTask
     speeds: dict[int, float] = field(default_factory=dict)
     binding: tuple[Binding, ...] = ()
 
 
 def with_max_speeds(
-    scenario: Scenario,
-    free: FreeTimes,
-    solution: TaskSolution | None,
-    caps: Mapping[int, float],
-) -> TimedPaths:
+    scenario: Scenario, solution: TaskSolution | None, caps: Mapping[int, float]
+) -> ChosenPathSpeeds:
     """Choose the free speeds along tool paths such that a planned motion keeps the limits.
 
     Args:
-        scenario: The task.
-        free: Its unknowns.
+        scenario: A task with unknowns.
         solution: Solutions of the poses, if not the best.
         caps: Upper bounds of some of the speeds [m/s], by the waypoint.
 
     Raises:
         InputError: No speeds are feasible, or the task can't be solved.
     """
-    space = joint_space(scenario)
-    if not free.path_speed:
-        solution = solution or solve_task(scenario, space, knots_of(scenario))
-        return TimedPaths(FreeTask(scenario, free, space, solution))
+    unknowns = scenario.unknowns
+    if unknowns is None:
+        raise TypeError("nothing is unknown")
+    task = _solved_task(scenario, unknowns, solution)
+    if not unknowns.path_speed:
+        return ChosenPathSpeeds(task)
     if solution is not None:
-        near = solutions_near(FreeTask(scenario, free, space, solution))
-        scenario = resolve_task(scenario.given.with_waypoints(near), scenario.places)
-    task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
+        changed = scenario.given.with_waypoints(solutions_near(task))
+        task = _solved_task(resolve_task(changed, scenario.places), unknowns)
     problems = {}
-    for number, path in enumerate(scenario.paths):
+    for number, path in enumerate(task.scenario.paths):
         if path.requested.at_most:
             bounds = {
                 k: min(
@@ -87,14 +84,16 @@ def with_max_speeds(
                 )
                 for k, max_speed in path.requested.at_most.items()
             }
-            problems[number] = PathSpeeds(task, path, bounds)
+            problems[number] = PathSpeedProblem(task, path, bounds)
     try:
-        return _fastest(task, problems)
+        return _fastest_feasible_paths(task, problems)
     except NoSpeedsError as error:
-        raise _no_speeds(task, error) from None
+        raise _infeasible_speed_error(task, error) from None
 
 
-def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
+def _fastest_feasible_paths(
+    task: TimingTask, problems: Mapping[int, PathSpeedProblem]
+) -> ChosenPathSpeeds:
     """The fastest planned motion along the paths that keeps the limits.
 
     Each motion corrects the expectation for the next one. Where that is not sufficient, speeds are
@@ -103,10 +102,10 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
     Raises:
         NoSpeedsError: No speeds are feasible.
     """
-    best: TimedPaths | None = None
+    best: ChosenPathSpeeds | None = None
     min_duration = math.inf
     failed: NoSpeedsError | None = None
-    slower: dict[PathSpeeds, Limit | SpeedBound] = {}
+    slower: dict[PathSpeedProblem, Limit | SpeedBound] = {}
     for attempt in range(MAX_PLANS):
         try:
             for problem, bound in slower.items():
@@ -122,11 +121,13 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
         except (PathError, FollowingError):
             slower = dict.fromkeys(problems.values(), SpeedBound.TOLERANCES)
             continue
-        excess = {p: p.verify(timed, timed.scenario.paths[i]) for i, p in problems.items()}
+        excess = {
+            p: p.correct_from_plan(timed, timed.scenario.paths[i]) for i, p in problems.items()
+        }
         missed = {problem: error for problem, error in excess.items() if error}
         failed = next(iter(missed.values()), None)
         if failed is None:
-            min_duration, best = duration, _timed_paths(timed, problems.values())
+            min_duration, best = duration, _chosen_path_speeds(timed, problems.values())
         is_corrected = attempt + 1 >= CORRECTED_PLANS
         slower = {p: error.limit for p, error in missed.items()} if is_corrected else {}
     if best is None:
@@ -134,7 +135,7 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
     return best
 
 
-def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
+def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> TimingTask:
     """The task with the chosen speeds along its paths, solved."""
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.given.with_waypoints(
@@ -145,11 +146,19 @@ def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
         }
     )
     scenario = resolve_task(changed, scenario.places)
-    space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
-    return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
+    return _solved_task(scenario, scenario.unknowns or replace(task.unknowns, path_speed={}))
 
 
-def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
+def _solved_task(
+    scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None = None
+) -> TimingTask:
+    """A scenario with its joints, and its poses solved, if no solution is given."""
+    space = joint_space(scenario)
+    solution = solution or solve_task(scenario, space, knots_of(scenario))
+    return TimingTask(scenario, unknowns, space, solution)
+
+
+def _chosen_path_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> ChosenPathSpeeds:
     """A task with the chosen speeds along its paths, and their limiting constraints."""
     names = [waypoint.name for waypoint in task.scenario.waypoints]
     speeds, binding = {}, []
@@ -159,35 +168,29 @@ def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
             joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", str(limit))
             speeds[i] = speed
             binding.append(Binding(names[i - 1], names[i], joint, quantity, None))
-    return TimedPaths(task, speeds, tuple(binding))
+    return ChosenPathSpeeds(task, speeds, tuple(binding))
 
 
-def paths_beyond_limits(task: FreeTask, free: FreeTimes) -> list[InputError]:
+def paths_beyond_limits(paths: ChosenPathSpeeds) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
-        task: The task.
-        free: The unknowns; given speeds on paths with a chosen one are feasible.
+        paths: The task; given speeds on its paths with a chosen one are feasible.
     """
-    errors: list[InputError] = []
+    task, errors = paths.task, list[InputError]()
     for path in task.scenario.paths:
-        if any(i + 1 in free.path_speed for i in range(path.first, path.last)):
+        if any(i + 1 in paths.speeds for i in range(path.first, path.last)):
             continue
-        shares = LimitShares(task, path)
-        used = shares.of_motion(task, path).max(axis=1)
+        utilisation = LimitUtilisation(task, path)
+        used = utilisation.of_motion(task, path).max(axis=1)
         for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
-            limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
-            errors.append(_path_error(task, path, k, limit, share))
+            limit = utilisation.limits[int(used[k].argmax())]
+            errors.append(_path_error(task, path, k, limit, float(used[k].max())))
     return errors
 
 
-def _no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
-    """The error for a path without feasible speeds, with accepted changes.
-
-    Args:
-        task: The task.
-        error: The reason.
-    """
+def _infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputError:
+    """The error for a path without feasible speeds, with accepted changes."""
     path, k, limit = error.path, error.stretch, error.limit
     if limit == SpeedBound.NOTHING:
         unbounded = InputError(
@@ -198,11 +201,11 @@ def _no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
 
 
 def _path_error(
-    task: FreeTask,
+    task: TimingTask,
     path: ScenarioPath,
     k: int,
     limit: Limit | SpeedBound,
-    share: float | None = None,
+    used: float | None = None,
 ) -> InputError:
     """The error for a stretch of a path that exceeds a limit.
 
@@ -211,7 +214,7 @@ def _path_error(
         path: The path.
         k: Index of the stretch.
         limit: The exceeded limit.
-        share: Used share of it, if known.
+        used: Utilisation of it, if known.
     """
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
@@ -232,7 +235,7 @@ def _path_error(
     elif isinstance(limit, SpeedBound):
         reason = "the tolerances are not kept"
     else:
-        excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
+        excess = "exceeds" if used is None else f"reaches {rounded_up(used, 4):.4g} times"
         joint = repr(limit.joint) if limit.joint else "the tool"
         reason = f"{joint} {excess} its limit of {limit.quantity}"
     error = InputError(
@@ -242,7 +245,7 @@ def _path_error(
     return task.locate(error, i, _key(task, i))
 
 
-def _key(task: FreeTask, i: int) -> str:
+def _key(task: TimingTask, i: int) -> str:
     """Key of the speed of the stretch to a waypoint."""
     waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
