@@ -112,9 +112,12 @@ def _beyond(poses: int) -> dict[str, Any]:
 
 def _shoulder_singular(robot: Robot, q: FloatArray) -> FloatArray:
     """Turn joint 2 of a UR arm until the wrist is above its shoulder axis."""
-    from knotwork.robot.kinematics.geometry.configuration_flags import _functions, geometry
+    from knotwork.robot.kinematics.geometry.configuration_flags import (
+        _functions,
+        find_axis_geometry,
+    )
 
-    found, chain = geometry(robot), JointAxes(robot)
+    found, chain = find_axis_geometry(robot), JointAxes(robot)
     if found is None:
         raise RuntimeError("the arm has no shoulder")
     grid = np.linspace(-np.pi, np.pi, 721)

@@ -30,7 +30,7 @@ import knotwork as kw
 import path_problems
 import results
 from knotwork.curves.tool_paths import TimedPath, ToolPath
-from knotwork.robot.kinematics.following.continuation import accelerations, continue_along
+from knotwork.robot.kinematics.following.continuation import compute_rates_on_path, continue_along
 from knotwork.units import readable
 from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import path_bounds
@@ -92,10 +92,10 @@ def compared(case: str, arm: kw.Robot, start: np.ndarray, motion: TimedPath) -> 
     for count in POINTS:
         times = np.linspace(0.0, motion.end_time, count)
         path = continue_along(arm, motion, start[None], times, step=0.02)
-        q = path.position[path.at, 0]
+        q = path.position[path.step_index, 0]
         rates = np.empty((2, *q.shape))
         for side, own in (("right", slice(0, -1)), ("left", slice(-1, None))):
-            rates[:, own] = accelerations(arm, motion, q[own], times[own], side)
+            rates[:, own] = compute_rates_on_path(arm, motion, q[own], times[own], side)
         arrays = (times, q, rates[0], rates[1])
         off = {
             name: float(f"{1e3 * deviation(arm, motion, make(arrays)):.3g}")

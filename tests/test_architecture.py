@@ -203,7 +203,7 @@ IMPORTED_BY_TESTS = {
         "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
-    "a path that can't be followed at first": ("planning.choosing.timed_paths",),
+    "a path that can't be followed at first": ("planning.choosing.chosen_path_speeds",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.budget"),
     "the command in this process": ("cli.main",),

@@ -81,7 +81,7 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
 
 
 def known_rows(acceleration: FloatArray, names: Sequence[str] = ()) -> NDArray[np.bool_]:
-    """Whether the accelerations (n, d) at each waypoint are known; NaN is unknown.
+    """Find the waypoints at which accelerations (n, d) are known, shape (n,); NaN is unknown.
 
     Raises:
         WaypointDataError: Accelerations are known for some joints only.
@@ -119,7 +119,7 @@ def checked_joints(
 
 
 def rotation_error(matrix: FloatArray, tolerance: float) -> str:
-    """Describe how a matrix (3, 3) differs from a rotation; empty within the tolerance."""
+    """Describe how a matrix (3, 3) differs from a rotation, or give "" within the tolerance."""
     error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
     determinant = float(np.linalg.det(matrix))
     if error <= tolerance and determinant > 0.0:
@@ -138,7 +138,7 @@ class ReadOnlyArrays:
 
 
 class TorchRanges(NamedTuple):
-    """Ranges of the angles of a torch, in the axes of its seam.
+    """Ranges in which the angles of a torch to its seam may be chosen.
 
     With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-a) in these axes, the
     rotation to the pose is A Ry(travel - t) Rx(work - w) A', where t and w are the pose's angles,
@@ -162,7 +162,7 @@ class TorchRanges(NamedTuple):
 
 @dataclass(frozen=True)
 class PoseFreedom:
-    """Freedom of a pose: a turn of the tool about its z axis, a tilt of that axis, its position.
+    """Freedom of a pose: the tool may turn about its z axis, tilt that axis, and move its TCP.
 
     Attributes:
         turn: Minimum and maximum turn from the pose [rad]; infinite if unlimited.
@@ -180,14 +180,14 @@ class PoseFreedom:
     torch: TorchRanges | None = None
 
     @property
-    def moves(self) -> bool:
+    def position_is_free(self) -> bool:
         """Whether the position is free."""
         return any(low < high for low, high in self.box)
 
-    def within(self, other: PoseFreedom | None) -> bool:
-        """Whether another freedom includes this one.
+    def is_within(self, other: PoseFreedom | None) -> bool:
+        """Whether another freedom allows every pose that this one allows.
 
-        >>> PoseFreedom((-0.1, 0.1)).within(PoseFreedom((-0.2, 0.2), tilt=0.1))
+        >>> PoseFreedom((-0.1, 0.1)).is_within(PoseFreedom((-0.2, 0.2), tilt=0.1))
         True
         """
         if other is None or (self.torch is None) != (other.torch is None):
@@ -215,8 +215,8 @@ class CartesianWaypoint:
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Location of its definition, for messages.
         freedom: Freedom of the pose, or `None`.
-        standing: Whether the pose is in the world frame (`Robot.standing_frame`). It matters only
-            if joints move the base frame.
+        in_world_frame: Whether the pose is in the world frame (`Robot.world_frame`), not in the
+            base frame. They differ only if joints move the base frame.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
@@ -234,7 +234,7 @@ class CartesianWaypoint:
     twist: pin.Motion
     where: str = ""
     freedom: PoseFreedom | None = None
-    standing: bool = False
+    in_world_frame: bool = False
 
     def __post_init__(self) -> None:
         import pinocchio as pin
@@ -329,7 +329,7 @@ class JointWaypoints(ReadOnlyArrays):
 
 @dataclass(frozen=True, eq=False)
 class ChosenSection(ReadOnlyArrays):
-    """A section with a chosen motion: accelerations at its knots, and linear between them.
+    """A section whose motion was chosen before: accelerations at its knots, linear between them.
 
     Attributes:
         times: Knot times [s], including its waypoints', shape (m,), m >= 4.

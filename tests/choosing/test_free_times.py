@@ -45,7 +45,7 @@ def test_single_joint_matches_closed_form() -> None:
 
 def test_planned_scenario_has_no_free_times() -> None:
     made = kw.plan(swing(to(1, velocity="free"), to(2)))
-    assert made.scenario.free is None
+    assert made.scenario.unknowns is None
     assert made.scenario.times[-1] == pytest.approx(made.trajectory.end_time)
     velocity = made.space.targets[1].velocity
     assert np.allclose(made.trajectory.velocity(made.scenario.times[1]), velocity, atol=1e-12)
@@ -189,7 +189,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert "fastest" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
     assert again.chosen is None
-    assert again.scenario.free is None
+    assert again.scenario.unknowns is None
     assert np.array_equal(again.trajectory.polynomial.x, made.trajectory.polynomial.x)
     assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
     assert kw.check(made.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok

@@ -10,7 +10,7 @@ from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import timed_paths
+from knotwork.planning.choosing import chosen_path_speeds
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -201,14 +201,14 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
-    solve, calls = timed_paths.solve_task, count()
+    solve, calls = chosen_path_speeds.solve_task, count()
 
     def fail_at_first_speeds(*given: Any) -> Any:
         if next(calls) == 1:
             raise PathError("the steps would be too small")
         return solve(*given)
 
-    monkeypatch.setattr(timed_paths, "solve_task", fail_at_first_speeds)
+    monkeypatch.setattr(chosen_path_speeds, "solve_task", fail_at_first_speeds)
     made = kw.plan(reach(line("a", 100), limits=LIMITS))
     made.report.raise_if_failed()
     (said,) = made.report.select(quantity="binding_limits")

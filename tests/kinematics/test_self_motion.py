@@ -9,7 +9,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
-from knotwork.robot.kinematics.sequence import weights
+from knotwork.robot.kinematics.sequence import travel_weights
 
 PANDA = kw.load_robot("panda")
 
@@ -40,7 +40,7 @@ def test_weights_grow_near_limits_and_singularities() -> None:
         smallest = np.linalg.svd(PANDA.jacobian(q), compute_uv=False)[-1]
         room = min((q - PANDA.lower_position_limit).min(), (PANDA.upper_position_limit - q).min())
         expected = 1 + max(0, 1 - smallest / 0.05) ** 2 + max(0, 1 - room / 0.2) ** 2
-        assert weights(PANDA, q[None])[0] == pytest.approx(expected, rel=1e-6)
+        assert travel_weights(PANDA, q[None])[0] == pytest.approx(expected, rel=1e-6)
 
 
 PASSING: dict[str, Any] = {

@@ -16,7 +16,7 @@ from knotwork.robot.kinematics.sequence import (
     Layer,
     StepRules,
     choose_sequence,
-    least_index,
+    lexicographic_argmin,
     make_cost,
 )
 from sweeps import examples
@@ -122,7 +122,7 @@ def test_equals_brute_force_over_sequences(
     every = itertools.product(*(range(m) for m in sizes))
     best = min(cost_of(layers, index, steps) for index in every)
     if np.isinf(best[0]):
-        assert chosen.blocked is not None
+        assert chosen.blocked_at is not None
         return
     assert tuple(chosen.cost.tolist()) == pytest.approx(best)
     assert cost_of(layers, chosen.index, steps) == pytest.approx(best)
@@ -172,10 +172,10 @@ def test_given_position_keeps_its_turn() -> None:
 
 
 @pytest.mark.parametrize("level", CostLevel)
-def test_least_index_ignores_rounding(level: CostLevel) -> None:
+def test_lexicographic_argmin_ignores_rounding(level: CostLevel) -> None:
     value = np.array([[2.0 + 1e-12, 1.0], [2.0, 1.0 - 1e-12], [2.0 - 1e-12, 0.9]])
     cost = make_cost(3, 2, **{level.name.lower(): value})
-    np.testing.assert_array_equal(least_index(cost), [0, 2])
+    np.testing.assert_array_equal(lexicographic_argmin(cost), [0, 2])
 
 
 def test_infeasible_interval_does_not_hide_later_travel() -> None:

@@ -13,7 +13,7 @@ import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import WaypointDataError
 from knotwork.robot.kinematics.chain.batch import Targets
-from knotwork.robot.kinematics.geometry.closed_form import closed_form as in_closed_form
+from knotwork.robot.kinematics.geometry.closed_form import solve_closed_form as in_closed_form
 from knotwork.robot.kinematics.sequence import find_candidates
 from knotwork.robot.kinematics.solutions.enumeration import search_branches
 from knotwork.waypoints import CartesianWaypoint
@@ -64,7 +64,7 @@ def test_finds_every_branch_of_closed_form(arm: str, count: int, spherical: Robo
 
 
 @pytest.mark.parametrize("arm", ["ur10", "z1", "kinova"])
-def test_closed_form_equals_searches(arm: str) -> None:
+def test_solve_closed_form_equals_searches(arm: str) -> None:
     robot = kw.load_robot(arm)
     asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
     targets = Targets.from_poses([robot.forward(q) for q in asked])

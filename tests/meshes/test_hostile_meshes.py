@@ -111,7 +111,7 @@ def test_no_more_bytes_are_read_than_the_bound(tmp_path: Path) -> None:
 def test_more_triangles_than_the_bound_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.scene.meshes.mesh_part.MOST_MESH_TRIANGLES", 3)
+    monkeypatch.setattr("knotwork.scene.meshes.mesh_part.MAX_MESH_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
             read(tmp_path, name, content)

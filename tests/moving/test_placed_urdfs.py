@@ -259,8 +259,8 @@ WRONG = {
     ),
     "clash": (
         {"turner": TURNER, TILT: {"turns": [0, 0, 1]}},
-        f"turner: there is another joint 'elbow_joint' than that of .*, and one of the name "
-        f"'{TILT}' as well; accepted: another name for 'turner'",
+        f"turner: another joint has the name 'elbow_joint' of .*, and one has the name '{TILT}'; "
+        "accepted: another name for 'turner'",
     ),
 }
 

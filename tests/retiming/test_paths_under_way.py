@@ -9,7 +9,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming import cubic_through
+from knotwork.curves.retiming import approximate_by_cubics
 from plans import arm, planned
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
@@ -79,12 +79,12 @@ def test_missed_path_fails(
     """The first joint is off by an offset [rad] at all times."""
 
     def shifted(*args: Any) -> Any:
-        motion, gap = cubic_through(*args)
+        motion, gap = approximate_by_cubics(*args)
         c = np.array(motion.c)
         c[-1, :, 0] += offset
         return PiecewisePolynomial(c, motion.x), gap
 
-    monkeypatch.setattr("knotwork.planning.speed_override.cubic_through", shifted)
+    monkeypatch.setattr("knotwork.planning.speed_override.approximate_by_cubics", shifted)
     slow = deburring.scaled({0: 1.0, 2.0: 0.3, 4.0: 1.0})
     assert {one.quantity for one in slow.report.failures} == missed
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 
 import knotwork as kw
-from knotwork.curves.retiming import joint_stop, stop_on_path
+from knotwork.curves.retiming import stop_joints, stop_on_path
 from knotwork.errors import InputError
 
 INTERVALS = 100
@@ -83,7 +83,7 @@ def test_stop_of_one_joint_is_shortest(at: float) -> None:
     }
     plan = kw.plan(task)
     q, v, a = (plan.trajectory(at, nu) for nu in range(3))
-    shortest = joint_stop(q, v, a, np.array([4.0]), np.array([40.0])).x[-1]
+    shortest = stop_joints(q, v, a, np.array([4.0]), np.array([40.0])).x[-1]
     stop = plan.stop(at)
     assert stop.report.ok
     assert shortest * (1 - 1e-6) <= stop.trajectory.duration <= 1.04 * shortest

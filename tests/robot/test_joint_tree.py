@@ -17,7 +17,7 @@ def test_joints_and_tool_move_as_in_pinocchio(arm: str) -> None:
     model, data = robot.model, robot.model.createData()
     q = generator.uniform(-3, 3, (20, model.nv))
     rotations, origins = place_joints(joint_tree(model), q)
-    tip, columns, J = joint_axes(robot).place(q)
+    tip, columns, J = joint_axes(robot).compute_poses_and_jacobians(q)
     for k, one in enumerate(q):
         pin.forwardKinematics(model, data, one)
         for i in range(1, model.njoints):

@@ -14,10 +14,10 @@ import trimesh
 
 from command_line import python
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scene.building import collision_model
+from knotwork.scene.building import build_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.scene.solids import Placed, Solid, make_solid
 from knotwork.task.scenario import PlacedShape, load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 
@@ -42,7 +42,7 @@ CONVEX = [
 def exact(path: Path, name: str) -> Solid:
     MESHES[name].export(path / f"{name}.ply")
     place = pin.SE3.Identity()
-    return solid(PlacedShape("mesh", (), place, path / f"{name}.ply", exact=True), place)
+    return make_solid(PlacedShape("mesh", (), place, path / f"{name}.ply", exact=True), place)
 
 
 def somewhere(one: Solid, rng: np.random.Generator, reach: float) -> Placed:
@@ -64,7 +64,9 @@ def truth(first: Placed, second: Placed) -> float:
 @pytest.mark.parametrize("name", MESHES)
 def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_path: Path) -> None:
     rng, meter, mesh = np.random.default_rng(7), DistanceMeter(), exact(tmp_path, name)
-    others = [solid(PlacedShape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX]
+    others = [
+        make_solid(PlacedShape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX
+    ]
     others.append(exact(tmp_path, "torus"))
     cut = 0
     for i in range(120):
@@ -92,12 +94,12 @@ import sys
 import numpy as np
 from knotwork.task.scenario import PlacedShape
 from knotwork.scene.distances import DistanceMeter
-from knotwork.scene.solids import Placed, solid
+from knotwork.scene.solids import Placed, make_solid
 import pinocchio as pin
 
 def placed(kind, size, turn, origin):
     shape = PlacedShape(kind, size, pin.SE3.Identity(), None, (1.0, 1.0, 1.0))
-    return Placed(solid(shape, pin.SE3.Identity()), turn, np.array(origin))
+    return Placed(make_solid(shape, pin.SE3.Identity()), turn, np.array(origin))
 
 meter, turn, box = DistanceMeter(), pin.rpy.rpyToMatrix(0.3, 0.5, 0.7), ("box", (0.2, 0.3, 0.4))
 capsule = placed("capsule", (0.1, 0.2), np.eye(3), [-0.9, -0.2, -0.1])
@@ -158,7 +160,7 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
         pair = []
         for kind in rng.choice(list(kinds), 2):
             size = np.exp(rng.uniform(np.log(0.003), 0.0, kinds[kind])).tolist()
-            made = solid(PlacedShape(str(kind), tuple(size), here), here)
+            made = make_solid(PlacedShape(str(kind), tuple(size), here), here)
             pair.append(Placed(made, pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10))
         first, second = pair
         toward = rng.normal(size=3)
@@ -185,7 +187,7 @@ def test_bounding_spheres_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
     assert robot is not None
-    pairs = SolidPairs(collision_model(scenario, robot))
+    pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
     spheres = pairs.min_distances(*placed)

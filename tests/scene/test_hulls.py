@@ -11,10 +11,10 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from knotwork.scene.building import robot_collision_model
+from knotwork.scene.building import build_robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, convex_hull
-from knotwork.scene.solids import Placed, solid
+from knotwork.scene.solids import Placed, make_solid
 from knotwork.task.scenario import PlacedShape
 
 MAX_GROWTH = 4e-4
@@ -37,7 +37,7 @@ def test_rereads_changed_mesh(tmp_path: Path) -> None:
             mesh.unlink(missing_ok=True)
         else:
             mesh.write_bytes(trimesh.creation.box([edge] * 3).export(file_type="stl"))
-        model = robot_collision_model(robot)
+        model = build_robot_collision_model(robot)
         if edge is None:
             assert not model.bodies
         else:
@@ -95,8 +95,8 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
     mesh = trimesh.creation.cone(0.2, 0.3, sections=edges)
     mesh.export(tmp_path / "cone.ply")
     here, rng, meter = pin.SE3.Identity(), np.random.default_rng(edges), DistanceMeter()
-    cone = solid(PlacedShape("mesh", (), here, tmp_path / "cone.ply"), here)
-    still, ball = np.eye(3), solid(PlacedShape("sphere", (0.02,), here), here)
+    cone = make_solid(PlacedShape("mesh", (), here, tmp_path / "cone.ply"), here)
+    still, ball = np.eye(3), make_solid(PlacedShape("sphere", (0.02,), here), here)
     corners = trimesh.load(tmp_path / "cone.ply", process=False).triangles
     for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
         near = trimesh.triangles.closest_point(corners, np.tile(at, (len(corners), 1)))
@@ -113,6 +113,6 @@ def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
         trimesh.creation.cylinder(1.0, 0.1, 900),
     ):
         mesh.export(tmp_path / "part.stl")
-        made = solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
+        made = make_solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
         assert made.triangles is not None
         assert len(made.triangles) == len(mesh.faces)

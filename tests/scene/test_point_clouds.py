@@ -16,9 +16,9 @@ from test_scene_files import run
 
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
-from knotwork.scene.containment import one_inside_the_other
+from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.scene.solids import Placed, Solid, make_solid
 from knotwork.task.scenario import PlacedShape
 
 EDGE = 0.03
@@ -36,16 +36,18 @@ HERE = pin.SE3.Identity()
 def cloud(path: Path, points: Any, edge: float = EDGE) -> Solid:
     rows = [f"{x!r},{y!r},{z!r}" for x, y, z in np.asarray(points, dtype=float).tolist()]
     path.write_text("\n".join(["x,y,z", *rows]))
-    return solid(PlacedShape("points", (), HERE, path, resolution=edge), HERE)
+    return make_solid(PlacedShape("points", (), HERE, path, resolution=edge), HERE)
 
 
 def others(folder: Path) -> list[Solid]:
     """One solid of every kind that Coal tells from others, a cloud too."""
-    made = [solid(PlacedShape(kind, size, HERE), HERE) for kind, size in OTHERS]
+    made = [make_solid(PlacedShape(kind, size, HERE), HERE) for kind, size in OTHERS]
     trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(folder / "ball.stl")
     for exact in (False, True):
-        made.append(solid(PlacedShape("mesh", (), HERE, folder / "ball.stl", exact=exact), HERE))
-    made.append(solid(PlacedShape("half_space", (0.0, 0.6, 0.8, -0.3), HERE), HERE))
+        made.append(
+            make_solid(PlacedShape("mesh", (), HERE, folder / "ball.stl", exact=exact), HERE)
+        )
+    made.append(make_solid(PlacedShape("half_space", (0.0, 0.6, 0.8, -0.3), HERE), HERE))
     made.append(cloud(folder / "other.csv", [(0, 0, 0), (0.04, 0, 0), (0.1, 0.1, 0.1)], 0.02))
     return made
 
@@ -89,7 +91,9 @@ def compare(folder: Path, rounds: int, points: int) -> int:
         near = meter.nearest(first, second)
         assert math.dist(*near.points) == pytest.approx(right, abs=DISTANCE_ERROR), what
         for one, point in zip((second, first), near.points, strict=True):
-            ball = Placed(solid(PlacedShape("sphere", (right / 2,), HERE), HERE), np.eye(3), point)
+            ball = Placed(
+                make_solid(PlacedShape("sphere", (right / 2,), HERE), HERE), np.eye(3), point
+            )
             assert truth(one, ball) == pytest.approx(right / 2, abs=3 * DISTANCE_ERROR), what
         assert (near.points[0] - near.points[1]) @ near.normal == pytest.approx(
             right, abs=DISTANCE_ERROR
@@ -137,13 +141,13 @@ def _signs() -> list[Any]:
 
 def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None:
     trimesh.creation.box([0.5, 0.5, 0.5]).export(tmp_path / "box.stl")
-    box = solid(PlacedShape("mesh", (), HERE, tmp_path / "box.stl", exact=True), HERE)
+    box = make_solid(PlacedShape("mesh", (), HERE, tmp_path / "box.stl", exact=True), HERE)
     two = cloud(tmp_path / "two.csv", [(1, 1, 1), (1.02, 1.02, 1.02), (0.1, 0.1, 0.1)])
     assert two.cells is not None
     assert len(two.cells.one_of_each_part) == 2
     still, nothing = np.eye(3), np.zeros(3)
-    assert one_inside_the_other(Placed(box, still, nothing), Placed(two, still, nothing))
-    assert not one_inside_the_other(Placed(box, still, nothing), Placed(two, still, np.ones(3)))
+    assert is_one_inside_other(Placed(box, still, nothing), Placed(two, still, nothing))
+    assert not is_one_inside_other(Placed(box, still, nothing), Placed(two, still, np.ones(3)))
 
 
 ROWS = {

@@ -191,7 +191,7 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert "fastest" not in text
         assert "# a comment" in text
         made = kw.plan(study.scenario(row))
-        assert kw.load_scenario(frozen).free is None
+        assert kw.load_scenario(frozen).unknowns is None
         again = kw.plan(frozen).trajectory
         assert again.duration == made.trajectory.duration == study["duration"][row]
         made.freeze(tmp_path / "same.yaml")

@@ -142,3 +142,20 @@ def test_reports_lowest_speed_that_times_resolve(speed: float, stop: Any) -> Non
         kw.load_scenario(task(first, line, UP))
     least = float(re.search(words, str(error.value))[1])  # type: ignore[index]
     kw.load_scenario(task(first, {**line, "speed": 1001 * least}, UP))
+
+
+@pytest.mark.parametrize(("y", "warned"), [(1e-7, True), (0.0, False)])
+def test_warns_of_curve_bulging_between_points(y: float, warned: bool) -> None:
+    """Of a straight seam one point is given twice, within rounding: the curve bulges by 38 mm."""
+    middle = [[0.4, y, 0.2]] if warned else [[0.45, 0.0, 0.2]]
+    points = [[0.4, 0.0, 0.2], *middle, [0.5, 0.0, 0.2]]
+    down = {"position": points[0], "rpy": [np.pi, 0, 0]}
+    seam = {"along": {"points": points}, "speed": 0.05, "pose": {"position": points[-1]}}
+    report = kw.plan(
+        {"robot": "ur5", "waypoints": [{"pose": down, "stop": True}, seam | {"stop": True}]}
+    ).report
+    assert report.ok
+    found = report.select(quantity="curve_between_points")
+    assert [one.verdict for one in found] == ["warning"] * warned
+    if warned:
+        assert "leaves the straight line between points 1 and 2" in found[0].message

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 import knotwork as kw
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scene.building import collision_model
+from knotwork.scene.building import build_collision_model
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.scene.solids import Placed, solid, support
+from knotwork.scene.solids import Placed, make_solid, support_values
 from knotwork.task.scenario import PlacedShape
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification.bounds.rate_bounds import Intervals
@@ -40,7 +40,7 @@ def solid_pairs(arm: str) -> SolidPairs:
     )
     robot = joint_space(task).robot
     assert robot is not None
-    return SolidPairs(collision_model(task, robot))
+    return SolidPairs(build_collision_model(task, robot))
 
 
 def placed_corners(table: SolidPairs, model: Any, q: Array) -> Array:
@@ -128,13 +128,13 @@ def test_plane_gap_is_at_most_distance(arm: str) -> None:
         ("cone", (0.1, 0.3)),
     ],
 )
-def test_support_of_shapes_equals_that_of_coal(kind: str, size: tuple[float, ...]) -> None:
+def test_support_values_of_shapes_equals_that_of_coal(kind: str, size: tuple[float, ...]) -> None:
     rng, meter, here = np.random.default_rng(2), DistanceMeter(), pin.SE3.Identity()
-    one = solid(PlacedShape(kind, size, here), here)
+    one = make_solid(PlacedShape(kind, size, here), here)
     at_origin = Placed(one, np.eye(3), np.zeros(3))
     directions = rng.normal(size=(200, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    for n, reach in zip(directions, support(one, directions), strict=True):
-        beyond = solid(PlacedShape("half_space", (*-n, -1.0), here), here)  # n·p ≥ 1 m
+    for n, reach in zip(directions, support_values(one, directions), strict=True):
+        beyond = make_solid(PlacedShape("half_space", (*-n, -1.0), here), here)  # n·p ≥ 1 m
         wall = Placed(beyond, np.eye(3), np.zeros(3))
         assert meter.distance(wall, at_origin) == pytest.approx(1.0 - reach, abs=1e-9)

@@ -33,7 +33,7 @@ def made() -> kw.Plan:
 
 def nearest(plan: kw.Plan) -> Finding:
     """The pair that comes nearest to something that stands there."""
-    around = [one for one in plan.report.select(quantity="clearance") if one.around]
+    around = [one for one in plan.report.select(quantity="clearance") if one.involves_scene]
     return min(around, key=lambda one: one.value or 0.0)
 
 

@@ -15,7 +15,7 @@ from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.timing import TimingLimits
 from knotwork.planning.ways.configurations import Configurations
-from knotwork.scene.building import robot_collision_model
+from knotwork.scene.building import build_robot_collision_model
 from walls import DOWN, box, past
 
 
@@ -367,7 +367,7 @@ def test_gap_gradients_match_finite_differences() -> None:
     robot = kw.load_robot("panda")
     limits = robot.lower_position_limit, robot.upper_position_limit
     given = TimingLimits(robot.velocity_limit, lower=limits[0], upper=limits[1])
-    space = Configurations(robot.model, robot_collision_model(robot), given)
+    space = Configurations(robot.model, build_robot_collision_model(robot), given)
     rng, step, compared = np.random.default_rng(5), 1e-5, 0
     for _ in range(20):
         q = rng.uniform(*limits)

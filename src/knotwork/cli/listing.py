@@ -15,7 +15,7 @@ from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import further_robots
-from knotwork.scene.building import robot_collision_model
+from knotwork.scene.building import build_robot_collision_model
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
@@ -61,7 +61,7 @@ def _collisions(name: str | None, as_json: bool) -> int:
     if name is None:
         raise click.UsageError("--collisions needs the name of a robot")
     robot = load_robot(name)
-    model = robot_collision_model(robot)
+    model = build_robot_collision_model(robot)
     data = collisions_to_dict(robot, model)
     if as_json:
         echo_json(data)
@@ -83,7 +83,7 @@ def scenarios(as_json: bool) -> int:
             "description": scenario.task.description.strip(),
             "robot": scenario.task.robot if isinstance(scenario.task.robot, str) else None,
             "waypoints": len(scenario.waypoints),
-            "duration": None if scenario.free else float(np.ptp(scenario.times)),
+            "duration": None if scenario.unknowns else float(np.ptp(scenario.times)),
             "file": str(scenario.source),
         }
         for scenario in map(load_scenario, resources.names("scenarios"))

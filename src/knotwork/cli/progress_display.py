@@ -11,7 +11,7 @@ from datetime import timedelta
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from knotwork.cli.terminal import echo
-from knotwork.errors.plain_text import one_line
+from knotwork.errors.plain_text import to_one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -111,7 +111,7 @@ def _draw(state: Callable[[], State], ended: threading.Event, console: Console) 
             going = not ended.wait(BAR_PERIOD)
             share, text = state()
             task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
-            task.description = one_line(text)
+            task.description = to_one_line(text)
             progress.refresh()
 
 

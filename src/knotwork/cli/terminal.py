@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from knotwork.errors.plain_text import one_line, plain
+from knotwork.errors.plain_text import escape_controls, to_one_line
 
 
 def cell(text: str, *, lines: bool = False) -> str:
@@ -22,7 +22,7 @@ def cell(text: str, *, lines: bool = False) -> str:
     from rich.markup import escape
 
     # A backslash at the end would escape the markup after it.
-    return escape(plain(text) if lines else one_line(text))
+    return escape(escape_controls(text) if lines else to_one_line(text))
 
 
 def echo(text: str, *, err: bool = False) -> None:
@@ -31,7 +31,7 @@ def echo(text: str, *, err: bool = False) -> None:
     If standard error can't be written to, the exit code still reports the error.
     """
     try:
-        click.echo(plain(text), err=err)
+        click.echo(escape_controls(text), err=err)
     except OSError:
         if not err:
             raise
@@ -45,7 +45,7 @@ def echo_line(text: str, word: str = "", **style: Any) -> None:
         word: The first occurrence gets the style.
         style: As for `click.style`.
     """
-    line = one_line(text)
+    line = to_one_line(text)
     plainly = "NO_COLOR" in os.environ or os.environ.get("TERM") in ("dumb", "unknown")
     if word and not plainly and sys.stdout.isatty():
         line = line.replace(word, click.style(word, **style), 1)
@@ -68,7 +68,7 @@ def echo_json(data: object) -> None:
 def echo_data(text: str | bytes) -> None:
     """Print data for other programs unchanged; on a terminal, control characters are escaped."""
     if isinstance(text, str) and sys.stdout.isatty():
-        text = plain(text)
+        text = escape_controls(text)
     click.echo(text, nl=False)
 
 

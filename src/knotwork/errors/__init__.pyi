@@ -11,9 +11,9 @@ from .base import RobotError as RobotError
 from .base import TimeRangeError as TimeRangeError
 from .base import UnknownNameError as UnknownNameError
 from .base import WaypointDataError as WaypointDataError
-from .base import did_you_mean as did_you_mean
-from .base import shown as shown
-from .base import together as together
+from .base import format_value as format_value
+from .base import merge_errors as merge_errors
+from .base import suggest_name as suggest_name
 from .path_errors import CornerError as CornerError
 from .path_errors import FollowingError as FollowingError
 from .path_errors import LimitingConstraint as LimitingConstraint

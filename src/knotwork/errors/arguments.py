@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 
 
-def finite_number(value: Any, subject: str, unit: str = "", *, positive: bool = False) -> float:
+def require_number(value: Any, subject: str, unit: str = "", *, positive: bool = False) -> float:
     """Return a number as a float.
 
     Args:
@@ -31,11 +31,11 @@ def finite_number(value: Any, subject: str, unit: str = "", *, positive: bool = 
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
         of = f" [{unit}]" if unit else ""
-        raise InputError(f"{subject} is {shown(value)}; it must be a {kind}{of}")
+        raise InputError(f"{subject} is {format_value(value)}; it must be a {kind}{of}")
     return number
 
 
-def flag(value: Any, subject: str) -> bool:
+def require_flag(value: Any, subject: str) -> bool:
     """Return a flag as a bool.
 
     Args:
@@ -46,5 +46,5 @@ def flag(value: Any, subject: str) -> bool:
         InputError: The value is neither `True` nor `False`.
     """
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{subject} is {shown(value)}; it must be True or False")
+        raise InputError(f"{subject} is {format_value(value)}; it must be True or False")
     return bool(value)

@@ -49,8 +49,8 @@ class InputError(KnotworkError, ValueError):
         self.args = (f"{self}; {hint}", *self.args[1:])
 
 
-def together(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """The first of several errors, with the messages of all of them, one per line."""
+def merge_errors(errors: Sequence[AnyInputError]) -> AnyInputError:
+    """Return the first of several errors, with the messages of all of them, one per line."""
     first = errors[0]
     first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
     return first
@@ -60,7 +60,7 @@ MAX_LISTED = 40
 """Number of names that an error lists."""
 
 
-def did_you_mean(name: object, available: Iterable[object]) -> str:
+def suggest_name(name: object, available: Iterable[object]) -> str:
     """Suggest the available name nearest to the given one, and list the available names.
 
     Returns:
@@ -81,7 +81,7 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     return f"{meant}{listing[:1].upper()}{listing[1:]}" if near else listing
 
 
-def shown(value: Any) -> str:
+def format_value(value: Any) -> str:
     """Format a value for an error as one line of YAML."""
     try:
         text = _flow(value, 3)
@@ -121,7 +121,7 @@ class UnknownNameError(InputError):
     def __init__(self, kind: str, name: str, available: Iterable[str], *, where: str = "") -> None:
         self.kind, self.name, self.available, self.where = kind, name, tuple(available), where
         prefix = f"{where}: " if where else ""
-        super().__init__(f"{prefix}unknown {kind} {name!r}; {did_you_mean(name, self.available)}")
+        super().__init__(f"{prefix}unknown {kind} {name!r}; {suggest_name(name, self.available)}")
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ class PathError(InputError):
     values: Mapping[str, Any] = MappingProxyType({})
 
     def in_units(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
-        """The message with its lengths and points in another unit or frame.
+        """Write the message with its lengths and points in another unit or frame.
 
         Args:
             length: Formats a length [m].
@@ -96,7 +96,7 @@ class LimitingConstraint(NamedTuple):
         joint: Name of the joint that exceeds its limit; empty without one.
         unit: Unit of its position, `"rad"` or `"m"`.
         value: Its worst position or speed [rad or m, or per second].
-        bound: Limit that it exceeds, likewise.
+        bound: Limit that it exceeds [rad or m, or per second].
         smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
         bodies: Names of two bodies that collide.
     """
@@ -111,7 +111,7 @@ class LimitingConstraint(NamedTuple):
     bodies: tuple[str, str] = ("", "")
 
     def text(self, units: Units) -> str:
-        """The constraint as a clause."""
+        """Write the constraint as a clause of a message."""
         smallest = f"smallest singular value {self.smallest_singular_value:.3g}"
         if self.kind == "singularity":
             return f"the arm is stretched out or singular and can't continue ({smallest})"

@@ -11,27 +11,27 @@ _CONTROLS = re.compile(
 )
 
 
-def plain(text: str) -> str:
+def escape_controls(text: str) -> str:
     r"""Escape control characters as Python does, `\x1b` for escape; lines are kept.
 
-    >>> print(plain("PASSED \x1b[8m but not"))
+    >>> print(escape_controls("PASSED \x1b[8m but not"))
     PASSED \x1b[8m but not
     """
     return _CONTROLS.sub(lambda match: ascii(match.group())[1:-1], text)
 
 
-def one_line(text: str) -> str:
+def to_one_line(text: str) -> str:
     r"""Escape control characters, line feeds and tabs, so that the text is one line."""
-    return plain(text.replace("\n", r"\n").replace("\t", r"\t"))
+    return escape_controls(text.replace("\n", r"\n").replace("\t", r"\t"))
 
 
-def default_waypoint_name(place: int) -> str:
+def default_waypoint_name(index: int) -> str:
     """Name of a waypoint without a name, from its index, counted from 0."""
-    return f"waypoint {place + 1}"
+    return f"waypoint {index + 1}"
 
 
 def waypoint_text(name: str) -> str:
-    """A waypoint in a sentence, with its name in quotes unless it is only a number.
+    """Write a waypoint in a sentence: its name is in quotes unless it is only a number.
 
     >>> waypoint_text("pick"), waypoint_text("waypoint 3")
     ("waypoint 'pick'", 'waypoint 3')

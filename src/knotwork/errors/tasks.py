@@ -178,10 +178,10 @@ class SingularityError(TaskError):
         smallest, along = f"smallest singular value {smallest_singular_value:.3g}", _axes(direction)
         if fast_joints:
             needed = ", ".join(joint.text(units) for joint in fast_joints)
-            share = min(joint.plausible / joint.speed for joint in fast_joints)
+            fraction = min(joint.plausible / joint.speed for joint in fast_joints)
             message = (
                 f"the arm is close to a singularity ({smallest}, {along}) and would need {needed}; "
-                f"{share:.3g} of the speed is feasible"
+                f"{fraction:.3g} of the speed is feasible"
             )
         else:
             amounts = [
@@ -221,7 +221,7 @@ class FastJoint(NamedTuple):
     plausible: float
 
     def text(self, units: Units) -> str:
-        """The joint, its speed and its limit."""
+        """Write the joint, its speed and its limit."""
         limit = "no limit given"
         if math.isfinite(self.limit):
             limit = f"limit {units.shown(self.limit, self.unit)[0]:.4g}"
@@ -229,7 +229,7 @@ class FastJoint(NamedTuple):
 
 
 def _axes(twist: Sequence[float]) -> str:
-    """Text of the base axes along and about which a twist is, for example `along z`."""
+    """Name the base axes along and about which a twist is, for example `along z`."""
     parts, size = [], math.hypot(*twist)
     for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
         norm = math.hypot(*vector)

@@ -12,7 +12,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
-from knotwork.task.scenario import FreeTimes
+from knotwork.task.scenario import Unknowns
 from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import collision_note, failed_pairs
 from knotwork.verification.finding import TRIED
@@ -93,7 +93,7 @@ def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
-        from knotwork.planning.choosing.free_task import with_clear_motions
+        from knotwork.planning.choosing.timing_task import with_clear_motions
 
         ends = [i for i in ends if i not in timed]
         try:
@@ -131,13 +131,13 @@ def _detour_ends(plan: Plan) -> list[int]:
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
     free velocity keep it, so that the motions to them and from them are replaced together.
     """
-    scenario, free = plan.scenario, _free_times(plan)
+    scenario, unknowns = plan.scenario, _free_times(plan)
     requested = scenario if plan.chosen is None else plan.chosen.requested
     planner, _ = planner_and_rule(requested.task.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
-    fixed |= set(plan.space.waits) | {end - 1 for end in (free.ways if free else ())}
+    fixed |= set(plan.space.waits) | {end - 1 for end in (unknowns.ways if unknowns else ())}
     hit: set[int] = set()
     blocked: set[int] = set()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
@@ -145,7 +145,7 @@ def _detour_ends(plan: Plan) -> list[int]:
         hit.add(int(first) - 1)
         blocked.update(range(int(first) - 1, int(last)) if last > first else ())
     ends, unusable = ({i + 1 for i in starts} for starts in (hit - fixed - blocked, blocked))
-    passed = [i for i, kind in enumerate(free.speed if free else ()) if kind == "free"]
+    passed = [i for i, kind in enumerate(unknowns.speed if unknowns else ()) if kind == "free"]
     for i in (*passed, *reversed(passed)):
         for together in (ends, unusable):
             if together & {i, i + 1}:
@@ -153,15 +153,15 @@ def _detour_ends(plan: Plan) -> list[int]:
     return sorted(ends - unusable)
 
 
-def _free_times(plan: Plan) -> FreeTimes | None:
+def _free_times(plan: Plan) -> Unknowns | None:
     """Unknowns that were chosen for a plan."""
-    return None if plan.chosen is None else plan.chosen.requested.free
+    return None if plan.chosen is None else plan.chosen.requested.unknowns
 
 
 def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:
     """The waypoints among some whose times are chosen."""
-    free = _free_times(plan)
-    return [i for i in ends if free and free.duration[i - 1]]
+    unknowns = _free_times(plan)
+    return [i for i in ends if unknowns and unknowns.duration[i - 1]]
 
 
 def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
@@ -173,8 +173,8 @@ def _proposal(plan: Plan, ends: Sequence[int]) -> str:
     if not ends or plan.scenario.scene.has_moving_bodies:
         return ""
     collisions = "the collision" if len(ends) == 1 else "the collisions"
-    free = _free_times(plan)
-    passed = free and any(free.speed[i] == "free" for i in ends)
+    unknowns = _free_times(plan)
+    passed = unknowns and any(unknowns.speed[i] == "free" for i in ends)
     # motions joined at a free velocity are one motion, which takes no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
     return (

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming import first_rest, inverse_time, joint_stop, stop_on_path
+from knotwork.curves.retiming import (
+    find_first_rest,
+    invert_clock,
+    stop_joints,
+    stop_on_path,
+)
 from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
@@ -41,7 +46,7 @@ PLANNING_KEYS = (
 """Planning options of a task, which a given motion does not need."""
 
 
-class _Executed(NamedTuple):
+class _ExecutedMotion(NamedTuple):
     """A task, or a part of it, with another timing or path.
 
     Attributes:
@@ -60,7 +65,7 @@ class _Executed(NamedTuple):
     ends: tuple[str, str]
 
 
-class _Arrival(NamedTuple):
+class _ReachedWaypoint(NamedTuple):
     """A waypoint of an executed motion.
 
     Attributes:
@@ -85,14 +90,14 @@ def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
     span = trajectory.start_time, float(clock(clock.x[-1]))
-    return _checked(_Executed(planned, motion, clock, span, (START, "end")), known)
+    return _checked(_ExecutedMotion(planned, motion, clock, span, (START, "end")), known)
 
 
 def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     """A stop of a motion: see `Plan.stop`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
-    if first_rest(trajectory.polynomial, at) == at:
+    if find_first_rest(trajectory.polynomial, at) == at:
         raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
@@ -104,8 +109,8 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     limits = space.limits["acceleration"], space.limits["jerk"]
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
-        motion = joint_stop(q, v, a, *limits)
-        return _checked(_Executed(planned, motion, None, (at, at), ends))
+        motion = stop_joints(q, v, a, *limits)
+        return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
@@ -114,10 +119,10 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
         )
     clock, motion = stop
     span = at, float(clock(clock.x[-1]))
-    return _checked(_Executed(planned, motion, clock, span, ends))
+    return _checked(_ExecutedMotion(planned, motion, clock, span, ends))
 
 
-def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
+def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
     """The executed motion through the waypoints that it reaches, with its report.
 
     Args:
@@ -157,7 +162,9 @@ def _checked(executed: _Executed, known: Sequence[Finding] = ()) -> Plan:
     )
 
 
-def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion) -> list[Finding]:
+def _geometry(
+    executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint], motion: Motion
+) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
     planned, clock = executed.planned, executed.clock
     if clock is None:
@@ -176,7 +183,7 @@ def _geometry(executed: _Executed, arrivals: Sequence[_Arrival], motion: Motion)
     ]
 
 
-def _arrivals(executed: _Executed) -> list[_Arrival]:
+def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     """Waypoints of an executed motion, in order of time: its ends, and those that it passes."""
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
@@ -186,19 +193,19 @@ def _arrivals(executed: _Executed) -> list[_Arrival]:
         if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
     ]
     old = executed.planned.scenario.times[passed]
-    new = np.full(len(old), start) if executed.clock is None else inverse_time(executed.clock, old)
+    new = np.full(len(old), start) if executed.clock is None else invert_clock(executed.clock, old)
     arrivals = []
     for i, time in zip(passed, new.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_Arrival(at, executed.planned.scenario.waypoints[i].name, i))
+        arrivals.append(_ReachedWaypoint(at, executed.planned.scenario.waypoints[i].name, i))
     if not arrivals or arrivals[0].time != start:
-        arrivals.insert(0, _Arrival(start, executed.ends[0]))
+        arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
     if arrivals[-1].time != end:
-        arrivals.append(_Arrival(end, executed.ends[1]))
+        arrivals.append(_ReachedWaypoint(end, executed.ends[1]))
     return arrivals
 
 
-def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
+def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) -> Task:
     """The task of an executed motion: its states at the waypoints that it reaches."""
     scenario, space = executed.planned.scenario, executed.planned.space
     motion = executed.motion
@@ -232,7 +239,9 @@ def _task_of(executed: _Executed, arrivals: Sequence[_Arrival]) -> Task:
     )
 
 
-def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[str, Any]]]:
+def _actions(
+    executed: _ExecutedMotion, placed: Sequence[_ReachedWaypoint]
+) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint. Signals that are already on are at the first one."""
     outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
     clock, start = executed.clock, executed.span[0]
@@ -244,7 +253,7 @@ def _actions(executed: _Executed, placed: Sequence[_Arrival]) -> list[list[dict[
     names = [arrival.name for arrival in placed]
     end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
     for event in (event for event in events if begin < event.time <= end):
-        time = float(inverse_time(clock, np.array([event.time]))[0])
+        time = float(invert_clock(clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
@@ -264,7 +273,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = inverse_time(clock, ends).tolist()
+            start, end = invert_clock(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 

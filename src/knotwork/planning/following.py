@@ -12,7 +12,7 @@ from knotwork.curves.interpolation import get_planner
 from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
 from knotwork.robot import Robot, load_robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
@@ -80,10 +80,10 @@ def follow_path(
         _tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
         _tolerance(speed_tolerance, "speed_tolerance", ""),
     )
-    pull = finite_number(pull_to_middle, "pull_to_middle", "1/s")
+    pull = require_number(pull_to_middle, "pull_to_middle", "1/s")
     tool_path, q = _path_and_start(arm, path, start, rotation)
     motion = _timed_path(
-        tool_path, finite_number(speed, "speed", "m/s", positive=True), acceleration
+        tool_path, require_number(speed, "speed", "m/s", positive=True), acceleration
     )
     _check_start(arm, motion, q)
     return _follow(JointsOnPath(arm, motion, q, pull), allowed)
@@ -123,7 +123,7 @@ def _path_and_start(
 
 
 def _tolerance(value: float, name: str, unit: str) -> float:
-    number = finite_number(value, name, unit, positive=True)
+    number = require_number(value, name, unit, positive=True)
     if number < SMALLEST_PATH_TOLERANCE:
         raise InputError(f"{name} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
     return number

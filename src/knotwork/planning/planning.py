@@ -53,16 +53,18 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.free is None:
+    if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
-    from knotwork.planning.choosing import with_times_met
+    from knotwork.planning.choosing import fix_arrival_times
     from knotwork.planning.timing.budget import Budget
 
-    free = scenario.free
-    met = tuple(scenario.waypoints[i].name for i in free.meets if free.duration[i - 1])
-    timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, met)
-    if free.meets:
-        scenario = with_times_met(
+    unknowns = scenario.unknowns
+    fixed_arrivals = tuple(
+        scenario.waypoints[i].name for i in unknowns.time_dependent if unknowns.duration[i - 1]
+    )
+    timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, fixed_arrivals)
+    if unknowns.time_dependent:
+        scenario = fix_arrival_times(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
         )
     return best_of_sequences(replace(timed, scenario=scenario))

@@ -7,19 +7,23 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from knotwork.planning.infeasibility import infeasible
+from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
-from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
+from knotwork.planning.task_to_joint import Infeasibility, SequenceStep, TaskSolution, solve_task
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import found_ways, segments
 from knotwork.task.scenario.joint_space import joint_space
-from knotwork.verification import check
+from knotwork.units import Units, readable
+from knotwork.verification import Finding, check
 
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
     from knotwork.planning.timing import Progress
     from knotwork.planning.timing.budget import Budget
+
+FEASIBILITY = "Feasibility"
+"""Group of findings that hold for every motion through the joint waypoints."""
 
 FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
 """Maximum number of sequences of solutions to plan: with given times, with times to be chosen."""
@@ -32,19 +36,19 @@ class ScenarioPlanner:
     Attributes:
         scenario, planner, progress: As of `plan`.
         time: Budget of all plans together, if times are chosen.
-        met: Waypoints in moving frames, by name, whose times were chosen first.
+        fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
     """
 
     scenario: Scenario
     planner: str | None
     time: Budget | None = None
     progress: Callable[[Progress], None] | None = None
-    met: tuple[str, ...] = ()
+    fixed_arrivals: tuple[str, ...] = ()
 
     @property
     def max_sequences(self) -> int:
         """Maximum number of sequences to plan."""
-        return FIXED_SEQUENCES if self.scenario.free is None else TIMED_SEQUENCES
+        return FIXED_SEQUENCES if self.scenario.unknowns is None else TIMED_SEQUENCES
 
     @property
     def is_late(self) -> bool:
@@ -57,10 +61,10 @@ class ScenarioPlanner:
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
-        if self.scenario.free is None:
+        if self.scenario.unknowns is None:
             chosen = self._interpolation
             return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
-        from knotwork.planning.choosing.free_task import knots_of
+        from knotwork.planning.choosing.timing_task import knots_of
 
         space = joint_space(self.scenario)
         return solve_task(self.scenario, space, knots_of(self.scenario), avoided)
@@ -70,18 +74,18 @@ class ScenarioPlanner:
         from knotwork.planning.choosing import choose_times
 
         scenario, time = self.scenario, self.time
-        if scenario.free is None or time is None:
+        if scenario.unknowns is None or time is None:
             raise AssertionError("no time of the scenario is free")
         budget = None if time.seconds is None else max(time.remaining(), 1e-3)
         return choose_times(
-            scenario, scenario.free, budget=budget, progress=self.progress, solution=solution
+            scenario, scenario.unknowns, budget=budget, progress=self.progress, solution=solution
         )
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
-        if self.scenario.free is None or self.time is None:
+        if self.scenario.unknowns is None or self.time is None:
             return self._interpolate(solution or self.solve())
-        chosen = replace(self.choose_times(solution), met=self.met)
+        chosen = replace(self.choose_times(solution), fixed_arrivals=self.fixed_arrivals)
         if self.progress is not None:
             from knotwork.planning.timing import Progress
 
@@ -104,9 +108,9 @@ class ScenarioPlanner:
             loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
             segments=segments(scenario, starts),
         )
-        known = [infeasible(limit, scenario.units) for limit in solution.infeasibilities]
+        known = [_velocity_finding(limit, scenario.units) for limit in solution.infeasibilities]
         if chosen is not None:
-            from knotwork.planning.choosing.findings import findings
+            from knotwork.planning.choosing.chosen_times_findings import findings
 
             known += findings(chosen, space)
             # the solutions were chosen before the times, and the times are only valid for them
@@ -114,9 +118,42 @@ class ScenarioPlanner:
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
         if detours:
-            from knotwork.planning.choosing.findings import clear_motion_findings
+            from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
 
             known += clear_motion_findings(detours, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
         left_out = interpolation.left_out
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
+
+
+def _velocity_finding(limit: Infeasibility, units: Units) -> Finding:
+    """The finding for a velocity limit that is exceeded whatever solutions are chosen."""
+    needed = units.shown(limit.velocity, limit.unit)[0]
+    allowed = units.text(limit.limit, limit.unit, ".4g")
+    if limit.until:
+        why, place = "on average", f"from {limit.waypoint!r} to {limit.until!r}"
+        duration = limit.end - limit.start
+        remedy = (
+            f"{duration / limit.fraction:.4g} s or more is sufficient for the mean, and they have "
+            f"{duration:.4g} s"
+        )
+    else:
+        why, place = "for the tool's velocity", f"at {limit.waypoint!r}"
+        remedy = f"{limit.fraction:.3g} of that velocity is feasible"
+    return Finding(
+        group=FEASIBILITY,
+        subject="waypoint",
+        name=limit.waypoint,
+        quantity="joint_velocity_needed",
+        verdict="failed",
+        fact=f"{place} {limit.joint} needs {units.text(limit.velocity, limit.unit, '.4g')} {why}, "
+        f"and its limit is {allowed}",
+        value=limit.velocity,
+        limit=limit.limit,
+        margin=limit.limit - limit.velocity,
+        unit=limit.unit,
+        time=None if limit.until else limit.start,
+        label=f"{to_one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
+        remedy=remedy,
+        interval=(limit.start, limit.end) if limit.until else None,
+    )

@@ -10,10 +10,10 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming import (
     Profile,
-    checked_profile,
+    approximate_by_cubics,
+    check_profile,
     compose,
-    cubic_through,
-    inverse_time,
+    invert_clock,
     keeps_joint_limits,
 )
 from knotwork.curves.trajectory import JointTrajectory
@@ -56,14 +56,14 @@ def change_speed(
     Raises:
         InputError: The profile is invalid.
     """
-    curve, requested = trajectory.polynomial, checked_profile(profile)
+    curve, requested = trajectory.polynomial, check_profile(profile)
 
     def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
         clock = profile.clock(trajectory.start_time, trajectory.duration)
         first, last = clock(clock.x[[0, -1]])
         passed = times[(times >= first - SAME_WAYPOINT_TIME) & (times <= last + SAME_WAYPOINT_TIME)]
-        reached = inverse_time(clock, passed).tolist()
-        return cubic_through(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
+        reached = invert_clock(clock, passed).tolist()
+        return approximate_by_cubics(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
     if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):

@@ -64,7 +64,7 @@ class Description:
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
         virtual: Virtual joints after the TCP, in order.
-        standing: Link of the world frame if `base_frame` moves, or `None`.
+        world_frame: Link of the world frame if `base_frame` moves, or `None`.
         weights: Weights of joints, by default 1.
     """
 
@@ -86,7 +86,7 @@ class Description:
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
     virtual: tuple[VirtualJoint, ...] = ()
-    standing: str | None = None
+    world_frame: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)
 
     def with_tool(self, frame: str | None, offset: Any, payload: Payload | None) -> Description:

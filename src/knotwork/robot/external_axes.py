@@ -138,7 +138,7 @@ def _add_joint(
         names["link"].add(link)
         _append_element(robot, "link", name=link)
     kind = "prismatic" if axis.slides else "revolute" if axis.range else "continuous"
-    joint = _joint(robot, name, kind, (axis.parent, link), axis.position, axis.rpy)
+    joint = _joint(robot, name, kind, (axis.parent, link), xyz=axis.position, rpy=axis.rpy)
     _append_element(joint, "axis", xyz=_text(axis.slides or axis.turns or ()))
     lower, upper = map(repr, axis.range or (0.0, 0.0))
     _append_element(
@@ -161,7 +161,7 @@ def _add_urdf(
     ):
         raise InputError(
             f"{name}: {axis.urdf} has no joint that moves; accepted: the URDF of a positioner, or, "
-            "for what stands still, scene: objects of a scenario"
+            "for what does not move, scene: objects of a scenario"
         )
     called: dict[str, dict[str, str]] = {}
     for kind, known in names.items():
@@ -170,9 +170,8 @@ def _add_urdf(
         for old, new in called[kind].items():
             if new in known or (new != old and new in elements):
                 raise InputError(
-                    f"{name}: there is another {kind} {old!r} than that of {axis.urdf}, and one of "
-                    f"the name {new!r} as well; accepted: another name for {name!r}, which comes "
-                    "in front of names that are taken"
+                    f"{name}: another {kind} has the name {old!r} of {axis.urdf}, and one has the "
+                    f"name {new!r}; accepted: another name for {name!r}, the prefix of such names"
                 )
         known.update(called[kind].values())
     for element in (*child_elements(root_element, "link"), *child_elements(root_element, "joint")):
@@ -183,7 +182,12 @@ def _add_urdf(
         robot.appendChild(element)
     new_root = called["link"][root]
     _joint(
-        robot, f"{name} to {new_root}", "fixed", (axis.parent, new_root), axis.position, axis.rpy
+        robot,
+        f"{name} to {new_root}",
+        "fixed",
+        (axis.parent, new_root),
+        xyz=axis.position,
+        rpy=axis.rpy,
     )
     return UrdfFile(Path(axis.urdf or ""), tuple(called["link"].items()))
 
@@ -220,7 +224,7 @@ def invert_to_root(robot: Element, link: str) -> None:
         _append_element(joint, "axis", xyz=_text(-axis))
         _append_element(robot, "link", name=step)
         rpy = pin.rpy.matrixToRpy(inverse.rotation)
-        _joint(robot, step, "fixed", (step, link), inverse.translation, rpy)
+        _joint(robot, step, "fixed", (step, link), xyz=inverse.translation, rpy=rpy)
 
 
 def _joint(

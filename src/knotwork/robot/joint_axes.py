@@ -16,9 +16,10 @@ from knotwork.waypoints import FloatArray
 
 
 class JointAxes:
-    """The joint axes of a serial arm in the base frame, which define its kinematics.
+    """The joint axes of a serial arm in the base frame, with its forward kinematics and Jacobian.
 
-    The index of the configuration is the last one, for contiguous memory access.
+    They serve many configurations at once. The index of the configuration is the last one, for
+    contiguous memory access.
 
     Args:
         robot: A robot with a tool frame.
@@ -50,8 +51,10 @@ class JointAxes:
         links = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
         self.reach = float(np.linalg.norm(links, axis=1).sum())
 
-    def certain_miss(self, position: FloatArray) -> FloatArray:
-        """Distance of points beyond the length of the arm [m], not positive within it.
+    def distance_beyond_reach(self, position: FloatArray) -> FloatArray:
+        """Distance of points beyond the reach of the arm [m], not positive within it.
+
+        Points beyond the reach certainly have no solution.
 
         Args:
             position: Points in the base frame [m], shape (3,) or (3, n).
@@ -63,7 +66,7 @@ class JointAxes:
         return np.asarray(away - (1.0 + 1e-9) * self.reach)
 
     def forward(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Place the tool and all joints.
+        """Compute the poses of the tool and the axes of all joints.
 
         Args:
             q: Joint positions [rad or m], shape (n, d).
@@ -99,10 +102,12 @@ class JointAxes:
 
     def jacobians(self, q: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
-        return self.place(q)[2].transpose(2, 0, 1)
+        return self.compute_poses_and_jacobians(q)[2].transpose(2, 0, 1)
 
-    def place(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`."""
+    def compute_poses_and_jacobians(
+        self, q: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Compute positions and orientations of the tool as `forward`, Jacobians as `jacobian`."""
         tip, rotation, points, axes = self.forward(q)
         return tip, rotation, self.jacobian(tip, points, axes)
 
@@ -110,7 +115,7 @@ class JointAxes:
 T = TypeVar("T")
 
 
-def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
+def cache_per_robot(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
     """Cache the results of a function of a robot for the lifetime of the robot."""
     known: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
 
@@ -122,16 +127,16 @@ def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
     return wraps(make)(find)
 
 
-@kept_with
+@cache_per_robot
 def joint_axes(robot: Robot) -> JointAxes:
-    """The joint axes of a robot, cached."""
+    """Compute the joint axes of a robot; cached."""
     return JointAxes(robot)
 
 
 def pose_errors(
     tip: FloatArray, rotation: FloatArray, position: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Errors of poses against their targets.
+    """Compute the errors of poses from their targets.
 
     Args:
         tip: TCP positions [m], shape (3, n).

@@ -78,7 +78,7 @@ def select_chain(description: Description) -> JointChain:
 
 
 def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
-    """The chain of joints that a joint mimics, up to a locked one."""
+    """List the joints that a joint mimics, directly or through others, up to a locked one."""
     masters: list[str] = []
     while name in urdf.mimics and name not in locked and len(masters) < len(urdf.mimics):
         name = urdf.mimics[name].joint
@@ -99,7 +99,7 @@ def _reduce_model(full: Any, still: list[int], reference: Any) -> Any:
 
 
 def _why_not_serial(urdf: Urdf, index: int) -> str | None:
-    """Text of why a joint is not supported, or `None`."""
+    """Explain why a joint is not supported; `None` if it is."""
     name = urdf.model.names[index]
     if name in urdf.mimics:
         return f"mimics joint {urdf.mimics[name].joint!r}"
@@ -127,8 +127,8 @@ def _moving_joints(
     chain = carriers[carriers.index(base_joint) + 1 :]
     moving = [i for i in chain if full.names[i] not in locked]
     if not moving:
-        held = [full.names[i] for i in chain]
-        why = f"; these joints are locked: {', '.join(held)}" if held else ""
+        locked_names = [full.names[i] for i in chain]
+        why = f"; these joints are locked: {', '.join(locked_names)}" if locked_names else ""
         message = f"no joint moves tool frame {tool!r} relative to base frame {base!r}{why}"
         raise RobotError(robot, message, joint=tool)
     for i in moving:
@@ -137,8 +137,8 @@ def _moving_joints(
             raise RobotError(
                 robot,
                 f"joint {full.names[i]!r} on the way to {tool!r} {why_not}, which can't be "
-                "planned for (only revolute, continuous and prismatic joints can); hold it "
-                f"still with `locked: {{{full.names[i]}: 0}}`",
+                "planned for (only revolute, continuous and prismatic joints can); lock it "
+                f"with `locked: {{{full.names[i]}: 0}}`",
                 joint=full.names[i],
             )
     return moving
@@ -147,7 +147,7 @@ def _moving_joints(
 def _reference(
     urdf: Urdf, robot: str, still: list[int], locked: Mapping[str, float]
 ) -> tuple[Any, dict[str, float]]:
-    """Configuration of the whole model at which joints are locked, and its values."""
+    """Find the configuration of the whole model at which joints are locked, and its values."""
     full = urdf.model
     reference = pin.neutral(full)
     values: dict[str, float] = {}

@@ -1,6 +1,6 @@
 """`JointTree`: the kinematic tree of the joints of a Pinocchio model.
 
-It is used by all code that places links, bounds their motion, writes their dynamics or draws them.
+All code that places links, bounds their motion, writes their dynamics or draws them uses it.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class JointTree:
         return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
-        """Frames on the axes of all joints, z along them: a product of exponentials.
+        """Compute frames on the axes of all joints, with z along them: a product of exponentials.
 
         The index of the configuration is the last one, for contiguous memory access.
 
@@ -130,17 +130,19 @@ def joint_tree(model: Any) -> JointTree:
         axis[i] = column[3:] / turns[i] if turns[i] else column[:3] / slides[i]
         slides[i] *= np.sign(axis[i] @ column[:3] or 1.0)
     return JointTree(
-        tuple(int(parent) for parent in model.parents),
-        (-1, *(int(model.joints[i].idx_v) for i in range(1, n))),
-        np.array([placement.rotation for placement in model.jointPlacements]),
-        np.array([placement.translation for placement in model.jointPlacements]),
-        axis,
-        turns,
-        slides,
+        parent=tuple(int(parent) for parent in model.parents),
+        column=(-1, *(int(model.joints[i].idx_v) for i in range(1, n))),
+        rotation=np.array([placement.rotation for placement in model.jointPlacements]),
+        translation=np.array([placement.translation for placement in model.jointPlacements]),
+        axis=axis,
+        turns=turns,
+        slides=slides,
     )
 
 
-def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -> JointTree:
+def make_serial_chain(
+    placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]
+) -> JointTree:
     """Make a serial chain of joints.
 
     Args:
@@ -151,18 +153,18 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
     n = len(placements)
     turned = np.array([0.0, *(float(revolute) for revolute in turns)])
     return JointTree(
-        (0, *range(n)),
-        (-1, *range(n)),
-        np.array([np.eye(3), *(placement.rotation for placement in placements)]),
-        np.array([np.zeros(3), *(placement.translation for placement in placements)]),
-        np.vstack((np.zeros(3), axis)),
-        turned,
-        np.array([0.0, *(1.0 - turned[1:])]),
+        parent=(0, *range(n)),
+        column=(-1, *range(n)),
+        rotation=np.array([np.eye(3), *(placement.rotation for placement in placements)]),
+        translation=np.array([np.zeros(3), *(placement.translation for placement in placements)]),
+        axis=np.vstack((np.zeros(3), axis)),
+        turns=turned,
+        slides=np.array([0.0, *(1.0 - turned[1:])]),
     )
 
 
-def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
-    """Inverse joints from a link to the root of a tree.
+def invert_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
+    """Make the chain of inverse joints from a link to the root of a tree.
 
     Args:
         tree: A tree.
@@ -177,7 +179,9 @@ def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTre
     steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]
     axes = np.array([*(-tree.axis[i] for i in joints), [0.0, 0.0, 1.0]])
     turns = [*(bool(tree.turns[i]) for i in joints), True]
-    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in joints]
+    return make_serial_chain([placement.inverse(), *steps], axes, turns), [
+        tree.column[i] for i in joints
+    ]
 
 
 def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
@@ -196,18 +200,18 @@ def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int
     turn[at_root] = placement.rotation @ turn[at_root]
     parents = [k + n if k else carrier for k in second.parent[1:]]
     return JointTree(
-        (*first.parent, *parents),
-        (*first.column, *(k + n for k in second.column[1:])),
-        np.concatenate((first.rotation, turn)),
-        np.concatenate((first.translation, shift)),
-        np.concatenate((first.axis, second.axis[1:])),
-        np.concatenate((first.turns, second.turns[1:])),
-        np.concatenate((first.slides, second.slides[1:])),
+        parent=(*first.parent, *parents),
+        column=(*first.column, *(k + n for k in second.column[1:])),
+        rotation=np.concatenate((first.rotation, turn)),
+        translation=np.concatenate((first.translation, shift)),
+        axis=np.concatenate((first.axis, second.axis[1:])),
+        turns=np.concatenate((first.turns, second.turns[1:])),
+        slides=np.concatenate((first.slides, second.slides[1:])),
     )
 
 
 def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotations and origins of all joints, in the axes of the URDF's root.
+    """Compute rotations and origins of all joints, in the axes of the URDF's root.
 
     Args:
         joints: The joints.
@@ -223,7 +227,7 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _frame_along(axis: FloatArray) -> FloatArray:
-    """A rotation matrix with a unit vector as its third column, shape (3, 3)."""
+    """Make a rotation matrix whose third column is a unit vector, shape (3, 3)."""
     helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
     x = helper - helper.dot(axis) * axis
     x /= np.linalg.norm(x)

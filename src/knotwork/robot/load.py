@@ -157,15 +157,15 @@ def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
                 where = document.where(("collision", "ignore", i))
                 raise UnknownNameError("link", link, urdf.links, where=where)
     joints = [name for name in urdf.model.names if name != "universe"]
-    places: list[tuple[tuple[str, ...], Mapping[str, Any]]] = [(("locked",), content.locked)]
-    places += [(("configurations", k), v) for k, v in content.configurations.items()]
-    places += [
+    tables: list[tuple[tuple[str, ...], Mapping[str, Any]]] = [(("locked",), content.locked)]
+    tables += [(("configurations", k), v) for k, v in content.configurations.items()]
+    tables += [
         (("limits", kind), table) for kind, table in content.limits if isinstance(table, Mapping)
     ]
-    for place, table in places:
+    for field_path, table in tables:
         for joint in table:
             if joint not in joints:
-                where = document.where((*place, joint))
+                where = document.where((*field_path, joint))
                 raise UnknownNameError("joint", joint, joints, where=where)
 
 

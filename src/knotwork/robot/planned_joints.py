@@ -44,7 +44,7 @@ class PlannedJoints:
             description.name,
             planned=description.tool_frame is not None,
             virtual=[(joint.lower, joint.upper) for joint in extra],
-            has_efforts=description.standing is None,
+            has_efforts=description.world_frame is None,
         )
         self.limits = MappingProxyType(limits)
         weights = [description.weights.get(name, 1.0) for name in self.names]

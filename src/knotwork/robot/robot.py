@@ -34,12 +34,28 @@ class Robot:
     kinematics without a tool frame. A robot may be shared by threads: each has its own working
     memory.
 
+    The attributes are, in this order: the description and its files, frames and tool, joints and
+    their limits, joints that are not planned, links, and the model.
+
     Attributes:
         name, description: Name and description of the robot.
         source: File of the description.
         urdf: File with its links, masses and shapes.
         urdf_files: URDF files of the robot and of positioners, each with its links.
         package_paths: Additional folders with meshes.
+
+        base_frame: Link whose frame poses are given in.
+        base_placement: Base frame in the axes of the URDF's root, as `pin.SE3`.
+        base_moves: Whether joints move the base frame. Then efforts are unknown.
+        world_frame: Link of the world frame: the base frame, unless joints move it.
+        tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
+        tool_offset: TCP in the tool frame.
+        tool_candidates: Links without children, possible tool frames.
+        payload: `Payload` of the tool frame, or `None`.
+        held: Objects held by the tool, in the axes of the TCP.
+        gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
+
+        dof: Number of planned joints, d.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
         lower_position_limit, upper_position_limit: Position limits [rad or m], infinite where there
@@ -47,30 +63,22 @@ class Robot:
         velocity_limit, acceleration_limit, jerk_limit, effort_limit: Other limits [rad/s or m/s, …;
             N m or N], infinite where not given.
         limits: These other limits by name of the quantity.
-        dof: Number of joints, d.
-        base_frame: Link of the frame of poses.
-        base_placement: Base frame in the axes of the URDF's root, as `pin.SE3`.
-        standing_frame: Link of the world frame: the base frame, unless joints move it.
-        base_moves: Whether joints move the base frame. Then efforts are unknown.
-        tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
-        tool_offset: TCP in the tool frame.
-        payload: `Payload` of the tool frame, or `None`.
-        held: Objects held by the tool, in the axes of the TCP.
-        gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
-        virtual: Whether each joint is a virtual one, shape (d,).
+        weights: Weight of each joint's motion.
+        virtual: Whether each joint is a virtual one.
         virtual_joints: The virtual joints, which are the last joints.
-        weights: Weight of each joint's motion, shape (d,).
-        tcp_frame_id: Index of the frame of the TCP in `model`, or `None`.
-        frame_names: Names of the links, each of which may be the base or the tool frame.
-        tool_candidates: Links without children, possible tool frames.
         configurations: Named configurations with all joints [rad or m].
+
         locked: Positions of the joints that do not move [rad or m].
         followers: Locked joints that mimic a moving joint, with that joint.
         external_axes: Names of the joints that the robot's file adds to its URDF.
+
+        frame_names: Names of the links, each of which may be the base or the tool frame.
         joined_links: Pairs of parent and child links of the joints of the URDF.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
+
         model: Pinocchio model of the chain, nq = nv = d.
+        tcp_frame_id: Index of the frame of the TCP in `model`, or `None`.
 
     >>> from knotwork import load_robot
     >>> arm = load_robot("planar2")
@@ -96,8 +104,8 @@ class Robot:
         self.joined_links = description.urdf.joined_links
         chain = select_chain(description)
         self.base_frame = chain.base_frame
-        self.standing_frame = description.standing or chain.base_frame
-        self.base_moves = description.standing is not None
+        self.world_frame = description.world_frame or chain.base_frame
+        self.base_moves = description.world_frame is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self._chain = ChainModel(chain.model, chain.base_frame, description)
@@ -116,7 +124,7 @@ class Robot:
 
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
-        """For each joint of the URDF the joints that carry it, including itself."""
+        """The joints that carry each joint of the URDF, including itself."""
         return carrying_joints(self._description.urdf, self.name)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
@@ -192,12 +200,12 @@ class Robot:
         return self._chain.efforts(q, v, a)
 
     def with_held(self, *held: Payload) -> Robot:
-        """The arm with objects held by its tool, in the axes of the TCP; they count in `torque`."""
+        """Let the tool hold objects, given in the axes of the TCP; they count in `torque`."""
         self.require_tool()
         return Robot(replace(self._description, held=held))
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
-        """The chain with virtual joints after the TCP, which move its frame.
+        """Add virtual joints after the TCP, which move its frame.
 
         They are last in all arrays, and have no mass and only position limits.
         """
@@ -304,8 +312,9 @@ class Robot:
     def with_base(self, link: str) -> Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
-        The chain then consists of the inverse joints from that link to the world frame, and of the
-        joints of the arm. All of these joints are planned. The link may be one of an external axis.
+        So a task on a turntable is one of an ordinary serial chain. The chain then consists of the
+        inverse joints from that link to the world frame, and of the joints of the arm. All of these
+        joints are planned. The link may be one of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.
@@ -317,21 +326,21 @@ class Robot:
         """
         description = self._description
         urdf = read_urdf(self.urdf, self.name, description.urdf.axes, link)
-        standing = None if link == self.standing_frame else self.standing_frame
-        return Robot(replace(description, urdf=urdf, base_frame=link, standing=standing))
+        world = None if link == self.world_frame else self.world_frame
+        return Robot(replace(description, urdf=urdf, base_frame=link, world_frame=world))
 
     @cached_property
-    def _at_rest(self) -> Robot:
-        return self.with_base(self.standing_frame) if self.base_moves else self
+    def _in_world_frame(self) -> Robot:
+        return self.with_base(self.world_frame) if self.base_moves else self
 
-    def in_frame(self, *, standing: bool) -> tuple[Robot, list[int]]:
-        """The robot with poses in the base or world frame (`standing`), and its joints' indices."""
-        robot = self._at_rest if standing else self
+    def in_frame(self, *, in_world_frame: bool) -> tuple[Robot, list[int]]:
+        """The robot with poses in the base or the world frame, and the indices of its joints."""
+        robot = self._in_world_frame if in_world_frame else self
         return robot, [self.joint_names.index(name) for name in robot.joint_names]
 
-    def tool_seen(self, q: FloatArray, *, standing: bool) -> Any:
-        """Pose of the TCP in the base or the world frame (`standing`), `pin.SE3`."""
-        robot, joints = self.in_frame(standing=standing)
+    def tool_pose(self, q: FloatArray, *, in_world_frame: bool) -> Any:
+        """Pose of the TCP in the base or the world frame, `pin.SE3`."""
+        robot, joints = self.in_frame(in_world_frame=in_world_frame)
         return robot.forward(q[joints])
 
     def configuration(self, name: str) -> FloatArray:

@@ -14,7 +14,7 @@ from xml.dom.minidom import Element
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
@@ -145,7 +145,7 @@ def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
             red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
             colour = (red, green, blue, opacity[0] if opacity else 1.0)
             if not all(0.0 <= part <= 1.0 for part in colour):
-                text = shown(element.getAttribute("rgba"))
+                text = format_value(element.getAttribute("rgba"))
                 raise InputError(f"color has rgba {text}; each must be from 0 to 1")
     return colour
 
@@ -156,14 +156,16 @@ def _shape(element: Element) -> LinkShape:
         raise InputError(f"there is no shape <{kind}>; drawn are {', '.join(_SIZES)}")
     size = [number for name, n in _SIZES[kind].items() for number in _numbers(element, name, n)]
     if any(number <= 0.0 for number in size):
-        raise InputError(f"{kind} has sizes {shown(size)}; each must be greater than 0")
+        raise InputError(f"{kind} has sizes {format_value(size)}; each must be greater than 0")
     mesh, scale = "", np.ones(3)
     if kind == "mesh":
         mesh = element.getAttribute("filename")
         if element.hasAttribute("scale"):
             scale = np.array(_numbers(element, "scale", 3))
         if not scale.all():
-            raise InputError(f"mesh {shown(mesh)} has scale {shown(scale.tolist())}; none may be 0")
+            raise InputError(
+                f"mesh {format_value(mesh)} has scale {format_value(scale.tolist())}; none may be 0"
+            )
     return LinkShape(kind, tuple(size), mesh, scale=scale)
 
 
@@ -187,8 +189,8 @@ def _numbers(
         count = f"{min_count}" if min_count == max_count else f"{min_count} or {max_count}"
         many = "number" if count == "1" else "numbers"
         raise InputError(
-            f"{element.tagName} has {name} {shown(text)}; it must be {count} {many} of at most "
-            f"{LARGEST_LENGTH:g}"
+            f"{element.tagName} has {name} {format_value(text)}; it must be {count} {many} of at "
+            f"most {LARGEST_LENGTH:g}"
         )
     return numbers
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from xml.dom.minidom import Element
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 
 MAX_LINKS = 2_000
 MAX_LINK_DEPTH = 500
@@ -131,7 +131,7 @@ def _check_inertia(link: Element) -> None:
 def _check_not_negative(element: Element, attribute: str, name: str, minimum: float = 0.0) -> None:
     text = element.getAttribute(attribute)
     if not minimum <= _number(text) < math.inf:
-        raise InputError(f"{name} is {shown(text)}; it must be a number from 0 on")
+        raise InputError(f"{name} is {format_value(text)}; it must be a number from 0 on")
 
 
 def _check_axis(joint: Element) -> None:
@@ -143,8 +143,8 @@ def _check_axis(joint: Element) -> None:
         if not 0.0 < math.hypot(*map(_number, text.split())) < math.inf:
             name = joint.getAttribute("name")
             raise InputError(
-                f"the axis of joint {name!r} is {shown(text)}; it must be a direction, such as "
-                "'0 0 1'"
+                f"the axis of joint {name!r} is {format_value(text)}; it must be a direction, such "
+                "as '0 0 1'"
             )
 
 

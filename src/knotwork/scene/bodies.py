@@ -20,7 +20,8 @@ class Body:
         joint: Index of the joint that carries it; 0 for a fixed body.
         solids: Its solids.
         start, end: Time interval of its presence [s].
-        apart: Whether it is an object before the tool comes or after the tool has left.
+        tool_keeps_clear: Whether the tool must keep clear of it, although it may touch the object
+            while it takes or releases it.
         link: Name of a link in its URDF; empty for other bodies.
     """
 
@@ -30,7 +31,7 @@ class Body:
     solids: tuple[Solid, ...]
     start: float = -math.inf
     end: float = math.inf
-    apart: bool = False
+    tool_keeps_clear: bool = False
     link: str = ""
 
     @property
@@ -39,8 +40,8 @@ class Body:
         return f"link:{self.link}" if self.link else f"scenario:{self.name}"
 
 
-def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:
-    """The solids of a body, from rotations and origins of all joints.
+def place_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:
+    """Place the solids of a body, given rotations and origins of all joints.
 
     Args:
         body: The body.

@@ -18,14 +18,20 @@ from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Places
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, joint_tree, serial
+from knotwork.robot.joint_tree import (
+    JointTree,
+    invert_chain,
+    join_trees,
+    joint_tree,
+    make_serial_chain,
+)
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, joint_of_frame
-from knotwork.scene.link_bodies import link_bodies
-from knotwork.scene.other_robots import in_one_cell, other_motion
+from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_joint_of_frame
+from knotwork.scene.link_bodies import read_link_bodies
+from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
-from knotwork.scene.rules import given_rules
-from knotwork.scene.solids import Solid, solid
+from knotwork.scene.rules import resolve_rules
+from knotwork.scene.solids import Solid, make_solid
 from knotwork.task.scenario import (
     GraspedObject,
     PlacedObject,
@@ -37,22 +43,21 @@ from knotwork.task.scenario import (
 from knotwork.task.scenario.scene_model import FIXED_CARRIER
 
 WRONG_UNIT_RATIO = 20.0
-"""Ratio of mesh size and reach of the arm above which the unit is plausibly wrong, as it is below
-a thousandth of it."""
+"""Ratio of a mesh's size to the reach of the arm above which its unit is plausibly wrong."""
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
-SAME_TCP_PLACE = 1e-6
+SAME_TCP_DISTANCE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
 
 
-def robot_collision_model(robot: Robot) -> CollisionModel:
-    """The collision model of a robot alone, as listed by `knotwork robots NAME --collisions`.
+def build_robot_collision_model(robot: Robot) -> CollisionModel:
+    """Build the collision model of a robot alone, which `knotwork robots NAME --collisions` lists.
 
     Raises:
         InputError: A link's mesh or the SRDF can't be read.
 
-    >>> model = robot_collision_model(kw.load_robot("ur5"))
+    >>> model = build_robot_collision_model(kw.load_robot("ur5"))
     >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
     (8, 'base_link', 'a joint joins them')
     """
@@ -60,59 +65,62 @@ def robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """Poses and times of a grasp.
+    """Poses and times between a grasp and its release.
 
     Attributes:
-        taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
+        grasp_pose, release_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
+            base frame.
         start, end: Time interval [s].
-        coming: Time of the tool's departure to the object [s]; until then it must keep clear.
-        gone: Time of the tool's arrival at another position [s]; from then on it must keep clear.
+        approach_start: Time at which the tool departs to the object [s]. Before, it must keep
+            clear of the object.
+        departure_end: Time at which the tool arrives at another position [s]. Afterwards, it must
+            keep clear of the object.
     """
 
-    taken: Any
-    left: Any
+    grasp_pose: Any
+    release_pose: Any
     start: float
     end: float
-    coming: float = -math.inf
-    gone: float = math.inf
+    approach_start: float = -math.inf
+    departure_end: float = math.inf
 
 
-def hold_between(
+def find_hold(
     take: int,
     leave: int,
     times: Sequence[float],
     poses: Sequence[Any],
-    standing: Sequence[bool] = (),
+    in_world_frame: Sequence[bool] = (),
 ) -> Hold:
-    """Times in which an object is held between two waypoints, and in which the tool is near it.
+    """Find when an object is held between two waypoints, and when the tool is near it.
 
-    The tool comes from the last waypoint before at which the TCP has another position. It has left
-    at the first such waypoint after.
+    The approach starts at the last earlier waypoint at which the TCP has another position. The
+    departure ends at the first such waypoint afterwards.
 
     Args:
         take: Index of the waypoint where the object is taken.
         leave: Index of the waypoint where it is released.
         times: Times of the waypoints [s].
         poses: Poses of the TCP at the waypoints, `pin.SE3` in the base frame.
-        standing: Whether each pose is in the axes of the fixed frame instead; by default none.
+        in_world_frame: Whether each pose is in the world frame instead; by default none.
     """
 
     def elsewhere(k: int, waypoint: int) -> bool:
-        if standing and standing[k] != standing[waypoint]:
+        if in_world_frame and in_world_frame[k] != in_world_frame[waypoint]:
             return True
         moved = poses[k].translation - poses[waypoint].translation
-        return bool(np.abs(moved).max() > SAME_TCP_PLACE)
+        return bool(np.abs(moved).max() > SAME_TCP_DISTANCE)
 
-    coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
-    gone = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
-    near = next(coming, -math.inf), next(gone, math.inf)
+    before = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
+    after = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
+    near = next(before, -math.inf), next(after, math.inf)
     return Hold(poses[take], poses[leave], times[take], times[leave], *near)
 
 
-def collision_model(
+def build_collision_model(
     scenario: Scenario, robot: Robot, times: Sequence[float] = (), poses: Sequence[Any] = ()
 ) -> CollisionModel:
-    """The collision model of a scenario.
+    """Build the collision model of a scenario.
 
     Args:
         scenario: The task.
@@ -124,15 +132,17 @@ def collision_model(
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
     scene = scenario.scene
-    seen = times, poses, [waypoint.standing for waypoint in scenario.waypoints]
-    holds = {held.name: hold_between(held.take, held.leave, *seen) for held in scene.held}
+    waypoints = times, poses, [waypoint.in_world_frame for waypoint in scenario.waypoints]
+    holds = {held.name: find_hold(held.take, held.leave, *waypoints) for held in scene.held}
     items: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
-    since = {item.name: times[item.appears] for item in items if item.appears is not None}
-    return _Builder(robot, scene, scenario.places, holds, since).model()
+    appearance_times = {
+        item.name: times[item.appears] for item in items if item.appears is not None
+    }
+    return _Builder(robot, scene, scenario.places, holds, appearance_times).model()
 
 
 class _Builder:
-    """Collects bodies and pairs."""
+    """Collects the bodies and pairs of a collision model."""
 
     def __init__(
         self,
@@ -140,15 +150,15 @@ class _Builder:
         scene: Scene,
         places: Places,
         holds: Mapping[str, Hold] = MappingProxyType({}),
-        since: Mapping[str, float] = MappingProxyType({}),
+        appearance_times: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
-        self.joints, self.links = joint_tree(robot.model), link_bodies(robot)
-        self.holds, self.since = holds, since
-        self.known: list[ExtendedCurve] = []
+        self.joints, self.links = joint_tree(robot.model), read_link_bodies(robot)
+        self.holds, self.appearance_times = holds, appearance_times
+        self.known_motions: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
-        self.moved: set[str] = set()
+        self.other_arm_links: set[str] = set()
 
     def model(self) -> CollisionModel:
         scene = self.scene
@@ -165,62 +175,64 @@ class _Builder:
         for robot in scene.robots:
             bodies += self._robot_bodies(robot)
         # if two arms share a URDF, each would also be in the model of the other, at rest
-        bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
+        bodies = [
+            replace(x, start=math.inf) if x.link in self.other_arm_links else x for x in bodies
+        ]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        given = given_rules(scene, self.robot, bodies, self.places)
+        given = resolve_rules(scene, self.robot, bodies, self.places)
         pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
         return CollisionModel(
             self.joints,
             tuple(bodies),
             tuple(pairs),
             tuple(ignored),
-            self.links.missing,
-            self.links.bare,
-            tuple(self.known),
-            self.carriers,
-            self.robots,
+            missing=self.links.missing,
+            bare=self.links.bare,
+            known=tuple(self.known_motions),
+            carriers=self.carriers,
+            robots=self.robots,
         )
 
     def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
-        """A fixed object, or one that moves with a frame, placed with its carrier at rest."""
+        """Make the body of a fixed object, or of one that moves with a frame."""
         joint, carrier = self._joint_of_frame(frame)
-        start = self.since.get(name, -math.inf)
-        return Body(name, "object", joint, (self._solid(shape, carrier),), start)
+        start = self.appearance_times.get(name, -math.inf)
+        return Body(name, "object", joint, (self._solid(shape, carrier),), start=start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
-        """Links, tool and held objects of another robot, which move with it."""
+        """Add the joints of another robot, and give its links, tool and held objects as bodies."""
         robot = self.robot
         try:
-            motion = other_motion(placed)
+            motion = load_other_motion(placed)
             theirs = motion.robot
-            one_cell = in_one_cell(robot, theirs)
+            one_cell = are_in_one_cell(robot, theirs)
         except InputError as error:
             place = ("scene", "robots", placed.name, "scenario")
             raise self.places.error(place, str(error)) from error
         if one_cell:
-            link = robot.standing_frame
-            standing, placement = _joint_of_link(robot, link)
+            link = robot.world_frame
+            carrier, placement = _joint_of_link(robot, link)
         else:
-            link = theirs.standing_frame
-            standing, placement = self._joint_of_frame(placed.carrier)
+            link = theirs.world_frame
+            carrier, placement = self._joint_of_frame(placed.carrier)
             placement = placement * placed.placement
         base_joint, base_placement = _joint_of_link(theirs, link)
-        inverse, columns = inverse_chain(motion.model.joints, base_joint, base_placement)
+        inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
         still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
         turned = [replace(known[0], curve=turned_curve)] if columns else []
-        root = self._add_joints(inverse, placement, [*turned, still], standing)
+        root = self._add_joints(inverse, placement, [*turned, still], carrier)
         self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
-        self.known += known
+        self.known_motions += known
         self.robots[placed.name] = motion.robot, root
         for body in motion.model.bodies:
             if one_cell and body.joint == base_joint:
                 continue
             if one_cell and body.link:
-                self.moved.add(body.link)
+                self.other_arm_links.add(body.link)
             if body.kind != "object" or body.name in motion.held:
                 yield replace(
                     body,
@@ -229,18 +241,18 @@ class _Builder:
                     joint=root + body.joint,
                     start=body.start + placed.delay,
                     end=body.end + placed.delay,
-                    apart=False,
+                    tool_keeps_clear=False,
                     link="",
                 )
 
     def _joint_of_frame(
         self, frame: MovingFrame | None, time: float | None = None
     ) -> tuple[int, Any]:
-        """`joint_of_frame`; without a frame, of the base."""
+        """As `find_joint_of_frame`; without a frame, the joint of the base."""
         if frame is None:
             return 0, self.robot.base_placement
         self._add_carrier(frame)
-        return joint_of_frame(self.carriers, frame, time)
+        return find_joint_of_frame(self.carriers, frame, time)
 
     def _add_carrier(self, frame: MovingFrame) -> None:
         """Add the joints of a moving frame to the tree if they are missing."""
@@ -249,7 +261,7 @@ class _Builder:
             return
         joint, placement = 0, self.robot.base_placement
         if frame.link:
-            link = self.robot.standing_frame if frame.link == FIXED_CARRIER else frame.link
+            link = self.robot.world_frame if frame.link == FIXED_CARRIER else frame.link
             joint, placement = _joint_of_link(self.robot, link)
         if frame.joints:
             placements: list[Any] = []
@@ -258,7 +270,7 @@ class _Builder:
                 placements += [joints.placement, *[pin.SE3.Identity()] * (len(joints.turns) - 1)]
                 axes.append(joints.axis)
                 turns += joints.turns
-            chain = serial(placements, np.concatenate(axes), turns)
+            chain = make_serial_chain(placements, np.concatenate(axes), turns)
             known = [joints.curve for joints in frame.joints]
             joint, placement = self._add_joints(chain, placement, known, joint), pin.SE3.Identity()
         self.carriers[key] = joint, placement
@@ -266,9 +278,9 @@ class _Builder:
     def _add_joints(
         self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int = 0
     ) -> int:
-        """Add joints with known positions, and give the index of the last."""
+        """Add joints with known positions, and return the index of the last one."""
         self.joints = join_trees(self.joints, tree, placement, carrier)
-        self.known += known
+        self.known_motions += known
         return len(self.joints.parent) - 1
 
     def _tool_body(self, shapes: Sequence[PlacedShape]) -> Body:
@@ -279,30 +291,34 @@ class _Builder:
         return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
     def _held_bodies(self, held: GraspedObject) -> list[Body]:
-        """A held object: where it is taken, in the tool, and where it is released."""
+        """Make the bodies of a grasped object: before the grasp, in the tool, after the release."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
-        ends = ((hold.taken, hold.start), (hold.left, hold.end))
+        ends = ((hold.grasp_pose, hold.start), (hold.release_pose, hold.end))
         for carrier, (pose, time) in zip(held.carriers, ends, strict=True):
             joint, placement = self._joint_of_frame(carrier, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)
-        since = self.since.get(name, -math.inf)
+        appears = self.appearance_times.get(name, -math.inf)
+        lying_before = Body(name, "object", joint_before, solids_before, start=appears)
+        in_tool = Body(name, "held", int(frame.parentJoint), carried)
+        lying_after = Body(name, "object", joint_after, solids_after, start=hold.end)
+        approached, left = hold.approach_start, hold.departure_end
         bodies = [
-            Body(name, "object", joint_before, solids_before, since, hold.coming, apart=True),
-            Body(name, "object", joint_before, solids_before, max(since, hold.coming), hold.start),
-            Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", joint_after, solids_after, hold.end, hold.gone),
-            Body(name, "object", joint_after, solids_after, start=hold.gone, apart=True),
+            replace(lying_before, end=approached, tool_keeps_clear=True),
+            replace(lying_before, start=max(appears, approached), end=hold.start),
+            replace(in_tool, start=hold.start, end=hold.end),
+            replace(lying_after, end=left),
+            replace(lying_after, start=left, tool_keeps_clear=True),
         ]
         return [body for body in bodies if body.start < body.end]
 
     def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
-        """A shape of the scenario as a solid; errors name its location in the file."""
+        """Make the solid of a shape of the scenario; errors name its location in the file."""
         try:
-            placed = solid(shape, carrier)
+            placed = make_solid(shape, carrier)
             if shape.path is not None:
                 self._check_size(placed, shape)
         except InputError as error:
@@ -329,6 +345,6 @@ class _Builder:
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:
-    """The joint that carries a link of a robot, and the link's placement in its axes, `pin.SE3`."""
+    """Find the joint that carries a link, and the link's placement in its axes, `pin.SE3`."""
     frame = robot.model.frames[robot.frame_index(link)]
     return int(frame.parentJoint), frame.placement.copy()

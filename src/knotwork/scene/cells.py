@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
-MOST_CLOUD_CELLS = 100_000
+MAX_CLOUD_CELLS = 100_000
 """Maximum number of cells; a distance to them takes about 10 ms."""
 
 FARTHEST_CELL = 2**15
@@ -107,9 +107,9 @@ def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
             f"move the points to their origin, {larger}"
         )
     index = np.unique(np.floor(points / edge).astype(np.int64), axis=0)
-    if len(index) > MOST_CLOUD_CELLS:
+    if len(index) > MAX_CLOUD_CELLS:
         raise InputError(
             f"point cloud {path} fills {len(index)} cells of {edge:.3g} m, and at most "
-            f"{MOST_CLOUD_CELLS} are accepted; {larger}"
+            f"{MAX_CLOUD_CELLS} are accepted; {larger}"
         )
     return Cells(index, edge)

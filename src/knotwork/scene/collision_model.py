@@ -44,22 +44,22 @@ class Pair(NamedTuple):
     Attributes:
         first, second: Their indices among the bodies; the second one moves with the robot.
         margin: Required clearance [m].
-        around: Whether one of them belongs to the surroundings, so that `way: clear` may help.
+        involves_scene: Whether one of them belongs to the scene, so that `way: clear` may help.
     """
 
     first: int
     second: int
     margin: float
-    around: bool
+    involves_scene: bool
 
 
 Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
 
 
-def joint_of_frame(
+def find_joint_of_frame(
     carriers: Carriers, frame: MovingFrame, time: float | None = None
 ) -> tuple[int, Any]:
-    """The joint that carries a frame, and the transform of base poses into its axes.
+    """Find the joint that carries a frame, and the transform of base poses into its axes.
 
     Args:
         carriers: Attribute of `CollisionModel`.
@@ -74,7 +74,7 @@ def joint_of_frame(
 
 @dataclass(frozen=True, eq=False)
 class CollisionModel:
-    """Bodies and their checked pairs.
+    """Bodies of a task, and the pairs of them that are checked.
 
     Attributes:
         joints: The robot's joints, and those of known motions.
@@ -84,8 +84,8 @@ class CollisionModel:
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
         known: Positions of the joints after the robot's.
-        carriers: For each moving frame, by its `key`, its joint and the `pin.SE3` of
-            its link in that joint's axes.
+        carriers: For each moving frame, by its link and joints, the joint that carries it and the
+            placement of its link in that joint's axes, `pin.SE3`.
         robots: For each other robot, by name, its `Robot` and the joint of its root; its own joints
             follow it.
     """
@@ -101,7 +101,7 @@ class CollisionModel:
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
     def all_positions(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
-        """Positions of all joints over the time of the robot's motion, trailing shape (d,)."""
+        """Positions of all joints over the time of a robot's motion, trailing shape (d,)."""
         if not self.known:
             return curve
         span = curve.x[[0, -1]].tolist()

@@ -11,8 +11,8 @@ from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
 
-def one_inside_the_other(first: Placed, second: Placed) -> bool:
-    """Whether one of two solids whose surfaces do not meet is inside the other.
+def is_one_inside_other(first: Placed, second: Placed) -> bool:
+    """Whether one of two solids with separate surfaces is inside the other.
 
     Coal treats a mesh as a surface, so the distance from inside is positive. Every connected part
     of the inner solid is checked.
@@ -38,26 +38,26 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
     box = solid.geometry.aabb_local
     if (point < box.min_).any() or (point > box.max_).any():
         return False
-    around, winds = [], 0
+    enclosing, winds = [], 0
     for part in range(solid.parts.max() + 1):
         triangles = solid.triangles[solid.parts == part]
         winding = round(winding_number(triangles, point))
         if winding:
             winds += winding
             corners = triangles.reshape(-1, 3)
-            around.append((corners.min(axis=0), corners.max(axis=0)))
-    if winds or not around:
+            enclosing.append((corners.min(axis=0), corners.max(axis=0)))
+    if winds or not enclosing:
         return winds != 0
-    around.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
+    enclosing.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
     nested = all(
         (outer[0] < inner[0]).all() and (inner[1] < outer[1]).all()
-        for outer, inner in itertools.pairwise(around)
+        for outer, inner in itertools.pairwise(enclosing)
     )
     return not nested
 
 
 def _points(solid: Solid) -> FloatArray:
-    """A point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
+    """Give a point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
     if solid.triangles is not None and solid.parts is not None:
         _, first = np.unique(solid.parts, return_index=True)
         return np.asarray(solid.triangles[first, 0])

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import coal
 import numpy as np
 
-from knotwork.scene.bodies import Body, placed_solids
-from knotwork.scene.containment import one_inside_the_other
+from knotwork.scene.bodies import Body, place_solids
+from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
@@ -75,7 +75,7 @@ class DistanceMeter:
             first: A solid.
             second: Another one.
             max_distance: Upper bound of relevant distances [m]. For exact meshes and cells that are
-                farther apart, the result is between this and the distance.
+                farther offset, the result is between this and the distance.
         """
         if _cells_second(first, second):
             first, second = second, first
@@ -84,10 +84,10 @@ class DistanceMeter:
         self._first.setTransform(first.rotation, first.origin)
         self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
-        if a.around is not None or b.around is not None:
+        if a.outer_hull is not None or b.outer_hull is not None:
             # There are many triangles and cells, so the hull is measured first. It is never farther
             # away than they are.
-            near = self._coal_distance(a.around or a.geometry, b.around or b.geometry)
+            near = self._coal_distance(a.outer_hull or a.geometry, b.outer_hull or b.geometry)
             # Coal skips the measurement if 0 is known already.
             max_distance = max(max_distance, DISTANCE_ERROR)
             if near >= max_distance:
@@ -111,8 +111,8 @@ class DistanceMeter:
         return float(result.min_distance)
 
     def _off(self, solid: Solid, placement: Any, point: Any) -> float:
-        """Distance of a point from an exact mesh or from cells [m]; 0 for a convex solid."""
-        if solid.around is None:
+        """Distance of a point from an exact mesh or from cells [m], 0 for a convex solid."""
+        if solid.outer_hull is None:
             return 0.0
         self._here.setTranslation(point)
         self._spot.clear()
@@ -135,31 +135,31 @@ class DistanceMeter:
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
             points = points @ second.rotation.T + second.origin
             normal = second.rotation @ normal
-        apart = points[0] - points[1]
-        if distance > DISTANCE_ERROR and np.linalg.norm(apart) > DISTANCE_ERROR:
-            normal = apart / np.linalg.norm(apart)
+        offset = points[0] - points[1]
+        if distance > DISTANCE_ERROR and np.linalg.norm(offset) > DISTANCE_ERROR:
+            normal = offset / np.linalg.norm(offset)
         return Nearest(distance, points, normal)
 
 
 def _cells_second(first: Placed, second: Placed) -> bool:
-    """Whether Coal swaps the nearest points of two solids."""
+    """Whether the second of two solids has cells and the first has not: Coal swaps their points."""
     return second.solid.cells is not None and first.solid.cells is None
 
 
 def _in_axes_of(frame: Placed, solid: Placed) -> Placed:
-    """A solid in the axes of another, because Coal's bounds of rotated ellipsoids are too small."""
+    """Express a solid in the axes of another; Coal's bounds of rotated ellipsoids are too small."""
     turn = frame.rotation.T
     return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))
 
 
-def nearest_of_bodies(
+def find_nearest_points(
     meter: DistanceMeter,
     first: Body,
     second: Body,
     rotation: FloatArray,
     origin: FloatArray,
 ) -> Nearest:
-    """Nearest points of two bodies.
+    """Find the nearest points of two bodies.
 
     Args:
         meter: Meter of distances.
@@ -168,11 +168,11 @@ def nearest_of_bodies(
         rotation: Rotations of all joints, shape (n + 1, 3, 3).
         origin: Origins of all joints [m], shape (n + 1, 3).
     """
-    pairs = _pairs(first, second, rotation, origin)
+    pairs = _pair_solids(first, second, rotation, origin)
     return min((meter.nearest(a, b) for a, b in pairs), key=lambda nearest: nearest.distance)
 
 
-def nearer_than(
+def are_nearer_than(
     meter: DistanceMeter,
     first: Body,
     second: Body,
@@ -191,14 +191,14 @@ def nearer_than(
         margin: Required clearance [m].
     """
     return any(
-        meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or one_inside_the_other(a, b)
-        for a, b in _pairs(first, second, rotation, origin)
+        meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or is_one_inside_other(a, b)
+        for a, b in _pair_solids(first, second, rotation, origin)
     )
 
 
-def _pairs(
+def _pair_solids(
     first: Body, second: Body, rotation: FloatArray, origin: FloatArray
 ) -> Iterator[tuple[Placed, Placed]]:
     return itertools.product(
-        placed_solids(first, rotation, origin), placed_solids(second, rotation, origin)
+        place_solids(first, rotation, origin), place_solids(second, rotation, origin)
     )

@@ -61,7 +61,7 @@ def convex_hull(points: FloatArray) -> Any:
 
 
 def _thicken_sheet(points: FloatArray) -> FloatArray:
-    """Points of a sheet, or of a wire, with extra points on both sides."""
+    """Add points on both sides of a sheet or a wire; other points are unchanged."""
     spread, axes = np.linalg.eigh(np.cov(points.T, bias=True))
     for axis in axes.T[spread <= (SHEET_RATIO**2) * max(spread[-1], SHEET_THICKNESS**2)]:
         points = np.concatenate([points - SHEET_THICKNESS * axis, points + SHEET_THICKNESS * axis])
@@ -87,9 +87,9 @@ def _triangles(hull: Any) -> Any:
     """The hull's triangles in Coal's type, counter-clockwise seen from outside."""
     a, b, c = hull.points[hull.simplices.T]
     turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
-    place = np.zeros(len(hull.points), dtype=int)
-    place[hull.vertices] = np.arange(len(hull.vertices))
-    corners = place[hull.simplices]
+    corner_of = np.zeros(len(hull.points), dtype=int)
+    corner_of[hull.vertices] = np.arange(len(hull.vertices))
+    corners = corner_of[hull.simplices]
     corners[turned] = corners[turned][:, ::-1]
     triangles = coal.StdVec_Triangle()
     triangles.extend([coal.Triangle(*triangle) for triangle in corners.tolist()])

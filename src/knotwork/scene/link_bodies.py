@@ -15,12 +15,12 @@ from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scene.bodies import Body
 from knotwork.scene.meshes.locating import find_mesh, ros_folders
-from knotwork.scene.solids import solid
+from knotwork.scene.solids import make_solid
 from knotwork.task.scenario import PlacedShape
 
 
 class LinkBodies(NamedTuple):
-    """The links of a robot with collision shapes.
+    """Bodies of the links of a robot that have collision shapes.
 
     Attributes:
         bodies: A body for each such link.
@@ -45,15 +45,15 @@ class _Key:
     robot: Robot = field(compare=False)
 
 
-def link_bodies(robot: Robot) -> LinkBodies:
-    """The links of a robot, common to all its scenarios; cached until a file changes.
+def read_link_bodies(robot: Robot) -> LinkBodies:
+    """Read the bodies of a robot's links; they are cached until a file changes.
 
     Raises:
         InputError: A mesh file exists, but can't be read whole.
     """
     placed = (
         (str(frame.name), int(frame.parentJoint), *frame.placement.homogeneous.ravel().tolist())
-        for frame in _links(robot)
+        for frame in _link_frames(robot)
     )
     files = tuple((file, _last_change(file.path)) for file in robot.urdf_files)
     key = _Key(files, tuple(placed), (tuple(robot.package_paths), ros_folders()), robot)
@@ -64,7 +64,7 @@ def link_bodies(robot: Robot) -> LinkBodies:
     return links
 
 
-def _links(robot: Robot) -> list[Any]:
+def _link_frames(robot: Robot) -> list[Any]:
     """Pinocchio's frames of the links."""
     return [frame for frame in robot.model.frames if frame.type == pin.FrameType.BODY]
 
@@ -84,7 +84,7 @@ def _read_bodies(key: _Key) -> LinkBodies:
     urdf_shapes, ros = UrdfShapes(robot.urdf_files), ros_folders()
     bodies, missing, bare = [], [], []
     meshes: dict[Path, int | None] = {}
-    for frame in _links(robot):
+    for frame in _link_frames(robot):
         link = str(frame.name)
         if link not in urdf_shapes.links:
             continue
@@ -104,9 +104,9 @@ def _read_bodies(key: _Key) -> LinkBodies:
                 meshes[path] = _last_change(path)
             x, y, z = shape.scale.tolist()
             placement = pin.SE3(shape.rotation, shape.translation)
-            placed = PlacedShape(shape.kind, shape.size, placement, path, (x, y, z))
+            placed = PlacedShape(shape.kind, shape.size, placement, path, scale=(x, y, z))
             try:
-                solids.append(solid(placed, frame.placement))
+                solids.append(make_solid(placed, frame.placement))
             except InputError as error:
                 error.locate(f"{shape.urdf}: collision shape of link {link!r}")
                 raise

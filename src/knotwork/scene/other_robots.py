@@ -45,7 +45,7 @@ class OtherMotion:
     held: frozenset[str]
 
 
-def other_motion(placed: PlacedRobot) -> OtherMotion:
+def load_other_motion(placed: PlacedRobot) -> OtherMotion:
     """Plan or read the motion of another robot; cached.
 
     Raises:
@@ -59,13 +59,13 @@ def other_motion(placed: PlacedRobot) -> OtherMotion:
     changed = tuple(file.stat().st_mtime_ns for file in files if file.is_file())
     _under_way.append(source)
     try:
-        return _motion(source, placed.motion, changed)
+        return _load_motion(source, placed.motion, changed)
     finally:
         _under_way.pop()
 
 
 @lru_cache(maxsize=8)
-def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
+def _load_motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
     scenario = load_scenario(source)
     if scenario.task.robot is None:
         raise InputError(f"{source}: names no robot")
@@ -90,7 +90,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
     return OtherMotion(space.robot, model, known, held)
 
 
-def in_one_cell(robot: Robot, second: Robot) -> bool:
+def are_in_one_cell(robot: Robot, second: Robot) -> bool:
     """Whether two robots are arms of one URDF, which defines their relative placement.
 
     Raises:
@@ -109,12 +109,12 @@ def in_one_cell(robot: Robot, second: Robot) -> bool:
                 f"fixed base, {joint!r} locked in both robot files"
             )
         for joint in sorted(carrying & robot.locked.keys() & second.locked.keys()):
-            places = robot.locked[joint], second.locked[joint]
-            if abs(places[0] - places[1]) > SAME_JOINT_POSITION:
+            positions = robot.locked[joint], second.locked[joint]
+            if abs(positions[0] - positions[1]) > SAME_JOINT_POSITION:
                 raise InputError(
-                    f"joint {joint!r} is at {places[0]:.6g} for {robot.name!r} and at "
-                    f"{places[1]:.6g} for {second.name!r}, and carries the arm of "
-                    f"{carrier.name!r}; accepted: one place, in the `locked` of both robot files"
+                    f"joint {joint!r} is at {positions[0]:.6g} for {robot.name!r} and at "
+                    f"{positions[1]:.6g} for {second.name!r}, and carries the arm of "
+                    f"{carrier.name!r}; accepted: one position, in the `locked` of both robot files"
                 )
     return True
 

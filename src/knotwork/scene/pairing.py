@@ -27,12 +27,12 @@ ADJACENT = "a joint joins them"
 CARRIED = "the tool carries it"
 BY_ROBOT = "the robot's file ignores it"
 OBJECT_KIND = "object"
-NOT_ITSELF = "the scenario says `self: false`"
-NOT_OURS = "no joint of the robot moves one of them to the other"
+SELF_CHECK_OFF = "the scenario says `self: false`"
+NOT_MOVED_BY_ROBOT = "no joint of the robot moves one of them to the other"
 
 
 class Pairing:
-    """Chooses the pairs of bodies to check.
+    """Selects the pairs of bodies to check.
 
     Args:
         robot: The robot.
@@ -43,13 +43,13 @@ class Pairing:
 
     def __init__(self, robot: Robot, joints: JointTree, scene: Scene, given: Reasons) -> None:
         self.scene, self.given = scene, given
-        self.by_files = _reasons_of_files(robot)
-        self.own = joints.carriers[:, : robot.model.njoints]
+        self.by_files = _read_reasons(robot)
+        self.own_carriers = joints.carriers[:, : robot.model.njoints]
         self.joined = robot.joined_links
         self.held = {item.name for item in scene.held}
 
     def pairs(self, bodies: Sequence[Body]) -> tuple[list[Pair], list[IgnoredPair]]:
-        """Give the checked pairs, and the excluded ones with the reason."""
+        """List the pairs to check, and the excluded ones with the reason."""
         pairs, ignored = [], []
         for (i, first), (j, second) in itertools.combinations(enumerate(bodies), 2):
             if first.start >= second.end or second.start >= first.end:
@@ -58,54 +58,59 @@ class Pairing:
                 continue  # links of one part
             reason = self._reason(first, second)
             if reason is not None:
-                ignored.append(IgnoredPair(self._whose(first), self._whose(second), reason))
+                ignored.append(
+                    IgnoredPair(self._reported_name(first), self._reported_name(second), reason)
+                )
                 continue
-            around = OBJECT_KIND in (first.kind, second.kind)
-            second_moves = second.kind != OBJECT_KIND if around else bool(second.joint)
+            involves_scene = OBJECT_KIND in (first.kind, second.kind)
+            second_moves = second.kind != OBJECT_KIND if involves_scene else bool(second.joint)
             order = (i, j) if second_moves else (j, i)
-            pairs.append(Pair(*order, self.scene.margin if around else 0.0, around))
+            pairs.append(Pair(*order, self.scene.margin if involves_scene else 0.0, involves_scene))
         return pairs, [pair for pair in dict.fromkeys(ignored) if pair.first != pair.second]
 
-    def _whose(self, body: Body) -> str:
-        """The name of a body, or of the other robot whose body it is."""
+    def _reported_name(self, body: Body) -> str:
+        """Name of a body in reports: bodies of another robot are listed under its name."""
         robots = (
             robot.name for robot in self.scene.robots if body.name.startswith(f"{robot.name}/")
         )
         return next(robots, body.name) if body.kind == OBJECT_KIND else body.name
 
     def _reason(self, first: Body, second: Body) -> str | None:
-        """Reason why two bodies are always excluded."""
+        """Reason why a pair of bodies is excluded, or `None` if it is checked."""
         if first.joint == second.joint:
             return MOVE_TOGETHER if first.joint else NEITHER_MOVES
         kinds = {first.kind, second.kind}
         if kinds <= {"link", "tool"} and not self.scene.rules.itself:
-            return NOT_ITSELF
+            return SELF_CHECK_OFF
         reason = self.given.get(frozenset((first.identity, second.identity)))
-        apart = first.apart or second.apart
-        if reason is not None and not (reason == ALLOWED and apart):
+        keeps_clear = first.tool_keeps_clear or second.tool_keeps_clear
+        if reason is not None and not (reason == ALLOWED and keeps_clear):
             return reason  # only the gripper may touch an object, and only during this time
-        if kinds == {OBJECT_KIND} and (self.own[first.joint] == self.own[second.joint]).all():
-            return NOT_OURS
+        if (
+            kinds == {OBJECT_KIND}
+            and (self.own_carriers[first.joint] == self.own_carriers[second.joint]).all()
+        ):
+            return NOT_MOVED_BY_ROBOT
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))
             return self.by_files.get(links) or (ADJACENT if links in self.joined else None)
         carried = "tool" in kinds and "link" not in kinds and {first.name, second.name} & self.held
-        return CARRIED if carried and not apart else None
+        return CARRIED if carried and not keeps_clear else None
 
 
-def _reasons_of_files(robot: Robot) -> Reasons:
-    """Reasons in the robot's file and its SRDF for links, by the names of the pair."""
+def _read_reasons(robot: Robot) -> Reasons:
+    """Read the reasons that the robot's file and its SRDF give, by the names of two links."""
     reasons: Reasons = {}
     if robot.srdf is not None:
-        for first, second, why in disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns):
+        for first, second, why in read_disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns):
             text = f" ({why})" if why else ""
             reasons[frozenset((first, second))] = f"the SRDF disables it{text}"
     return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
 
 
 @lru_cache(maxsize=32)
-def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
-    """Read two links and the reason of each excluded pair.
+def read_disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
+    """Read the pairs of links that an SRDF disables, each with the reason.
 
     Args:
         path: The SRDF.

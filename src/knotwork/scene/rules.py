@@ -18,8 +18,8 @@ Reasons = dict[frozenset[str], str]
 Place = tuple[str | int, ...]
 
 
-def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
-    """Resolve the names in `allow` and `ignore`.
+def resolve_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
+    """Find the pairs that `allow` and `ignore` exclude, each with its reason.
 
     Raises:
         InputError: A name is unknown or ambiguous, or an object has the name of a link.

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.containment import one_inside_the_other
+from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.solids import Placed, support
+from knotwork.scene.solids import Placed, support_values
 from knotwork.waypoints import FloatArray, IndexArray
 
 
 class SolidPairs:
-    """All pairs of solids of all pairs of bodies.
+    """The pairs of solids of all checked pairs of bodies, as arrays.
 
     Attributes:
         model: Bodies and pairs.
@@ -32,10 +32,10 @@ class SolidPairs:
     def __init__(self, model: CollisionModel) -> None:
         self.model = model
         self.solids = [solid for body in model.bodies for solid in body.solids]
-        place = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
+        offset = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
         self.joint = np.array([body.joint for body in model.bodies for _ in body.solids])
         combos = [
-            (place[pair.first] + a, place[pair.second] + b, k)
+            (offset[pair.first] + a, offset[pair.second] + b, k)
             for k, pair in enumerate(model.pairs)
             for a in range(len(model.bodies[pair.first].solids))
             for b in range(len(model.bodies[pair.second].solids))
@@ -45,7 +45,7 @@ class SolidPairs:
         self.margin = np.array([model.pairs[k].margin for k in self.pair])
         exact = np.array([solid.triangles is not None for solid in self.solids])
         self.exact = exact[self.first] | exact[self.second]
-        convex = np.array([solid.around is None for solid in self.solids])
+        convex = np.array([solid.outer_hull is None for solid in self.solids])
         self.convex = convex[self.first] & convex[self.second]
         bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
         self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
@@ -85,9 +85,7 @@ class SolidPairs:
         return np.asarray(turned + origin[:, self.joint, :, None])
 
     def min_distances(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """Distances of bounding spheres, or of a sphere and a plane [m], shape (k, c).
-
-        These are lower bounds of the distances of the solids.
+        """Lower bounds of the distances of all pairs, from bounding spheres and planes [m], (k, c).
 
         Args:
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
@@ -147,17 +145,17 @@ class SolidPairs:
             result -= np.einsum("mi,mi->m", direction, shift[item, solids])
             for s in set(solids.tolist()):
                 rows = np.flatnonzero(solids == s)
-                result[rows] -= support(self.solids[s], local[rows])
+                result[rows] -= support_values(self.solids[s], local[rows])
         return result
 
     def placed_pair(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
-        """The two placed solids of a pair; arguments as in `measure`."""
+        """Place the two solids of a pair; arguments as in `measure`."""
         a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
     def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
         """Whether a solid of a pair is inside the other, without contact of their surfaces."""
-        return bool(self.exact[combo]) and one_inside_the_other(
+        return bool(self.exact[combo]) and is_one_inside_other(
             *self.placed_pair(combo, turn, shift)
         )
 
@@ -171,9 +169,10 @@ class SolidPairs:
     def nearest(
         self, q: FloatArray, time: FloatArray, max_distance: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """The minimum distance beyond the required margin, one configuration after the other [m].
+        """Find the minimum distance beyond the required margin at each configuration [m].
 
-        Each with its pair of solids, or -1 if none is nearer.
+        Each distance comes with the index of its pair of solids, or -1 if none is nearer than
+        `max_distance`.
 
         Args:
             q: Joint positions [rad or m], shape (m, d).
@@ -192,12 +191,11 @@ class SolidPairs:
                 if row[c] > result or (max_distance == 0.0 and result < 0.0):
                     break
                 margin = float(self.margin[c])
-                apart = (
-                    self.measure(c, turn[i], shift[i], result + margin + DISTANCE_ERROR) - margin
-                )
-                if apart > 0.0 and self._inside(c, turn[i], shift[i]):
-                    apart = -apart
-                apart = apart if apart > 0.0 else min(apart, -1e-300)
-                if apart < result:
-                    result, nearest = apart, c
+                limit = result + margin + DISTANCE_ERROR
+                clearance = self.measure(c, turn[i], shift[i], limit) - margin
+                if clearance > 0.0 and self._inside(c, turn[i], shift[i]):
+                    clearance = -clearance
+                clearance = clearance if clearance > 0.0 else min(clearance, -1e-300)
+                if clearance < result:
+                    result, nearest = clearance, c
             yield result, nearest

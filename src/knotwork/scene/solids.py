@@ -36,7 +36,7 @@ class Solid:
         triangles: Triangles of an exact mesh in its own axes [m], shape
             (n, 3, 3); `None` for a convex solid.
         parts: Index of the connected part of each of those triangles, shape (n,), or `None`.
-        around: Convex hull of such a mesh or of cells in Coal's type, else `None`.
+        outer_hull: Convex hull of such a mesh or of cells in Coal's type, else `None`.
         cells: Cells of a point cloud, or `None`.
     """
 
@@ -48,7 +48,7 @@ class Solid:
     plane: FloatArray | None = None
     triangles: FloatArray | None = None
     parts: NDArray[np.intp] | None = None
-    around: Any = None
+    outer_hull: Any = None
     cells: Cells | None = None
 
     @property
@@ -62,7 +62,7 @@ class Solid:
 
     @property
     def radius(self) -> float:
-        """Radius of that sphere [m]."""
+        """Radius of the sphere through the corners of its box [m]."""
         return float(np.linalg.norm(self.corners[-1] - self.corners[0]) / 2)
 
 
@@ -80,8 +80,8 @@ class Placed(NamedTuple):
     origin: FloatArray
 
 
-def solid(shape: PlacedShape, carrier: Any) -> Solid:
-    """Make a solid.
+def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
+    """Make the solid of a shape.
 
     Args:
         shape: Its shape.
@@ -110,7 +110,14 @@ def solid(shape: PlacedShape, carrier: Any) -> Solid:
         normal = turn @ np.array(shape.size[:3])
         plane = np.array([*normal, shape.size[3] + normal @ shift])
         geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
-        return Solid(shape, geometry, turn, shift, np.full((8, 3), np.inf), plane)
+        return Solid(
+            shape,
+            geometry,
+            rotation=turn,
+            translation=shift,
+            corners=np.full((8, 3), np.inf),
+            plane=plane,
+        )
     else:
         make = {
             "box": coal.Box,
@@ -127,11 +134,20 @@ def solid(shape: PlacedShape, carrier: Any) -> Solid:
         geometry.computeLocalAABB()
         low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
     corners = low + _CORNERS * (high - low)
-    around = corners @ turn.T + shift
-    return Solid(shape, geometry, turn, shift, around, None, triangles, parts, hull, cells)
+    return Solid(
+        shape,
+        geometry,
+        rotation=turn,
+        translation=shift,
+        corners=corners @ turn.T + shift,
+        triangles=triangles,
+        parts=parts,
+        outer_hull=hull,
+        cells=cells,
+    )
 
 
-def support(solid: Solid, directions: FloatArray) -> FloatArray:
+def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
     """Largest value of n·p over the points p of a convex solid [m], shape (m,).
 
     Args:
@@ -159,13 +175,13 @@ def support(solid: Solid, directions: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
-    """Convex hull of a mesh file; `changed` is the time of its last change."""
+    """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
     return convex_hull(read_points(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
 def _octree(cells: Cells) -> tuple[Any, Any]:
-    """Cells in Coal's type, and their convex hull."""
+    """Convert cells to Coal's type, and make their convex hull."""
     return cells.octree(), convex_hull(cells.outermost)
 
 
@@ -173,7 +189,7 @@ def _octree(cells: Cells) -> tuple[Any, Any]:
 def _exact(
     path: Path, changed: int, scale: tuple[float, float, float]
 ) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
-    """An exact mesh, the corners of its triangles, the part of each, and the hull."""
+    """Read an exact mesh: Coal's mesh, corners and part of each triangle, and the hull."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from knotwork.errors.plain_text import one_line
+from knotwork.errors.plain_text import to_one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 
@@ -118,7 +118,7 @@ def describe(finding: Finding, units: Units) -> str:
         from_below = (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit)
         bare = readable(units.shown(value, finding.unit)[0])
         number = f"{number}, at least {allowed}," if from_below else f"{bare} of {allowed}"
-    parts = one_line(finding.name), finding.title, number, _moment(finding)
+    parts = to_one_line(finding.name), finding.title, number, _moment(finding)
     return " ".join(filter(None, parts))
 
 
@@ -163,7 +163,7 @@ def _meets_requirements(findings: Sequence[Finding]) -> bool:
 def wrap(text: str, width: int, indent: str, head: str = "") -> list[str]:
     """Lines of a text; the first begins with a head, the others are indented."""
     lines = textwrap.wrap(
-        _SPACE_BEFORE_UNIT.sub(_NO_BREAK, one_line(text)),
+        _SPACE_BEFORE_UNIT.sub(_NO_BREAK, to_one_line(text)),
         max(width, len(indent) + NARROWEST_LINE),
         initial_indent=head,
         subsequent_indent=indent,

@@ -14,7 +14,7 @@ from knotwork.verification.event_checks import events, parts
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import freedoms_used
 from knotwork.verification.limits import joint_limits, missing_limits, unreachable_accelerations
-from knotwork.verification.path_checks import tool_paths
+from knotwork.verification.path_checks import tool_paths, uneven_points
 from knotwork.verification.waypoint_checks import (
     approach,
     joints_at_waypoints,
@@ -31,6 +31,7 @@ CHECKS: dict[str, Check] = {
     "tool_at_waypoints": tool_at_waypoints,
     "joints_at_waypoints": joints_at_waypoints,
     "tool_paths": tool_paths,
+    "uneven_points": uneven_points,
     "freedoms": freedoms_used,
     "waits": waits,
     "events": events,

@@ -45,7 +45,7 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     # the nearest pair of each object, and of the robot with itself, for tables
     nearest: dict[str | None, Clearance] = {}
     for pair in sorted(clearances_found, key=lambda pair: pair.distance)[::-1]:
-        nearest[pair.first.name if pair.around else None] = pair
+        nearest[pair.first.name if pair.involves_scene else None] = pair
     for pair in sorted(clearances_found, key=lambda pair: pair.distance - pair.margin):
         yield _pair_finding(pair, scenario, robot, detail=pair not in nearest.values())
 
@@ -75,13 +75,15 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    from knotwork.scene.building import collision_model
+    from knotwork.scene.building import build_collision_model
 
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
     held = bool(scenario.scene.held)
     stops = zip(times, scenario.waypoints, strict=True) if held else ()
-    poses = [robot.tool_seen(motion.curve(t), standing=stop.standing) for t, stop in stops]
-    return collision_model(scenario, robot, times, poses)
+    poses = [
+        robot.tool_pose(motion.curve(t), in_world_frame=stop.in_world_frame) for t, stop in stops
+    ]
+    return build_collision_model(scenario, robot, times, poses)
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
@@ -130,7 +132,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
         points=tuple(tuple(float(x) for x in point) for point in points),
         label=("undecided: " if pair.verdict == "undecided" else "") + _pair_text(pair, scenario),
         detail=detail and clear,
-        around=pair.around,
+        involves_scene=pair.involves_scene,
         bodies=(pair.second.name, pair.first.name),
         remedy=_why_no_detour(pair, scenario),
     )

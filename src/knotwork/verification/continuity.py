@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measured_jumps
+from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -32,7 +32,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
         required = order <= scenario.task.continuity
-        sizes, allowed = measured_jumps(motion.curve, order)
+        sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))
         share = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)

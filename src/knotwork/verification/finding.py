@@ -14,7 +14,7 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
 """Quantity of findings that list remedies that planning already attempted."""
-NOT_IN_DATA = ("around", "bodies", "brief", "fact", "label", "remedy")
+NOT_IN_DATA = ("involves_scene", "bodies", "brief", "fact", "label", "remedy")
 """Fields left out of JSON, because name and message contain them."""
 
 
@@ -59,7 +59,7 @@ class Finding:
         brief: Text in short reports even if nothing fails, if any.
         detail: Whether it is left out of tables, because another finding is more informative. It is
             in JSON.
-        around: Whether one body of a pair is an object of the scene.
+        involves_scene: Whether one body of a pair is an object of the scene.
         bodies: Names of the bodies of a pair.
     """
 
@@ -85,7 +85,7 @@ class Finding:
     remedy: str = ""
     brief: str = ""
     detail: bool = False
-    around: bool = False
+    involves_scene: bool = False
     bodies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

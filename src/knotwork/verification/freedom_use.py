@@ -62,7 +62,9 @@ def freedom_uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[F
             continue
         times = np.array([waypoint.time])
         if waypoint.freedom is not None and _covers(motion, times):
-            pose = robot.tool_seen(motion.curve(waypoint.time), standing=waypoint.standing)
+            pose = robot.tool_pose(
+                motion.curve(waypoint.time), in_world_frame=waypoint.in_world_frame
+            )
             requested = waypoint.position[None], waypoint.rotation[None]
             use = _freedom_use(
                 "waypoint", waypoint.name, waypoint.freedom, times, requested, [pose]

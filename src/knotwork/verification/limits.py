@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.jumps import measured_jumps
+from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -237,7 +237,7 @@ def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float
     if order == 0:
         return {}
     signed = curve.jumps(order - 1)
-    sizes, allowed = measured_jumps(curve, order - 1)
+    sizes, allowed = measure_jumps(curve, order - 1)
     excess = sizes - allowed
     jumps = {}
     for i in np.flatnonzero((excess > 0).any(axis=0)):

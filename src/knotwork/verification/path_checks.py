@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+import numpy as np
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
@@ -13,6 +15,7 @@ from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
+    from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
     from knotwork.verification.bounds.path_criteria import PathBound
@@ -30,6 +33,11 @@ UNITS = {
 """SI unit of each criterion."""
 POSE_TOLERANCE = 1e-9
 """Relative difference below which poses are equal."""
+MAX_BULGE = 0.2
+"""Maximum distance of a plausible curve from the line between two points, relative to the line.
+
+Even a circle through five points is below it.
+"""
 
 
 def tool_paths(
@@ -49,6 +57,31 @@ def tool_paths(
         paths = [path for path in group if execution is None or path.motion.carrier is None]
         for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
             yield from _stretch_findings(scenario, followed)
+
+
+def uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Warn of a curve that deviates far from the line between two of its points.
+
+    Its points are then few or uneven, and the tool is on the curve but hardly where it should be.
+    """
+    scale, unit = scenario.shown_length
+    for path in scenario.paths:
+        last = scenario.waypoints[path.last]
+        for any_curve in path.motion.path.curves:
+            if not hasattr(any_curve, "bulges"):  # lines and arcs need not load its class
+                continue
+            curve = cast("ThroughPoints", any_curve)
+            bulges = curve.bulges()
+            chords = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
+            i = int((bulges / chords).argmax())
+            if bulges[i] > MAX_BULGE * chords[i]:
+                yield Finding(
+                    "Warnings", "waypoint", last.name, "curve_between_points", "warning",
+                    f"the curve through points to {last.name!r} leaves the straight line between "
+                    f"points {i} and {i + 1}, {scale * chords[i]:.4g} {unit} apart, by "
+                    f"{scale * bulges[i]:.4g} {unit}: add points there, or leave out points that "
+                    "are much nearer to one another", time=last.time,
+                )  # fmt: skip
 
 
 def path_geometry(

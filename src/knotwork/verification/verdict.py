@@ -64,7 +64,7 @@ def check(
     >>> kw.check(plan.trajectory, plan.scenario).ok
     True
     """
-    if scenario.free is not None:
+    if scenario.unknowns is not None:
         raise InputError(
             f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
             "time; accepted: scenario.yaml, which plan --out writes next to the trajectory, "

@@ -143,7 +143,7 @@ def _tool_findings(
     import pinocchio as pin
 
     velocity_freedom = _velocity_freedom(waypoint, scenario)
-    robot, joints = space.robot.in_frame(standing=waypoint.standing)
+    robot, joints = space.robot.in_frame(in_world_frame=waypoint.in_world_frame)
     q, v = motion.curve(time)[joints], motion.curve(time, 1)[joints]
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation, spin = waypoint.rotation, twist.angular

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, inverse_chain, joint_tree, place_joints
+from knotwork.robot.joint_tree import JointTree, invert_chain, joint_tree, place_joints
 from knotwork.waypoints import FloatArray
 
 
@@ -89,7 +89,7 @@ class BaseJoints:
         """
         if not self.joints:
             return points
-        frame = self.robot.model.frames[self.robot.frame_index(self.robot.standing_frame)]
+        frame = self.robot.model.frames[self.robot.frame_index(self.robot.world_frame)]
         rotation, origin = (
             x[:, frame.parentJoint] for x in place_joints(joint_tree(self.robot.model), q)
         )
@@ -103,7 +103,7 @@ def base_joints(robot: Robot) -> BaseJoints:
     if not robot.base_moves:
         return BaseJoints(robot, [], [])
     tree = joint_tree(robot.model)
-    frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
-    chain, columns = inverse_chain(tree, int(frame.parentJoint), frame.placement)
+    frame = robot.model.frames[robot.frame_index(robot.world_frame)]
+    chain, columns = invert_chain(tree, int(frame.parentJoint), frame.placement)
     joints = [drawn_joint(chain, i, f"base joint {i}") for i in range(1, len(chain.parent))]
     return BaseJoints(robot, joints, columns)

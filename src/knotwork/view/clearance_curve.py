@@ -52,7 +52,7 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     q = motion.curve(time)
     if not (np.ptp(q, axis=0).any() or model.known):
         return None
-    around = tuple(pair for pair in model.pairs if pair.around)
+    around = tuple(pair for pair in model.pairs if pair.involves_scene)
     pairs, distance = _nearest(model, around, q, time)
     while still := {k for k in set(pairs) - {-1} if _stands_still(model, around[k], q, time)}:
         around = tuple(pair for k, pair in enumerate(around) if k not in still)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import critical_points, horner
-from knotwork.curves.polynomial.jumps import measured_jumps
+from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.waypoints import FloatArray
 
 # Number of points of a whole curve, and the minimum and maximum number of one piece.
@@ -82,5 +82,5 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
 
 def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
     """Indices of the inner breaks at which a derivative jumps by more than rounding explains."""
-    sizes, allowed = measured_jumps(curve, order)
+    sizes, allowed = measure_jumps(curve, order)
     return np.flatnonzero((sizes > allowed)[:, component]) + 1

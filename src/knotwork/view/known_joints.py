@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.other_robots import other_motion
+from knotwork.scene.other_robots import load_other_motion
 from knotwork.view.base_joints import drawn_joint
 from knotwork.view.links import link_shapes
 from knotwork.view.mesh import merge_meshes
@@ -41,7 +41,7 @@ def draw_other_robots(parts: SceneParts, shown: ShownMotion, size: float) -> Non
         links = link_shapes(robot)
         for joint, mesh in enumerate(links.shapes):
             parts.draw("other robots", mesh, carrier=root + joint)
-        motion = other_motion(other)
+        motion = load_other_motion(other)
         for body in motion.model.bodies:
             held = body.kind == "held" or body.name in motion.held
             if body.kind == "tool" or held:

@@ -15,7 +15,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.robot import Robot
-from knotwork.scene.collision_model import CollisionModel, joint_of_frame
+from knotwork.scene.collision_model import CollisionModel, find_joint_of_frame
 from knotwork.task import PlainTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
@@ -275,7 +275,7 @@ class ShownMotion:
         """
         if self.model is None or frame is None:
             return None, self.robot.base_placement
-        return joint_of_frame(self.model.carriers, frame, time)
+        return find_joint_of_frame(self.model.carriers, frame, time)
 
 
 def task_without_requirements(name: str) -> Scenario:
@@ -286,7 +286,7 @@ def task_without_requirements(name: str) -> Scenario:
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:
     """The finding on the pair with the surroundings that is nearest to its margin."""
-    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.around]
+    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.involves_scene]
     return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)
 
 

@@ -134,10 +134,10 @@ def _draw_carried(
 
 def _draw_hulls(parts: SceneParts, robot: Robot) -> None:
     """Draw the collision shapes of the links, shown on demand."""
-    from knotwork.scene.building import robot_collision_model
+    from knotwork.scene.building import build_robot_collision_model
 
     by_joint: dict[int, list[Mesh]] = {}
-    for body in robot_collision_model(robot).bodies:
+    for body in build_robot_collision_model(robot).bodies:
         meshes = [
             solid_mesh(part, HULL_COLOUR, 0.0)
             if part.hull is None

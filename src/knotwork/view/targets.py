@@ -33,14 +33,14 @@ def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
             pose, twist = robot.forward(state.position), robot.twist(state.position, state.velocity)
         elif isinstance(waypoint, CartesianWaypoint):
             pose, twist = waypoint.pose, waypoint.twist
-            if waypoint.standing:
+            if waypoint.in_world_frame:
                 q = curve(np.clip(waypoint.time, curve.x[0], curve.x[-1]))
-                away = robot.forward(q) * robot.tool_seen(q, standing=True).inverse()
+                away = robot.forward(q) * robot.tool_pose(q, in_world_frame=True).inverse()
                 turn, pose = away.rotation, away * pose
                 twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)
         turned = pin.Motion(base.rotation @ twist.linear, base.rotation @ twist.angular)
         target = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
-        at_tool.append(replace(target, standing=waypoint.standing))
+        at_tool.append(replace(target, in_world_frame=waypoint.in_world_frame))
     return at_tool
 
 

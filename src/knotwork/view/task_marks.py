@@ -50,15 +50,15 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw the waypoints. Fixed ones move in the scene if joints move the base frame."""
     robot = shown.robot
     waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
-    frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
+    frame = robot.model.frames[robot.frame_index(robot.world_frame)]
     missed, units = {finding.name for finding in shown.failures}, shown.scenario.units
-    moving = [target for target in tool_targets(shown) if not target.standing]
-    standing = [
+    moving = [target for target in tool_targets(shown) if not target.in_world_frame]
+    in_world_frame = [
         replace(target, pose=frame.placement * waypoints[target.name].pose)  # type: ignore[union-attr]
         for target in tool_targets(shown)
-        if target.standing
+        if target.in_world_frame
     ]
-    for targets, carrier in ((moving, None), (standing, int(frame.parentJoint))):
+    for targets, carrier in ((moving, None), (in_world_frame, int(frame.parentJoint))):
         if targets:
             length = _axis_length(targets, size)
             axes = _triads([target.pose for target in targets], length, 0.045)

@@ -20,7 +20,7 @@ from knotwork.curves.interpolation.modified_hermite_spline import (
 from knotwork.curves.interpolation.options import PlannerOptions
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.from_accelerations import (
-    corrected_accelerations,
+    correct_accelerations,
     cubics_from_accelerations,
 )
 from knotwork.errors import OptionError
@@ -146,7 +146,7 @@ def _section_pieces(
         part = slice(low, high + 1)
         span, ends = np.diff(x[part])[None], slice(k, k + 2)
         states = waypoints.position[ends], waypoints.velocity[ends]
-        corrected = corrected_accelerations(span, a[part][None], *states)
+        corrected = correct_accelerations(span, a[part][None], *states)
         change = np.abs(corrected[0] - a[part]).max(axis=0)
         beyond = np.flatnonzero(change > STALE * np.maximum(peak, 1e-9))
         if beyond.size:

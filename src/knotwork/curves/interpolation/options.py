@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from knotwork.curves.interpolation.knots import BalancedKnots
 from knotwork.curves.interpolation.modified_hermite_spline import EndAcceleration
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors import OptionError, did_you_mean
+from knotwork.errors import OptionError, suggest_name
 from knotwork.waypoints import ChosenSection, JointWaypoints
 
 ACCELERATION_RULES = ("zero", "estimated")
@@ -60,7 +60,7 @@ class PlannerOptions:
                 raise OptionError(
                     "accelerations",
                     f"is {self.accelerations!r}; "
-                    + did_you_mean(self.accelerations, (*ACCELERATION_RULES, "an array")),
+                    + suggest_name(self.accelerations, (*ACCELERATION_RULES, "an array")),
                 )
         else:
             put("accelerations", _as_tuples(_numbers("accelerations", self.accelerations)))

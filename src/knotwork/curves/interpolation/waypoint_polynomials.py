@@ -102,7 +102,7 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     else:
         rows = preset_rows(requested, waypoints, skipped=2)
         a[2 : 2 + len(rows)] = rows
-    a = with_known(a, waypoints)
+    a = keep_known(a, waypoints)
     start, end = cubic_accelerations(waypoints)
     a[0], a[-1] = start[0], end[-1]
     if t.size > 2:
@@ -232,17 +232,17 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
                 "gives the accelerations at the ends, and so do the first and last row of option "
                 "accelerations; give one of the two",
             )
-        return with_known(preset_rows(requested, waypoints), waypoints)
+        return keep_known(preset_rows(requested, waypoints), waypoints)
     if requested == "zero":
         accelerations = np.zeros(waypoints.position.shape)
     else:
         accelerations = estimated_accelerations(waypoints)
     if ends is not None:
         accelerations[0], accelerations[-1] = ends
-    return with_known(accelerations, waypoints)
+    return keep_known(accelerations, waypoints)
 
 
-def with_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArray:
+def keep_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArray:
     """Replace the accelerations of an option by those that the waypoints have."""
     known = waypoints.acceleration
     return accelerations if known is None else np.where(np.isnan(known), accelerations, known)

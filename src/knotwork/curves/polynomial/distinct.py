@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 NumberT = TypeVar("NumberT", np.float64, np.intp)
 
 
-def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
+def sort_distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
     """Return the distinct values in order.
 
     `np.unique` does the same, but first loads NumPy's masked arrays, which takes longer than all
@@ -23,8 +23,8 @@ def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
     Returns:
         Shape (k,).
 
-    >>> from knotwork.curves.polynomial.distinct import distinct
-    >>> distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
+    >>> from knotwork.curves.polynomial.distinct import sort_distinct
+    >>> sort_distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
     array([0. , 0.5, 1. , 2. , 3. ])
     """
     ordered = np.concatenate([np.ravel(array) for array in (values, *more)])

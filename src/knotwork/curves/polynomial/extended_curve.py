@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve, split_at
 from knotwork.waypoints import FloatArray
@@ -67,7 +67,7 @@ def stack_curves(*curves: PiecewisePolynomial) -> PiecewisePolynomial:
     >>> stack_curves(*(PiecewisePolynomial(c, [0, 2]) for c in (rising, still)))(1.0)
     array([1., 3.])
     """
-    breaks = distinct(*(curve.x for curve in curves))
+    breaks = sort_distinct(*(curve.x for curve in curves))
     fine = [split_at(curve, breaks) for curve in curves]
     size = max(len(curve.c) for curve in fine)
     padded = [np.pad(curve.c, ((size - len(curve.c), 0), (0, 0), (0, 0))) for curve in fine]

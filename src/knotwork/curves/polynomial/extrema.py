@@ -70,7 +70,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
         # piece by piece, so that the first of equal values is the earliest
         values, times = (
             table.swapaxes(0, 1).reshape(-1, c.shape[2])
-            for table in candidates(x[low : high + 1], c[:, low:high])
+            for table in locate_extremum_candidates(x[low : high + 1], c[:, low:high])
         )
         # NaN counts as unbounded, so that no limit is kept
         lost = np.isnan(values)
@@ -84,7 +84,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     return Extrema(-best[1], time[1], best[0], time[0])
 
 
-def candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+def locate_extremum_candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Values and times at the ends and critical points of pieces, in time order.
 
     Args:

@@ -16,7 +16,7 @@ import numpy as np
 from knotwork.waypoints import FloatArray
 
 
-def corrected_accelerations(
+def correct_accelerations(
     span: FloatArray, a: FloatArray, position: FloatArray, velocity: FloatArray
 ) -> FloatArray:
     """Make the minimum-norm change of inner accelerations that meets both ends of each interval.
@@ -55,7 +55,7 @@ def cubics_from_accelerations(
 ) -> FloatArray:
     """Coefficients of the cubics, shape (4, (n - 1) pieces, d), highest power first.
 
-    Args as of `corrected_accelerations`; only positions and velocities at interval starts are used.
+    Args as of `correct_accelerations`; only positions and velocities at interval starts are used.
     """
     left, right, s = a[:, :-1], a[:, 1:], span[:, :, None]
     gain = 0.5 * s * (left + right)

@@ -31,12 +31,14 @@ def feasible_durations(
     # mirrored so that the joint accelerates first
     sign = np.where(move > direct, 1.0, -1.0)
     D, a, b = sign * move, sign * v0, sign * v1
-    first = np.where(np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked(D, a, b, V, A))
+    first = np.where(
+        np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked_duration(D, a, b, V, A)
+    )
     # braking first takes longer, up to the duration at which the joint would have to reverse
     lowest_squared = 0.5 * (a * a + b * b) - A * D
     blocked = (np.minimum(a, b) > 0.0) & (lowest_squared > 0.0)
     last = (a + b - 2.0 * np.sqrt(np.maximum(lowest_squared, 0.0))) / A
-    later = _peaked(-D, -a, -b, V, A)
+    later = _peaked_duration(-D, -a, -b, V, A)
     return (
         np.where(unlimited, np.abs(move) / V, first),
         np.where(blocked & ~unlimited, np.maximum(last, first), np.inf),
@@ -44,7 +46,7 @@ def feasible_durations(
     )
 
 
-def _peaked(
+def _peaked_duration(
     D: FloatArray, a: FloatArray, b: FloatArray, V: FloatArray, A: FloatArray
 ) -> FloatArray:
     """Duration with a peak of velocity, not negative and at most V, between the ends."""

@@ -37,7 +37,7 @@ JUMP_WINDOW = 1e-6
 """Time within which jumps are added up [s], because no drive distinguishes them."""
 
 
-def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:
+def measure_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:
     """Measure the jumps of the nu-th derivative at the inner breaks.
 
     Args:

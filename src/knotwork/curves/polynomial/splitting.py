@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
@@ -21,7 +21,7 @@ def split_at(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomi
         curve: A curve along axis 0.
         times: Additional breaks, within the curve's time.
     """
-    breaks = distinct(curve.x, times)
+    breaks = sort_distinct(curve.x, times)
     piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
     c = np.array(curve.c[:, piece])
     shift = (breaks[:-1] - curve.x[piece]).reshape(-1, *[1] * (c.ndim - 2))

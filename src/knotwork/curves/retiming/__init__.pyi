@@ -1,9 +1,9 @@
 from .clock import Profile as Profile
-from .clock import checked_profile as checked_profile
-from .clock import inverse_time as inverse_time
+from .clock import check_profile as check_profile
+from .clock import invert_clock as invert_clock
+from .stops import approximate_by_cubics as approximate_by_cubics
 from .stops import compose as compose
-from .stops import cubic_through as cubic_through
-from .stops import first_rest as first_rest
-from .stops import joint_stop as joint_stop
+from .stops import find_first_rest as find_first_rest
 from .stops import keeps_joint_limits as keeps_joint_limits
+from .stops import stop_joints as stop_joints
 from .stops import stop_on_path as stop_on_path

@@ -18,7 +18,7 @@ from knotwork.waypoints import FloatArray
 BISECTIONS = 60
 
 
-def rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
+def make_rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
     """Rates over time (C1 smooth): two parabolas between values, with zero slope at each value.
 
     Args:
@@ -58,15 +58,15 @@ class Profile(NamedTuple):
         if rates[-1] > 0.0:  # the last override stays until the motion ends
             end = times[-1] + 2.0 * duration / rates[-1]
             times, rates = np.append(times, end), np.append(rates, rates[-1])
-        shown = rate_curve(times, rates).antiderivative()
+        shown = make_rate_curve(times, rates).antiderivative()
         if float(shown(times[-1])) > duration:
-            shown = cut_curve(shown, 0.0, float(inverse_time(shown, np.array([duration]))[0]))
+            shown = cut_curve(shown, 0.0, float(invert_clock(shown, np.array([duration]))[0]))
         c = np.array(shown.c)
         c[-1] += start
         return PiecewisePolynomial(c, shown.x)
 
 
-def checked_profile(profile: Mapping[float, float]) -> Profile:
+def check_profile(profile: Mapping[float, float]) -> Profile:
     """Check a speed override over time.
 
     Before the first time and after the last the override keeps its value.
@@ -94,7 +94,7 @@ def checked_profile(profile: Mapping[float, float]) -> Profile:
     return Profile(times, rates)
 
 
-def inverse_time(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
+def invert_clock(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
     """Times at which a clock first reaches given values.
 
     Args:

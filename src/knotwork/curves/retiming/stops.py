@@ -8,11 +8,11 @@ import numpy as np
 
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.splitting import cut_curve, split_at
 from knotwork.curves.polynomial.two_point import raise_degree
-from knotwork.curves.retiming.clock import inverse_time
-from knotwork.curves.retiming.shortest import shortest_stop
+from knotwork.curves.retiming.clock import invert_clock
+from knotwork.curves.retiming.shortest import find_shortest_stop
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
@@ -36,7 +36,7 @@ SAME_BREAK = 1e-9
 """Difference relative to the duration within which breaks are equal."""
 
 
-def joint_stop(
+def stop_joints(
     q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> PiecewisePolynomial:
     """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
@@ -65,7 +65,7 @@ def joint_stop(
     hold = np.maximum(-direction * (v + changed), 0.0) / np.where(peak > 0.0, peak, 1.0)
     corners = np.cumsum([np.zeros_like(q), grow, hold, fade], axis=0)
     heights = np.stack((a, direction * peak, direction * peak, np.zeros_like(a)))
-    times = distinct(corners)
+    times = sort_distinct(corners)
     times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
     if len(times) < 2:
         raise InputError("the motion stands still at this moment; it can't be stopped")
@@ -101,7 +101,7 @@ def stop_on_path(
         The clock and the motion; `None` if no such stop keeps the limits before the curve ends. The
         clock is the time of the curve over the time since the start of the stop [s].
     """
-    rest_time = first_rest(curve, at)
+    rest_time = find_first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
     later_starts = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
@@ -113,13 +113,13 @@ def stop_on_path(
             continue
         for share in LIMIT_SHARES:
             limits = share * acceleration, share * jerk
-            clock = shortest_stop(
+            clock = find_shortest_stop(
                 curve, begin, end, min(DURATION_GUESS * min_duration, best), *limits
             )
             if clock is None or begin - at + clock.x[-1] >= best:
                 break
             clock = _start_earlier(clock, at, begin)
-            motion, _ = cubic_through(compose(curve, clock), tolerance)
+            motion, _ = approximate_by_cubics(compose(curve, clock), tolerance)
             if keeps_joint_limits(motion, curve, acceleration, jerk):
                 return clock, motion
     if rest_time is None:
@@ -129,7 +129,7 @@ def stop_on_path(
     return clock, PiecewisePolynomial(motion.c, motion.x - at)
 
 
-def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
+def find_first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
     """The first time after a given one at which a curve is at rest, or `None`."""
     times = np.append(at, curve.x[curve.x > at])
     moves = np.zeros(len(times), bool)
@@ -145,7 +145,7 @@ def _min_duration(
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
     jolt = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
-    return float(joint_stop(q, v, a, acceleration, jolt).x[-1])
+    return float(stop_joints(q, v, a, acceleration, jolt).x[-1])
 
 
 def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
@@ -183,8 +183,8 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
     """
     shown = clock(clock.x[[0, -1]])
     inner = curve.x[(curve.x > shown[0]) & (curve.x < shown[1])]
-    times = inverse_time(clock, inner)
-    fine = split_at(clock, _without_breaks(times, clock.x))
+    times = invert_clock(clock, inner)
+    fine = split_at(clock, _drop_breaks(times, clock.x))
     middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
     piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
     inside = np.array(fine.c)
@@ -200,7 +200,7 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
     return PiecewisePolynomial(c, fine.x)
 
 
-def cubic_through(
+def approximate_by_cubics(
     curve: PiecewisePolynomial, tolerance: float, through: Sequence[float] = ()
 ) -> tuple[PiecewisePolynomial, FloatArray]:
     """A curve of cubics (C2 smooth) that deviates from a C2 smooth one by at most a tolerance.
@@ -220,7 +220,7 @@ def cubic_through(
     Raises:
         InputError: The tolerance is not met with steps of 1/256 of those of the curve.
     """
-    times = distinct(curve.x, _without_breaks(np.array(through), curve.x))
+    times = sort_distinct(curve.x, _drop_breaks(np.array(through), curve.x))
     for _ in range(MAX_STEP_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
@@ -232,14 +232,14 @@ def cubic_through(
             is_cubic = np.logical_not(exact.c[:-4].any(axis=(0, 2)))
             c = np.where(is_cubic.reshape(-1, 1), exact.c[-4:], fine.c)
             return PiecewisePolynomial(c, exact.x), gap
-        times = distinct(times, 0.5 * (times[1:] + times[:-1]))
+        times = sort_distinct(times, 0.5 * (times[1:] + times[:-1]))
     raise InputError(
         f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "
         f"a tolerance of {gap.max():.3g} or more, now {tolerance:g}"
     )
 
 
-def _without_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
+def _drop_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
     """The times that are not breaks, except for rounding."""
     after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
     gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))

@@ -12,8 +12,8 @@ from knotwork.curves.tool_paths.curve import (
     Curve,
     checked_order,
     geometry_error,
-    number,
-    unit,
+    to_number,
+    to_unit_vector,
 )
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
@@ -56,7 +56,7 @@ class Arc(Curve):
         self._outward: FloatArray = spoke / self.radius
         self.normal = _unit_normal(normal, self._outward, "the radius at the start")
         self._forward: FloatArray = np.cross(self.normal, self._outward)
-        self.angle = number(angle, "the arc's angle")
+        self.angle = to_number(angle, "the arc's angle")
         if not (math.isfinite(self.angle) and self.angle * self.radius > SAME_POINT):
             raise PathError(
                 f"the arc's angle is {angle!r} rad; it must be greater than 0 "
@@ -134,7 +134,7 @@ class Arc(Curve):
             read_only(point, (3,), name)
             for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
         )
-        count = number(turns, "turns")
+        count = to_number(turns, "turns")
         if not count.is_integer() or count < 0:
             raise PathError(f"turns is {turns!r}; it must be a whole number, 0 or greater")
         from_a, from_c = a - m, c - m
@@ -186,7 +186,7 @@ class Arc(Curve):
                 "give its centre and normal",
                 start=a,
             )
-        r = number(radius, "radius")
+        r = to_number(radius, "radius")
         if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADIUS_TOLERANCE)):
             raise geometry_error(
                 "radius is {radius}, but start and end are {apart} apart; it must be at least "
@@ -253,14 +253,14 @@ def _unit_normal(normal: ArrayLike, direction: FloatArray, name: str) -> FloatAr
     Raises:
         PathError: The component is larger than rounding.
     """
-    axis = unit(normal, "normal")
+    axis = to_unit_vector(normal, "normal")
     along = float(axis @ direction)
     if abs(along) > RIGHT_ANGLE_TOLERANCE:
         raise PathError(
             f"the arc's normal makes an angle of {math.degrees(math.acos(abs(along))):.6g} deg "
             f"with {name}; it must be 90 deg within {math.degrees(RIGHT_ANGLE_TOLERANCE):.2g}"
         )
-    return unit(axis - along * direction, "normal")
+    return to_unit_vector(axis - along * direction, "normal")
 
 
 def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None) -> FloatArray:
@@ -280,8 +280,8 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
         )
     if flat or normal is None:
         return np.asarray(plane if normal is None else normal, dtype=float)
-    across = unit(plane, "normal")
-    along = float(unit(normal, "normal") @ across)
+    across = to_unit_vector(plane, "normal")
+    along = float(to_unit_vector(normal, "normal") @ across)
     angle = math.acos(min(abs(along), 1.0))
     if angle > RIGHT_ANGLE_TOLERANCE:
         raise PathError(

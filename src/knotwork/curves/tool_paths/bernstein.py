@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from knotwork.waypoints import FloatArray
 
 
-def basis(degree: int, u: FloatArray) -> FloatArray:
+def bernstein_values(degree: int, u: FloatArray) -> FloatArray:
     """Values of the Bernstein polynomials of a degree, shape (degree + 1, *u.shape)."""
     v = 1.0 - u
     return np.array([math.comb(degree, i) * u**i * v ** (degree - i) for i in range(degree + 1)])
 
 
-def sums_of_basis(values: FloatArray) -> FloatArray:
+def bernstein_sums(values: FloatArray) -> FloatArray:
     """Sums of the Bernstein polynomials i to n, for i = 1 … n, shape (n, k)."""
     return np.asarray(np.cumsum(values[:0:-1], axis=0)[::-1])
 
 
-def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> FloatArray:
+def restrict_to_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> FloatArray:
     """Bernstein coefficients of polynomials on [u0, u1] instead of [0, 1].
 
     By the algorithm of de Casteljau: coefficient j of degree n takes n - j steps at u0, j at u1.
@@ -84,7 +84,7 @@ class TurnBounds:
     ) -> tuple[FloatArray, FloatArray]:
         """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
         rate, steps, products = (
-            on_interval(coefficients[:, piece], u0, u1).max(axis=0)
+            restrict_to_interval(coefficients[:, piece], u0, u1).max(axis=0)
             for coefficients in (self.rate, self.steps, self.products)
         )
         return rate, steps + products

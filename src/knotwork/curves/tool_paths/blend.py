@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, number
+from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, to_number
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
 
@@ -53,15 +53,15 @@ class Blend(PolynomialCurve):
         self, before: ArrayLike, corner: ArrayLike, after: ArrayLike, distance: float
     ) -> None:
         self.corner = read_only(corner, (3,), "corner")
-        self.distance = number(distance, "blend distance")
+        self.distance = to_number(distance, "blend distance")
         if not (math.isfinite(self.distance) and self.distance > SAME_POINT):
             raise geometry_error(
                 "blend distance is {distance}; it must be greater than {minimum}",
                 distance=self.distance,
                 minimum=SAME_POINT,
             )
-        u = _way(self.corner, read_only(before, (3,), "before"), "before", self.distance)
-        v = _way(self.corner, read_only(after, (3,), "after"), "after", self.distance)
+        u = _find_direction(self.corner, read_only(before, (3,), "before"), "before", self.distance)
+        v = _find_direction(self.corner, read_only(after, (3,), "after"), "after", self.distance)
         self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
         if math.pi - self.angle < REVERSAL_ANGLE:
             raise geometry_error(
@@ -78,7 +78,9 @@ class Blend(PolynomialCurve):
         self.deviation = float(np.linalg.norm(middle - self.corner))
 
 
-def _way(corner: FloatArray, point: FloatArray, name: str, distance: float) -> FloatArray:
+def _find_direction(
+    corner: FloatArray, point: FloatArray, name: str, distance: float
+) -> FloatArray:
     """Direction from the corner to a point on one of the lines.
 
     Raises:

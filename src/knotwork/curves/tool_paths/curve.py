@@ -58,7 +58,7 @@ class Curve(ABC):
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,)."""
 
 
-def sorted_ends(s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def sort_ends(s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Lower and upper ends of intervals, shape (k,) each."""
     ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
     return np.minimum(*ends), np.maximum(*ends)
@@ -75,7 +75,7 @@ def checked_order(order: int, max_order: int = 3) -> int:
     return int(order)
 
 
-def number(value: object, name: str) -> float:
+def to_number(value: object, name: str) -> float:
     """Return a value as a number.
 
     Raises:
@@ -87,7 +87,7 @@ def number(value: object, name: str) -> float:
         raise PathError(f"{name} is {value!r}; it must be a number") from None
 
 
-def unit(direction: ArrayLike, name: str) -> FloatArray:
+def to_unit_vector(direction: ArrayLike, name: str) -> FloatArray:
     """Return a direction as a unit vector, shape (3,).
 
     Raises:

@@ -21,15 +21,20 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.curves.tool_paths.bernstein import TurnBounds, basis, sums_of_basis
-from knotwork.curves.tool_paths.curve import checked_order, geometry_error, sorted_ends, unit
+from knotwork.curves.tool_paths.bernstein import TurnBounds, bernstein_sums, bernstein_values
+from knotwork.curves.tool_paths.curve import (
+    checked_order,
+    geometry_error,
+    sort_ends,
+    to_unit_vector,
+)
 from knotwork.curves.tool_paths.rotations import (
     checked_rotations,
-    exponentials,
-    logarithm,
     multiply,
+    rotation_matrices,
+    rotation_vector,
 )
-from knotwork.curves.tool_paths.stretch_joining import RATE_TOLERANCE, joined_arrays
+from knotwork.curves.tool_paths.stretch_joining import RATE_TOLERANCE, join_arrays
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
@@ -85,8 +90,10 @@ class OrientationCurve:
             )
         self.length = float(self.s[-1])
         self.rotations = checked_rotations(rotations, (count, 3, 3), "rotations")
-        self.rates = two_sided(rates, count, "rates")
-        self.changes = two_sided(0.0 * self.rates if changes is None else changes, count, "changes")
+        self.rates = repeat_two_sided(rates, count, "rates")
+        self.changes = repeat_two_sided(
+            0.0 * self.rates if changes is None else changes, count, "changes"
+        )
         self.breaks: FloatArray = np.array(self.s if breaks is None else breaks)
         self._steps: FloatArray = np.diff(self.s)
         # Index of the piece that begins at each break.
@@ -110,12 +117,12 @@ class OrientationCurve:
         v = np.zeros((len(h), 5, 3))
         v[:, 0], v[:, 1] = a / 5.0, a / 5.0 + change_a / 20.0
         v[:, 4] = b / 5.0
-        v[:, 3] = v[:, 4] - multiply(exponentials(v[:, 4]), change_b) / 20.0
-        E = exponentials(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
+        v[:, 3] = v[:, 4] - multiply(rotation_matrices(v[:, 4]), change_b) / 20.0
+        E = rotation_matrices(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
         middle = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ turns
         middle = middle @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
-        v[:, 2] = [logarithm(R) for R in middle]
-        angle = np.linalg.norm([logarithm(R) for R in turns], axis=1)
+        v[:, 2] = [rotation_vector(R) for R in middle]
+        angle = np.linalg.norm([rotation_vector(R) for R in turns], axis=1)
         far = np.maximum(angle, np.linalg.norm(v[:, 2], axis=1)) > HALF_TURN
         if far.any():
             i = int(far.argmax())
@@ -145,7 +152,7 @@ class OrientationCurve:
         """
         R0 = checked_rotations(start, (3, 3), "start")
         R1 = checked_rotations(end, (3, 3), "end")
-        vector = logarithm(R0.T @ R1)
+        vector = rotation_vector(R0.T @ R1)
         if np.linalg.norm(vector) > HALF_TURN:
             raise PathError(
                 "the tool turns by 180 deg from one pose to the next, so that neither way round is "
@@ -185,10 +192,10 @@ class OrientationCurve:
         normal by the arc's angle.
         """
         R0 = checked_rotations(rotation, (3, 3), "rotation")
-        direction = unit(axis, "axis")
+        direction = to_unit_vector(axis, "axis")
         parts = max(1, math.ceil(abs(angle) / MAX_PART_ANGLE - RATE_TOLERANCE))
         share = np.linspace(0.0, 1.0, parts + 1)
-        rotations = exponentials(share[:, None] * angle * direction) @ R0
+        rotations = rotation_matrices(share[:, None] * angle * direction) @ R0
         rate = np.tile(direction * angle / length, (parts + 1, 1))
         return cls(share * length, rotations, rate, breaks=[0.0, length])
 
@@ -215,7 +222,7 @@ class OrientationCurve:
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
-        return cls(*joined_arrays(stretches, stops))
+        return cls(*join_arrays(stretches, stops))
 
     @property
     def jumps(self) -> FloatArray:
@@ -256,9 +263,9 @@ class OrientationCurve:
         piece, u = self._pieces(s, at, side)
         R = self.rotations[piece]
         if self._even:
-            return R if self._still else R @ exponentials(5.0 * u[:, None] * self._v[piece, 0])
-        for i, part in enumerate(sums_of_basis(basis(5, u))):
-            R = R @ exponentials(part[:, None] * self._v[piece, i])
+            return R if self._still else R @ rotation_matrices(5.0 * u[:, None] * self._v[piece, 0])
+        for i, part in enumerate(bernstein_sums(bernstein_values(5, u))):
+            R = R @ rotation_matrices(part[:, None] * self._v[piece, i])
         return R
 
     def rate(
@@ -282,11 +289,11 @@ class OrientationCurve:
         R = self.rotations[piece]
         if self._even:
             vector = 5.0 * u[:, None] * self._v[piece, 0]
-            R = R if self._still else R @ exponentials(vector)
+            R = R if self._still else R @ rotation_matrices(vector)
             return np.asarray(R), self.rates[piece, 1], np.zeros_like(vector)
-        f = sums_of_basis(basis(5, u))
-        slope = 5.0 * basis(4, u)
-        bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)
+        f = bernstein_sums(bernstein_values(5, u))
+        slope = 5.0 * bernstein_values(4, u)
+        bent = -20.0 * np.diff(bernstein_values(3, u), axis=0, prepend=0.0, append=0.0)
         rate, change = np.zeros((len(u), 3)), np.zeros((len(u), 3))
         for i in range(5):
             vector = self._v[piece, i]
@@ -295,7 +302,7 @@ class OrientationCurve:
             # An axis turns with the previous joints.
             change += bent[i][:, None] * axis + np.cross(rate, turn)
             rate += turn
-            R = R @ exponentials(f[i][:, None] * vector)
+            R = R @ rotation_matrices(f[i][:, None] * vector)
         step = self._steps[piece][:, None]
         return np.asarray(R), rate / step, change / step**2
 
@@ -308,7 +315,7 @@ class OrientationCurve:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,), like all results.
             s1: Arc lengths at the end, above or below s0 [m], shape (k,).
         """
-        low, high = sorted_ends(s0, s1)
+        low, high = sort_ends(s0, s1)
         first = np.clip(np.searchsorted(self.s, low, "right") - 1, 0, len(self.s) - 2)
         last = np.maximum(np.clip(np.searchsorted(self.s, high, "left") - 1, 0, None), first)
         last = np.minimum(last, len(self.s) - 2)
@@ -325,7 +332,7 @@ class OrientationCurve:
         return bounds
 
 
-def two_sided(values: ArrayLike, count: int, name: str) -> FloatArray:
+def repeat_two_sided(values: ArrayLike, count: int, name: str) -> FloatArray:
     """Copy values before and after each break, shape (m, 2, 3)."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 3:

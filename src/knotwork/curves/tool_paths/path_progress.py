@@ -14,7 +14,7 @@ SAME_ARC_LENGTH = 1e-9
 """Relative difference below which arc lengths are equal."""
 
 
-def progress(
+def track_arc_length(
     path: ToolPath, places: FloatArray, guess: FloatArray, within: tuple[float, float]
 ) -> FloatArray:
     """Arc lengths of the points of a path nearest to a moving point, including turns.
@@ -32,14 +32,14 @@ def progress(
     Returns:
         Arc lengths [m], shape (k,).
 
-    >>> from knotwork.curves.tool_paths.path_progress import progress
+    >>> from knotwork.curves.tool_paths.path_progress import track_arc_length
     >>> tp = kw.tool_paths
     >>> circle = tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], 2 * np.pi)
     >>> still = tp.OrientationCurve.constant(np.eye(3), circle.length)
     >>> path = tp.ToolPath([circle], still)
     >>> s = np.linspace(0, 2 * np.pi, 9)
     >>> half_and_back = path.position(np.minimum(s, 2 * np.pi - s))
-    >>> progress(path, half_and_back, s, (0, path.length)).round(2)
+    >>> track_arc_length(path, half_and_back, s, (0, path.length)).round(2)
     array([0.  , 0.79, 1.57, 2.36, 3.14, 2.36, 1.57, 0.79, 0.  ])
     """
     s: FloatArray = np.clip(path.nearest(places, guess), *within)

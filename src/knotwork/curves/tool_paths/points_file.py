@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.curves.tool_paths.curve import SAME_POINT
-from knotwork.errors import DocumentError, Problem, did_you_mean
+from knotwork.errors import DocumentError, Problem, suggest_name
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
 from knotwork.waypoints import FloatArray
 
@@ -90,7 +90,7 @@ def _names(rows: Rows) -> list[str]:
     known = (*POSITION_COLUMNS, *QUATERNION_COLUMNS, *NORMAL_COLUMNS)
     for i, name in enumerate(names):
         if name not in known:
-            hint = did_you_mean(name.lower(), known)
+            hint = suggest_name(name.lower(), known)
             raise rows.error(rows.head, i, f"unknown heading {name!r}", hint)
         if name in names[:i]:
             raise rows.error(rows.head, i, f"is column {names.index(name) + 1}, too")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.curves.polynomial.splitting import split_at
-from knotwork.curves.tool_paths.curve import Curve, checked_order, sorted_ends
+from knotwork.curves.tool_paths.curve import Curve, checked_order, sort_ends
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray
 
@@ -148,7 +148,7 @@ class PolynomialCurve(Curve):
 
         The bound on each span is ‖C' × C''‖ / ‖C'‖³ by the Bernstein coefficients of both.
         """
-        low, high = map(self._span_of, sorted_ends(s0, s1))
+        low, high = map(self._span_of, sort_ends(s0, s1))
         if not low.size:
             return np.zeros(0)
         limits = np.column_stack((low, high + 1)).ravel()

@@ -13,7 +13,7 @@ HALF_TURN_GAP = np.sqrt(8.0)
 """Frobenius norm of the difference of two rotations half a turn apart."""
 
 
-def exponentials(vectors: FloatArray) -> FloatArray:
+def rotation_matrices(vectors: FloatArray) -> FloatArray:
     """Rotation matrices of rotation vectors [rad], shape (k, 3) to (k, 3, 3).
 
     R = I + sin(θ)/θ K + 2 sin²(θ/2)/θ² K², with K the vector's cross product (Rodrigues).
@@ -38,12 +38,12 @@ def multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
-def logarithm(R: FloatArray) -> FloatArray:
+def rotation_vector(R: FloatArray) -> FloatArray:
     """Rotation vector of a rotation matrix [rad], shape (3,)."""
     return np.asarray(pin.log3(np.ascontiguousarray(R)), dtype=float)
 
 
-def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
+def transport_axes(start: FloatArray, axes: FloatArray) -> FloatArray:
     """Rotations with given z axes, each the shortest rotation from the previous one.
 
     Args:
@@ -68,7 +68,7 @@ def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
     return result
 
 
-def gap_of(angle: float) -> float:
+def rotation_gap(angle: float) -> float:
     """Frobenius norm of the difference of two rotations at an angle [rad]: √8 sin(φ/2).
 
     The norm increases up to half a turn and is constant beyond.
@@ -76,7 +76,7 @@ def gap_of(angle: float) -> float:
     return float(HALF_TURN_GAP * np.sin(0.5 * min(angle, np.pi)))
 
 
-def angle_of(gap: ArrayLike) -> FloatArray:
+def rotation_angle(gap: ArrayLike) -> FloatArray:
     """Angle between two rotations [rad], from the Frobenius norm of their difference."""
     return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / HALF_TURN_GAP, 1.0)))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.curves.tool_paths.rotations import logarithm
+from knotwork.curves.tool_paths.rotations import rotation_vector
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray
 
@@ -23,7 +23,7 @@ JUNCTION_ANGLE = 1e-6
 """Tolerance of the difference of rotations at a junction [rad]."""
 
 
-def joined_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatArray]:
+def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatArray]:
     """Arguments of `OrientationCurve` for joined ones; see `OrientationCurve.joined`."""
     parts = [OrientationStretch(stretch) for stretch in stretches]
     for i, (before, after) in enumerate(itertools.pairwise(parts)):
@@ -105,7 +105,7 @@ def check_junction(i: int, before: OrientationStretch, after: OrientationStretch
     Raises:
         PathError: The rotations differ.
     """
-    angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
+    angle = float(np.linalg.norm(rotation_vector(before.rotations[-1].T @ after.rotations[0])))
     if angle > JUNCTION_ANGLE:
         raise PathError(
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "

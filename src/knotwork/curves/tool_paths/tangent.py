@@ -11,7 +11,7 @@ from knotwork.curves.tool_paths.arc import Arc
 from knotwork.curves.tool_paths.curve import Curve, geometry_error
 from knotwork.curves.tool_paths.orientation import OrientationCurve
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
-from knotwork.curves.tool_paths.rotations import checked_rotations, exponentials
+from knotwork.curves.tool_paths.rotations import checked_rotations, rotation_matrices
 from knotwork.waypoints import FloatArray
 
 DIRECTION_TOLERANCE = 1e-6
@@ -92,10 +92,10 @@ def _integrate(curve: Curve, R0: FloatArray, s: FloatArray) -> OrientationCurve:
     vectors -= math.sqrt(3.0) / 12.0 * (h**2)[:, None] * np.cross(first, second)
     T = curve.position(s, 1)
     rotations = [R0]
-    for i, step in enumerate(exponentials(vectors)):
+    for i, step in enumerate(rotation_matrices(vectors)):
         R = step @ rotations[-1]
         correction = np.cross(step @ T[i], T[i + 1])
-        rotations.append(exponentials(correction[None])[0] @ R)
+        rotations.append(rotation_matrices(correction[None])[0] @ R)
     # The third derivative of a spline jumps at its points: the mean of both sides is used.
     inside = 1e-9 * np.concatenate((h[:1], h, h[-1:]))
     third = 0.5 * (curve.position(s - inside[:-1], 3) + curve.position(s + inside[1:], 3))

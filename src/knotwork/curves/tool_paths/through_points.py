@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, unit
+from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, to_unit_vector
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.errors import PathError
@@ -68,7 +68,7 @@ class ThroughPoints(PolynomialCurve):
             )
         x = np.concatenate(([0.0], np.cumsum(chords)))
         ends = [
-            "not-a-knot" if direction is None else (1, unit(direction, name))
+            "not-a-knot" if direction is None else (1, to_unit_vector(direction, name))
             for direction, name in (
                 (start_direction, "start_direction"),
                 (end_direction, "end_direction"),
@@ -90,8 +90,20 @@ class ThroughPoints(PolynomialCurve):
         if normals is not None:
             vectors = read_only(normals, (count, 3), "normals")
             self.normals = np.array(
-                [unit(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
+                [to_unit_vector(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
             )
+
+    def bulges(self) -> FloatArray:
+        """Largest distances from the straight lines between successive points [m], shape (n - 1,).
+
+        They are sampled, and show points that are few or uneven.
+        """
+        fractions = np.linspace(0.0, 1.0, 17)
+        s = self.arc_lengths[:-1, None] + np.diff(self.arc_lengths)[:, None] * fractions
+        offset = self.position(s.ravel()).reshape(*s.shape, 3) - self.points[:-1, None]
+        chord = np.diff(self.points, axis=0)[:, None]
+        along = np.clip((offset * chord).sum(axis=2) / (chord**2).sum(axis=2), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(offset - along[:, :, None] * chord, axis=2).max(axis=1))
 
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:

@@ -99,7 +99,7 @@ class Timing:
         return np.where(snapped, breaks[nearest], times)
 
 
-def standstill(duration: float, speed: float) -> Timing:
+def make_dwell(duration: float, speed: float) -> Timing:
     """The timing of a tool that stays at the start of a path.
 
     Args:

@@ -10,13 +10,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.curve import (
     Curve,
     checked_order,
     geometry_error,
     point_text,
-    sorted_ends,
+    sort_ends,
 )
 from knotwork.curves.tool_paths.orientation import OrientationCurve
 from knotwork.errors import CornerError, PathError
@@ -125,7 +125,9 @@ class ToolPath:
         """Sorted arc lengths without those within rounding of a curve's ends."""
         exact = np.append(self.starts, self.length)
         nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]
-        return distinct(np.where(np.abs(s - nearest) <= LENGTH_MISMATCH * self.length, nearest, s))
+        return sort_distinct(
+            np.where(np.abs(s - nearest) <= LENGTH_MISMATCH * self.length, nearest, s)
+        )
 
     def _curve_of(self, s: FloatArray, side: str) -> NDArray[np.intp]:
         index = np.searchsorted(self.starts, s, side="left" if side == "left" else "right") - 1
@@ -253,7 +255,7 @@ class ToolPath:
         Returns:
             (s1 - s0)² times the largest curvature [m], shape (k,).
         """
-        low, high = sorted_ends(s0, s1)
+        low, high = sort_ends(s0, s1)
         first, last = self._curve_of(low, "right"), self._curve_of(high, "left")
         curvature = np.zeros(low.size)
         for i in range(int(last.max(initial=0) - first.min(initial=0)) + 1):
@@ -278,7 +280,7 @@ class ToolPath:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).
             s1: Arc lengths at the end, above or below s0 [m], shape (k,).
         """
-        low, high = sorted_ends(s0, s1)
+        low, high = sort_ends(s0, s1)
         rate, change = self.orientation.rate_bounds(low, high)
         bound = math.sqrt(2.0) * (high - low) ** 2 * (change + rate**2)
         return self._but_across_stops(low, high, bound)

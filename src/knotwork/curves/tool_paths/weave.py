@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.curve import Curve
 from knotwork.curves.tool_paths.orientation import OrientationCurve
 from knotwork.curves.tool_paths.seam import seam_frames
@@ -92,7 +92,7 @@ class WeavePattern:
         inner = np.concatenate(((halves[:, None] * half + marks).ravel(), ramps, *others))
         inner = np.round(inner, BREAK_DIGITS)
         inside = (inner > SAME_BREAK_TIME) & (inner < self.duration - SAME_BREAK_TIME)
-        return distinct(inner[inside], 0.0, self.duration)
+        return sort_distinct(inner[inside], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:
         """Offset from the seam, velocity and acceleration in the weave's axes [m, m/s, m/s²].
@@ -181,7 +181,7 @@ def weave_offsets(
     normal = -path.rotation(s0)[0, :, 2] if normal is None else normal
     R = seam.rotation(s0)
     about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
-    breaks = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
+    breaks = timing.time_of(sort_distinct(path.breaks, seam.breaks)), timing.arc_length.x
     marks = weave.breaks(*(times - start for times in breaks))
     t = np.interp(
         np.arange((len(marks) - 1) * PIECES_PER_BREAK + 1) / PIECES_PER_BREAK,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial import Extrema, PiecewisePolynomial
-from knotwork.curves.polynomial.jumps import measured_jumps
+from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory.exportable import Exportable
 from knotwork.curves.trajectory.motion_events import Event, Load, Segment
@@ -327,7 +327,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         return Continuity(jumps[0], jumps[1], jumps[2], order)
 
     def _largest_jump(self, nu: int) -> Jump:
-        sizes, allowed = measured_jumps(self.polynomial, nu)
+        sizes, allowed = measure_jumps(self.polynomial, nu)
         if not sizes.size:
             return Jump(0.0, None, None, 0.0)
         counted = np.where(sizes > allowed, sizes, 0.0)

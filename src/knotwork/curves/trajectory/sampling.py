@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6
@@ -17,7 +17,7 @@ SAMPLE_COINCIDENCE = 1e-6
 MAX_SAMPLES = 20_000_000
 """Maximum number of samples. Each takes 32 bytes per joint."""
 
-LEAST_PERIOD = 16
+MIN_PERIOD = 16
 """Minimum ratio of a sample period to the resolution of the times."""
 
 
@@ -53,7 +53,7 @@ def sample_times(
     start: float, end: float, rate: float, max_samples: int = MAX_SAMPLES
 ) -> FloatArray:
     """Times 1/rate apart from the start on, and the end; see `JointTrajectory.sample`."""
-    rate = finite_number(rate, "the sample rate", "Hz", positive=True)
+    rate = require_number(rate, "the sample rate", "Hz", positive=True)
     duration = end - start
     periods = duration * rate
     if periods > max_samples - 1:
@@ -63,11 +63,11 @@ def sample_times(
             f"{max_samples} are taken: a rate up to {max_rate:.4g} Hz is accepted"
         )
     resolution = math.ulp(max(abs(start), abs(end)))
-    if periods > 1.0 and 1.0 / rate < LEAST_PERIOD * resolution:
+    if periods > 1.0 and 1.0 / rate < MIN_PERIOD * resolution:
         raise InputError(
             f"at a rate of {rate:g} Hz the samples are too close for times near {end:g} s, which "
             f"are resolved to {resolution:.3g} s; choose at most "
-            f"{1.0 / (LEAST_PERIOD * resolution):.6g} Hz"
+            f"{1.0 / (MIN_PERIOD * resolution):.6g} Hz"
         )
     count = max(1, math.ceil(periods - max(SAMPLE_COINCIDENCE, 2.0 * resolution * rate)))
     time = np.empty(count + 1)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from knotwork.errors import DocumentError, Problem, did_you_mean, shown
+from knotwork.errors import DocumentError, Problem, format_value, suggest_name
 from knotwork.files.documents.document import Document, Location
 from knotwork.files.documents.values import StrictModel
 
@@ -62,7 +62,9 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         DocumentError: There are problems; the first `MAX_REPORTED_PROBLEMS` are listed.
     """
     if not isinstance(document.data, dict):
-        raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
+        raise document.error(
+            (), f"{format_value(document.data)}: must be a mapping of keys to values"
+        )
     try:
         checked = model.__pydantic_validator__.validate_python(
             document.data, self_instance=instance
@@ -110,11 +112,11 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     described = "" if place.field is None else place.field.description
     accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(described)
     if item["loc"][-1:] == ("[key]",):
-        words = "a name is empty" if value == "" else f"the key {shown(value)} must be text"
+        words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = "unknown key"
-        accepted = did_you_mean(place.location[-1], sorted(_keys(place.owners)))
+        accepted = suggest_name(place.location[-1], sorted(_keys(place.owners)))
     elif kind == "missing":
         words = "is missing and must be given"
     else:
@@ -201,21 +203,21 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
         words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
     if kind == "too_short" and not value:
-        return f"{shown(value)}: is empty"
+        return f"{format_value(value)}: is empty"
     if kind in ("too_short", "too_long"):
         context = {**context, "count": "1 value" if len(value) == 1 else f"{len(value)} values"}
     words = _ERROR_WORDS.get(kind, "is not accepted").format(**context)
     if kind == "literal_error" and words == "must be True":
         words = "must be true, or left out"
         if str(value).lower() in _YES:
-            return f"{shown(value)} is text in YAML 1.2: {words}"
+            return f"{format_value(value)} is text in YAML 1.2: {words}"
     if kind == "string_type" and isinstance(value, int | float):
         words += "; put it in quotes"
     return f"{_value_text(value)}: {words}"
 
 
 def _value_text(value: Any) -> str:
-    return "has no value" if value is None else shown(value)
+    return "has no value" if value is None else format_value(value)
 
 
 def hint(description: str | None) -> str:

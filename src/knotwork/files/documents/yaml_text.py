@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from knotwork.errors import DocumentError, Problem, shown
+from knotwork.errors import DocumentError, Problem, format_value
 from knotwork.files.documents.document import Document, Location, field_path
 
 # Deeper than any real document, and shallow enough for the parser, which is recursive.
@@ -135,7 +135,9 @@ class _Reader:
             return None
         if not _PATTERNS[tag].match(text):
             kind = tag.removeprefix(_TAG)
-            self._problem(node, location, f"{shown(text)} is tagged as {kind}, which it is not")
+            self._problem(
+                node, location, f"{format_value(text)} is tagged as {kind}, which it is not"
+            )
             return None
         if tag == _TAG + "null":
             return None

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.sampling import sample_times
 from knotwork.errors import InputError
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.files.export.table import DEFAULT_RATE
 from knotwork.waypoints import FloatArray
 
@@ -37,7 +37,7 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: floa
     Raises:
         InputError: The rate or the lead is out of range.
     """
-    lead = finite_number(lead, "lead", "s")
+    lead = require_number(lead, "lead", "s")
     if lead < 0.0:
         raise InputError(f"lead is {lead:g} s; accepted: kv/kp of the actuators, 0 or more")
     time = sample_times(motion.start_time, motion.end_time, rate, MOST_KEYFRAMES)

@@ -13,12 +13,12 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate
-from knotwork.curves.polynomial.extrema import candidates
+from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.polynomial.two_point import raise_degree, two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.errors.arguments import finite_number, flag
+from knotwork.errors.arguments import require_flag, require_number
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.waypoints import FloatArray, IndexArray
 
@@ -107,13 +107,13 @@ def motion_points(
         InputError: The tolerance is not positive, or takes more than a million points; or points
             are given, and other ones are requested.
     """
-    accelerations = flag(accelerations, "accelerations")
+    accelerations = require_flag(accelerations, "accelerations")
     if isinstance(motion, Points):
         if motion.with_acceleration != accelerations or fit is not None:
             raise InputError("these points have their options already; give the trajectory")
         return motion
     order = 3 if accelerations else 2
-    tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+    tolerance = None if fit is None else require_number(fit, "fit", "rad or m", positive=True)
     times = np.array(motion.breaks)
     joined = _receiver_pieces(motion, times, order)
     exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
@@ -152,7 +152,7 @@ def largest_difference(
     difference = raise_degree(pieces, degree) - raise_degree(joined, degree)
     for _ in range(order):
         difference = differentiate(difference)
-    return np.asarray(np.abs(candidates(times, difference)[0]).max(axis=0))
+    return np.asarray(np.abs(locate_extremum_candidates(times, difference)[0]).max(axis=0))
 
 
 def split_evenly(times: FloatArray, parts: IndexArray) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.errors.arguments import finite_number, flag
+from knotwork.errors.arguments import require_flag, require_number
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.files.storage import to_csv
 from knotwork.waypoints import FloatArray
@@ -49,7 +49,10 @@ def to_pvt(
         ExportError: The points can't define the motion, see `motion_points`.
         InputError: A factor or the tolerance is out of range, or a joint is unknown.
     """
-    degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
+    degrees, incremental = (
+        require_flag(degrees, "degrees"),
+        require_flag(incremental, "incremental"),
+    )
     points = motion_points(motion, fit=fit)
     trajectory, knots = points.trajectory, points.trajectory.knots
     factors = _by_joint(trajectory, scale, 1.0, "scale")
@@ -102,7 +105,7 @@ def _by_joint(
     for name, value in (mapping or {}).items():
         if name not in trajectory.joint_names:
             raise UnknownNameError("joint", name, trajectory.joint_names, where=option)
-        values[name] = finite_number(value, f"{option} of joint {name!r}")
+        values[name] = require_number(value, f"{option} of joint {name!r}")
         if option == "scale" and values[name] == 0.0:
             raise InputError(f"scale of joint {name!r} is {value!r}; it must be other than 0")
     return [values.get(name, missing) for name in trajectory.joint_names]

@@ -23,7 +23,7 @@ import yaml
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.errors.arguments import flag
+from knotwork.errors.arguments import require_flag
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.files.export.packages import import_package
 
@@ -96,7 +96,7 @@ def ros2_dict(
         InputError: The tolerance can't be met, or a time does not fit into a message.
     """
     message = _message(motion_points(motion, accelerations=accelerations, fit=fit))
-    return {"trajectory": message} if flag(goal, "goal") else message
+    return {"trajectory": message} if require_flag(goal, "goal") else message
 
 
 def _message(points: Points) -> dict[str, Any]:
@@ -144,7 +144,7 @@ def to_ros2(
     """
     points = motion_points(motion, accelerations=accelerations, fit=fit)
     message = _message(points)
-    data = {"trajectory": message} if flag(goal, "goal") else message
+    data = {"trajectory": message} if require_flag(goal, "goal") else message
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append(_first_line(points.trajectory))
     if np.abs(points.trajectory.knots.velocity[-1]).max() > NEGLIGIBLE_SPEED:
@@ -197,7 +197,7 @@ def to_ros2_message(
     for row in data["points"]:
         time = duration(**row.pop("time_from_start"))
         message.points.append(messages.JointTrajectoryPoint(**row, time_from_start=time))
-    if not flag(goal, "goal"):
+    if not require_flag(goal, "goal"):
         return message
     action = import_package("control_msgs.action", "a FollowJointTrajectory goal", how)
     return action.FollowJointTrajectory.Goal(trajectory=message)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.curves.polynomial.extrema import candidates
+from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.files.export.lossless import MOST_EXPORTED_POINTS, largest_difference, split_evenly
 from knotwork.waypoints import FloatArray
 
@@ -145,7 +145,7 @@ def straight_points(
     if isinstance(motion, Positions):
         return motion
     tolerance = (
-        LINE_TOLERANCE if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+        LINE_TOLERANCE if fit is None else require_number(fit, "fit", "rad or m", positive=True)
     )
     refuse_moving(motion)
     last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
@@ -191,7 +191,9 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
     """
     breaks = motion.breaks - motion.start_time
     h = np.diff(breaks)
-    peak = np.abs(candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]).max(axis=(0, 2))
+    peak = np.abs(
+        locate_extremum_candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]
+    ).max(axis=(0, 2))
     parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
     if parts.sum() > MOST_EXPORTED_POINTS:
         raise InputError(

@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.sampling import sample_times
 from knotwork.errors import InputError
-from knotwork.errors.arguments import flag
+from knotwork.errors.arguments import require_flag
 from knotwork.files.export.labels import labels_at
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.joint_quantities import DERIVATIVES
@@ -114,7 +114,7 @@ def motion_table(
         InputError: Options contradict each other, the rate makes too many values, or
             the robot has other joints or is not a robot.
     """
-    if flag(knots_only, "knots_only"):
+    if require_flag(knots_only, "knots_only"):
         if rate is not None:
             raise InputError("a rate of samples and knots_only are both given; choose one")
         trajectory, time, joints, note = _knots(motion, accelerations, fit)
@@ -129,7 +129,7 @@ def motion_table(
         trajectory = motion
         time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
     tool = {} if robot is None else _tool(trajectory, robot, time)
-    named = bool(trajectory.events) if labels is None else flag(labels, "labels")
+    named = bool(trajectory.events) if labels is None else require_flag(labels, "labels")
     texts = labels_at(trajectory, time) if named else {}
     return MotionTable(trajectory, time, joints, tool, note, texts)
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from knotwork.errors import did_you_mean
+from knotwork.errors import suggest_name
 from knotwork.files.foreign.point_table import QUANTITIES
 from knotwork.joint_quantities import DERIVATIVES
 
@@ -116,7 +116,7 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
     first = re.split(r"[.\s\[(]", heading.strip())[0]
     raise UnknownHeadingError(
         f"the column {heading!r} is neither time nor a joint",
-        did_you_mean(first, ["time", *joint_names])
+        suggest_name(first, ["time", *joint_names])
         + ", and with .position, .velocity or .acceleration",
     )
 

@@ -2,12 +2,12 @@
 
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.choosing.freezing import frozen_text, saved_text
-from knotwork.planning.choosing.meeting import with_times_met
+from knotwork.planning.choosing.moving_frame_arrivals import fix_arrival_times
 
 __all__ = [
     "ChosenTimes",
     "choose_times",
+    "fix_arrival_times",
     "frozen_text",
     "saved_text",
-    "with_times_met",
 ]

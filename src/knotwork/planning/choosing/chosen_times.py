@@ -9,9 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import together
+from knotwork.errors import merge_errors
+from knotwork.planning.choosing.chosen_path_speeds import (
+    ChosenPathSpeeds,
+    paths_beyond_limits,
+    with_max_speeds,
+)
 from knotwork.planning.choosing.chosen_values import with_chosen_values
-from knotwork.planning.choosing.free_task import FreeTask
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
     duration_outside,
@@ -19,22 +23,18 @@ from knotwork.planning.choosing.segment_motions import (
     solve_segments,
 )
 from knotwork.planning.choosing.segments import (
-    FreeSegment,
+    TimingSegment,
     assumed_jerk,
     find_segments,
     timing_problem,
 )
-from knotwork.planning.choosing.timed_paths import (
-    TimedPaths,
-    paths_beyond_limits,
-    with_max_speeds,
-)
+from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Status, status_of
-from knotwork.task.scenario import FreeTimes, Scenario
+from knotwork.task.scenario import Scenario, Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class ChosenTimes:
         path_limits: Limiting constraints of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
-        met: Names of waypoints in moving frames. Their times were chosen first.
+        fixed_arrivals: Names of waypoints in moving frames. Their times were chosen first.
     """
 
     requested: Scenario
@@ -58,7 +58,7 @@ class ChosenTimes:
     segments: tuple[TimedMotion, ...] = ()
     path_limits: tuple[Binding, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
-    met: tuple[str, ...] = ()
+    fixed_arrivals: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -113,7 +113,7 @@ class ChosenTimes:
 
 def choose_times(
     scenario: Scenario,
-    free: FreeTimes,
+    unknowns: Unknowns,
     *,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -127,7 +127,7 @@ def choose_times(
 
     Args:
         scenario: The task.
-        free: Its unknowns.
+        unknowns: Its unknowns.
         budget: Computing time after which the best motion so far is taken [s].
         progress: Callback of the solver.
         solution: Solutions of the poses, if not the best.
@@ -136,7 +136,9 @@ def choose_times(
         InputError: The task can't be solved, or no motion within the limits was found.
     """
     try:
-        paths, motions = _fastest(scenario, free, solution, Budget(progress, budget))
+        paths, motions = _with_feasible_path_speeds(
+            scenario, unknowns, solution, Budget(progress, budget)
+        )
     except NoMotionsError as error:
         raise error.combined_error() from None
     task = paths.task
@@ -154,12 +156,12 @@ MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
 """Number of times that speeds along paths are lowered for the motions next to them, and the factor.
 """
 
-_Motions = tuple[TimedPaths, list[tuple[FreeSegment, TimedMotion]]]
+_Motions = tuple[ChosenPathSpeeds, list[tuple[TimingSegment, TimedMotion]]]
 """A task with speeds along its paths, and the motions of its segments."""
 
 
-def _fastest(
-    scenario: Scenario, free: FreeTimes, solution: TaskSolution | None, budget: Budget
+def _with_feasible_path_speeds(
+    scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None, budget: Budget
 ) -> _Motions:
     """The task with the maximum speeds along its paths, and the motions of its segments.
 
@@ -173,9 +175,9 @@ def _fastest(
     best: _Motions | None = None
     adjacent: set[int] = set()
     for slowdowns in range(MAX_SLOWDOWNS + 1):
-        paths = with_max_speeds(scenario, free, solution, caps)
+        paths = with_max_speeds(scenario, unknowns, solution, caps)
         try:
-            motions = paths, _motions(paths, free, budget)
+            motions = paths, _motions(paths, unknowns, budget)
         except NoMotionsError as error:
             adjacent |= _adjacent_stretches(error.errors, paths)
             if best is None and (not adjacent or slowdowns == MAX_SLOWDOWNS):
@@ -192,15 +194,17 @@ def _fastest(
     return best
 
 
-def _duration(paths: TimedPaths, motions: Sequence[tuple[FreeSegment, TimedMotion]]) -> float:
+def _duration(
+    paths: ChosenPathSpeeds, motions: Sequence[tuple[TimingSegment, TimedMotion]]
+) -> float:
     """Duration of the whole motion [s]."""
     outside = duration_outside(paths.task, [segment for segment, _ in motions])
     return outside + sum(motion.duration for _, motion in motions)
 
 
 def _motions(
-    paths: TimedPaths, free: FreeTimes, budget: Budget
-) -> list[tuple[FreeSegment, TimedMotion]]:
+    paths: ChosenPathSpeeds, unknowns: Unknowns, budget: Budget
+) -> list[tuple[TimingSegment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
     Raises:
@@ -208,11 +212,11 @@ def _motions(
         InputError: A given value is beyond a limit.
     """
     segments = find_segments(paths.task)
-    _check_given(paths.task, free, segments)
+    _check_given(paths.task, unknowns, segments)
     return solve_segments(paths.task, segments, budget)
 
 
-def _adjacent_stretches(segments: Iterable[FreeSegment], paths: TimedPaths) -> set[int]:
+def _adjacent_stretches(segments: Iterable[TimingSegment], paths: ChosenPathSpeeds) -> set[int]:
     """The waypoints at the ends of stretches with chosen speeds, on paths next to segments."""
     ends = {segment.waypoints[k] for segment in segments for k in (0, -1)}
     return {
@@ -224,7 +228,7 @@ def _adjacent_stretches(segments: Iterable[FreeSegment], paths: TimedPaths) -> s
     }
 
 
-def _check_given(task: FreeTask, free: FreeTimes, segments: Sequence[FreeSegment]) -> None:
+def _check_given(task: TimingTask, unknowns: Unknowns, segments: Sequence[TimingSegment]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, as segments begin and end with them.
@@ -232,12 +236,12 @@ def _check_given(task: FreeTask, free: FreeTimes, segments: Sequence[FreeSegment
     Raises:
         InputError: A given value is infeasible.
     """
-    errors = paths_beyond_limits(task, free)
+    errors = paths_beyond_limits(task, unknowns)
     if errors:
-        raise together(errors)
+        raise merge_errors(errors)
     for segment in segments:
         problem = timing_problem(task, segment, Objective())
         causes = infeasible_values(problem, direct=segment.way is None)
         errors += located_in_segment(causes, task, segment)
     if errors:
-        raise together(errors)
+        raise merge_errors(errors)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import FreeSegment
+from knotwork.planning.choosing.segments import TimingSegment
+from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
@@ -21,26 +21,28 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMotion]]) -> Scenario:
+def with_chosen_values(
+    task: TimingTask, motions: list[tuple[TimingSegment, TimedMotion]]
+) -> Scenario:
     """The scenario with numbers in place of its unknowns.
 
     Args:
         task: The task.
         motions: The segments and their motions.
     """
-    scenario, free = task.scenario, task.free
+    scenario, unknowns = task.scenario, task.unknowns
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
     for segment, motion in motions:
         if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(task, positions))
-    for i in free.ways:
+    for i in unknowns.ways:
         waypoints[scenario.index[i]]["way"] = None
     for segment, motion in motions:
         for place, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
-            if place and free.duration[i - 1]:
+            if place and unknowns.duration[i - 1]:
                 after = float(motion.time[place] - motion.time[place - 1])
                 changes |= {"time": None, "after": after}
             q = positions[segment.rows[place]]
@@ -57,7 +59,7 @@ def with_chosen_values(task: FreeTask, motions: list[tuple[FreeSegment, TimedMot
 
 
 def solutions_near(
-    task: FreeTask, positions: FloatArray | None = None
+    task: TimingTask, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
     """Changes of the task's waypoints that select the solutions of the poses again.
 
@@ -81,20 +83,20 @@ def solutions_near(
     }
 
 
-def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
+def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it is chosen."""
-    kind, robot, waypoint = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
+    kind, robot, waypoint = task.unknowns.speed[i], task.space.robot, task.scenario.waypoints[i]
     length, angle = si_factors(task.scenario.given.units)
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
         return {"velocity": by_joint(task.space, v, length, angle)}
-    robot, joints = robot.in_frame(standing=waypoint.standing)
+    robot, joints = robot.in_frame(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.standing:  # the base of the file moves relative to it
+        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T
@@ -105,7 +107,7 @@ def _chosen_speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[
 
 
 def _chosen_motion(
-    task: FreeTask, timed: Scenario, segment: FreeSegment, motion: TimedMotion
+    task: TimingTask, timed: Scenario, segment: TimingSegment, motion: TimedMotion
 ) -> ChosenMotion:
     """A segment for the task; its knots begin at the preceding waypoint of the task.
 
@@ -121,7 +123,7 @@ def _chosen_motion(
     velocities = {
         timed.waypoints[i].name: by_joint(task.space, motion.velocity[k], length, angle)
         for k, i in enumerate(segment.waypoints)
-        if task.free.speed[i] != "given"
+        if task.unknowns.speed[i] != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(

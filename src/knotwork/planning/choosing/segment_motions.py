@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from knotwork.errors import InputError, TimingError, together
-from knotwork.planning.choosing.clear_motions import clear_motion
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import FreeSegment, timing_problem
+from knotwork.errors import InputError, TimingError, merge_errors
+from knotwork.planning.choosing.clear_segments import plan_clear_segment
+from knotwork.planning.choosing.segments import TimingSegment, timing_problem
+from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
 from knotwork.planning.timing.budget import Budget
@@ -34,13 +34,13 @@ class NoMotionsError(Exception):
         errors: Reasons, by segment.
     """
 
-    def __init__(self, task: FreeTask, errors: dict[FreeSegment, NoMotionError]) -> None:
+    def __init__(self, task: TimingTask, errors: dict[TimingSegment, NoMotionError]) -> None:
         super().__init__()
         self.task, self.errors = task, errors
 
     def combined_error(self) -> InputError:
         """The combined error of all segments."""
-        return together(
+        return merge_errors(
             [
                 cause
                 for segment, error in self.errors.items()
@@ -50,8 +50,8 @@ class NoMotionsError(Exception):
 
 
 def solve_segments(
-    task: FreeTask, segments: list[FreeSegment], budget: Budget
-) -> list[tuple[FreeSegment, TimedMotion]]:
+    task: TimingTask, segments: list[TimingSegment], budget: Budget
+) -> list[tuple[TimingSegment, TimedMotion]]:
     """Motions of all segments, with the given total duration, if there is one.
 
     Args:
@@ -63,20 +63,22 @@ def solve_segments(
         NoMotionsError: Some segments have no motion.
         TimingError: The total is too short.
     """
-    free = task.free
-    objective = Objective(**{"time": 0.0, **free.objective})
+    unknowns = task.unknowns
+    objective = Objective(**{"time": 0.0, **unknowns.objective})
     budget.work = sum(len(segment.waypoints) - 1 for segment in segments)
-    if free.total is None:
+    if unknowns.total is None:
         return list(_motions(task, segments, objective, budget).items())
-    timed = [segment for segment in segments if free.duration[list(segment.waypoints)[:-1]].any()]
+    timed = [
+        segment for segment in segments if unknowns.duration[list(segment.waypoints)[:-1]].any()
+    ]
     budget.work += sum(len(segment.waypoints) - 1 for segment in timed)
     fastest = _motions(task, timed, Objective(), budget)
     outside = duration_outside(task, timed)
     shortest = outside + sum(motion.duration for motion in fastest.values())
-    if free.total < shortest:
+    if unknowns.total < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
         raise _total_too_short(task, shortest, stopped=stopped)
-    factor = (free.total - outside) / (shortest - outside)
+    factor = (unknowns.total - outside) / (shortest - outside)
     totals = {segment: factor * motion.duration for segment, motion in fastest.items()}
     try:
         return list(_motions(task, segments, objective, budget, totals).items())
@@ -86,7 +88,7 @@ def solve_segments(
         raise error from None
 
 
-def duration_outside(task: FreeTask, segments: Iterable[FreeSegment]) -> float:
+def duration_outside(task: TimingTask, segments: Iterable[TimingSegment]) -> float:
     """Duration of the motion outside some segments [s]."""
     durations = task.scenario.durations
     for segment in segments:
@@ -95,14 +97,14 @@ def duration_outside(task: FreeTask, segments: Iterable[FreeSegment]) -> float:
 
 
 def _motions(
-    task: FreeTask,
-    segments: list[FreeSegment],
+    task: TimingTask,
+    segments: list[TimingSegment],
     objective: Objective,
     budget: Budget,
-    totals: Mapping[FreeSegment, float] = MappingProxyType({}),
-) -> dict[FreeSegment, TimedMotion]:
-    motions: dict[FreeSegment, TimedMotion] = {}
-    errors: dict[FreeSegment, NoMotionError] = {}
+    totals: Mapping[TimingSegment, float] = MappingProxyType({}),
+) -> dict[TimingSegment, TimedMotion]:
+    motions: dict[TimingSegment, TimedMotion] = {}
+    errors: dict[TimingSegment, NoMotionError] = {}
     for segment in segments:
         problem = timing_problem(task, segment, objective, totals.get(segment))
         if objective.only_time and segment not in totals and not problem.free.any():
@@ -112,9 +114,11 @@ def _motions(
             if segment.way is None:
                 motions[segment] = solve_within(problem, budget)
             else:
-                before = [motion for earlier, motion in motions.items() if earlier.meets(segment)]
+                before = [
+                    motion for earlier, motion in motions.items() if earlier.continues_into(segment)
+                ]
                 start = before[0].trajectory.position(before[0].duration) if before else None
-                motions[segment] = clear_motion(task, segment, problem, budget, start)
+                motions[segment] = plan_clear_segment(task, segment, problem, budget, start)
         except NoMotionError as error:
             errors[segment] = error
     if errors:
@@ -122,7 +126,7 @@ def _motions(
     return motions
 
 
-def _total_too_short(task: FreeTask, shortest: float, *, stopped: bool) -> TimingError:
+def _total_too_short(task: TimingTask, shortest: float, *, stopped: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
@@ -131,7 +135,7 @@ def _total_too_short(task: FreeTask, shortest: float, *, stopped: bool) -> Timin
         stopped: Whether the budget ended before a shorter one could be found.
     """
     error = TimingError(
-        f"{task.free.total:g} s is shorter than the minimum time found within the limits, "
+        f"{task.unknowns.total:g} s is shorter than the minimum time found within the limits, "
         f"{rounded_up(shortest):.6g} s; accepted: {sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if stopped else ''}",
         limit="budget" if stopped else "duration",
@@ -141,7 +145,7 @@ def _total_too_short(task: FreeTask, shortest: float, *, stopped: bool) -> Timin
 
 
 def located_in_segment(
-    errors: list[TimingError], task: FreeTask, segment: FreeSegment
+    errors: list[TimingError], task: TimingTask, segment: TimingSegment
 ) -> list[TimingError]:
     """Name the waypoints of the file in errors of a segment."""
     for error in errors:

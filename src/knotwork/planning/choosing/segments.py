@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.planning.choosing.free_task import FreeTask
+from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import Scenario
@@ -22,7 +22,7 @@ MAX_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class FreeSegment:
+class TimingSegment:
     """Consecutive waypoints of a scenario, without a tool path or wait between them.
 
     Attributes:
@@ -35,63 +35,63 @@ class FreeSegment:
     rows: IndexArray
     way: ClearWay | None = None
 
-    def meets(self, following: FreeSegment) -> bool:
+    def continues_into(self, following: TimingSegment) -> bool:
         """Whether it is a collision-free motion that ends where another one begins."""
         return self.way is not None and self.waypoints[-1] == following.waypoints[0]
 
 
-def find_segments(task: FreeTask) -> list[FreeSegment]:
+def find_segments(task: TimingTask) -> list[TimingSegment]:
     """The segments of a task with unknowns, in order of time.
 
     Raises:
         InputError: The time between two equal stops is to be chosen, or the velocity at one of the
             points with zero acceleration.
     """
-    scenario, free = task.scenario, task.free
+    scenario, unknowns = task.scenario, task.unknowns
     closed = set(task.space.waits)
     for i in closed:
-        if free.duration[i]:
+        if unknowns.duration[i]:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             error = InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds"
             )
             raise task.locate(error, i + 1)
-    ends = task.still_points
+    ends = task.zero_acceleration_points
     for i, why in ends.items():
-        if free.speed[i] != "given":
+        if unknowns.speed[i] != "given":
             accepted = "stop, or a velocity"
-            if i in free.ways and i + 1 in free.ways:
+            if i in unknowns.ways and i + 1 in unknowns.ways:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise task.locate(InputError(message), i)
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
-    segments: list[FreeSegment] = []
+    segments: list[TimingSegment] = []
     first = 0
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
         if i > first and _has_unknowns(task, first, i):
             rows = task.rows[first : i + 1]
-            segments.append(FreeSegment(range(first, i + 1), rows, free.ways.get(i)))
+            segments.append(TimingSegment(range(first, i + 1), rows, unknowns.ways.get(i)))
         first = i + 1 if i in closed else i
     return segments
 
 
-def _has_unknowns(task: FreeTask, first: int, last: int) -> bool:
+def _has_unknowns(task: TimingTask, first: int, last: int) -> bool:
     """Whether anything is chosen between two waypoints."""
-    free = task.free
+    unknowns = task.unknowns
     return bool(
-        task.still_points.keys() & {first, last}
-        or free.optimal_knots
-        or free.duration[first:last].any()
-        or any(kind != "given" for kind in free.speed[first : last + 1])
+        task.zero_acceleration_points.keys() & {first, last}
+        or unknowns.optimal_knots
+        or unknowns.duration[first:last].any()
+        or any(kind != "given" for kind in unknowns.speed[first : last + 1])
     )
 
 
 def timing_problem(
-    task: FreeTask, segment: FreeSegment, objective: Objective, total: float | None = None
+    task: TimingTask, segment: TimingSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
     """Known and unknown values of a segment.
 
@@ -104,11 +104,11 @@ def timing_problem(
     Raises:
         InputError: A moving joint has neither an acceleration nor an effort limit.
     """
-    free, space, waypoints = task.free, task.space, task.waypoints
+    unknowns, space, waypoints = task.unknowns, task.space, task.waypoints
     rows = segment.rows
     inner = slice(segment.waypoints[0], segment.waypoints[-1])
     velocity = waypoints.velocity[rows].copy()
-    kinds = [free.speed[i] for i in segment.waypoints]
+    kinds = [unknowns.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
     limits = TimingLimits(
         space.limits["velocity"],
@@ -133,10 +133,10 @@ def timing_problem(
         names=tuple(waypoints.names[row] for row in rows),
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
-        max_factor=free.at_most[list(segment.waypoints)],
+        max_factor=unknowns.at_most[list(segment.waypoints)],
         acceleration=_accelerations(task, segment),
         duration=duration,
-        at_least=free.at_least[inner],
+        at_least=unknowns.at_least[inner],
         total=total,
         objective=objective,
         dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
@@ -158,7 +158,7 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(task: FreeTask, segment: FreeSegment) -> FloatArray:
+def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
     """Accelerations at the ends of a segment.
 
     At the ends of the motion they are as given. Otherwise they are zero if times are chosen, and
@@ -172,8 +172,8 @@ def _accelerations(task: FreeTask, segment: FreeSegment) -> FloatArray:
             known[end] = accelerations[row]
         elif row == last and space.end_acceleration is not None:
             known[end] = space.end_acceleration[end]
-        elif segment.waypoints[end] in task.still_points or (
-            row == last and task.free.duration.any()
+        elif segment.waypoints[end] in task.zero_acceleration_points or (
+            row == last and task.unknowns.duration.any()
         ):
             known[end] = 0.0
     return known

@@ -19,8 +19,8 @@ from knotwork.planning.comparison.scores import Refusal as Refusal
 from knotwork.planning.comparison.scores import Score as Score
 from knotwork.planning.comparison.scores import best as best
 from knotwork.planning.comparison.scores import flatten
-from knotwork.planning.infeasibility import FEASIBILITY
 from knotwork.planning.planner_options import planner_options, supported_options
+from knotwork.planning.scenario_planner import FEASIBILITY
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units
@@ -142,7 +142,7 @@ def compare(
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, base))
     return Comparison(
-        scenario.name, tuple(rows), trajectories, scenario.free is not None, scenario.units
+        scenario.name, tuple(rows), trajectories, scenario.unknowns is not None, scenario.units
     )
 
 

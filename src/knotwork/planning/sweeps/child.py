@@ -135,7 +135,7 @@ def _end_with_parent(parent: int) -> None:
     os._exit(0)
 
 
-def by_children(
+def map_in_children(
     task: Callable[[Child, Item], Answer], items: Iterable[Item], workers: int
 ) -> Iterator[Answer]:
     """Perform a task for each item with one of some child processes, each in a thread.

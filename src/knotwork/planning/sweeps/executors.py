@@ -13,7 +13,12 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, Edits
 from knotwork.files.export.packages import import_package
-from knotwork.planning.sweeps.child import Child, ChildCrashedError, ChildTimeoutError, by_children
+from knotwork.planning.sweeps.child import (
+    Child,
+    ChildCrashedError,
+    ChildTimeoutError,
+    map_in_children,
+)
 from knotwork.planning.sweeps.folder import RESUME_ADVICE, own_version
 from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcome_of
 from knotwork.planning.sweeps.spec import StudySpec
@@ -48,7 +53,7 @@ def plan_rows(
         yield from _on_scheduler(spec, list(numbered), scheduler)
     elif workers:
         plan_row = partial(_in_child, spec.document, spec.time_limit)
-        yield from by_children(plan_row, numbered, workers)
+        yield from map_in_children(plan_row, numbered, workers)
     else:
         for row, edits in numbered:
             yield row, outcome_of(spec.document, edits)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from knotwork.errors import InputError, did_you_mean
+from knotwork.errors import InputError, suggest_name
 from knotwork.files.documents import Document, Edits, Location, apply_edits, field_path, validate
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
@@ -101,7 +101,7 @@ def _index(path: str, location: Location, key: str, items: list[Any]) -> int:
 
 
 def _missing_key(path: str, location: Location, key: str, known: Any) -> InputError:
-    return InputError(f"{path}: {_where(location)} has no {key!r}; {did_you_mean(key, known)}")
+    return InputError(f"{path}: {_where(location)} has no {key!r}; {suggest_name(key, known)}")
 
 
 def _where(location: Location) -> str:

@@ -71,10 +71,10 @@ def _deviation(plan: Plan) -> float | None:
     return max(_values(plan, "path_deviation"), default=None)
 
 
-def _clearance(around: bool, plan: Plan) -> float | None:
+def _clearance(involves_scene: bool, plan: Plan) -> float | None:
     """Minimum clearance to the surroundings, or of the robot and held objects to itself."""
     pairs = plan.report.select(quantity="clearance", subject="pair")
-    values = (pair.value for pair in pairs if pair.around == around)
+    values = (pair.value for pair in pairs if pair.involves_scene == involves_scene)
     return min((value for value in values if value is not None), default=None)
 
 

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import InputError, KnotworkError, shown
-from knotwork.errors.arguments import finite_number
+from knotwork.errors import InputError, KnotworkError, format_value
+from knotwork.errors.arguments import require_number
 from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.child import (
     Child,
     ChildCrashedError,
     ChildTimeoutError,
-    by_children,
+    map_in_children,
     refuse_own_checks,
 )
 from knotwork.planning.sweeps.run import DEFAULT_TIME_LIMIT
@@ -52,12 +52,12 @@ def plan_many(
     if not isinstance(count, int) or count < 1:
         raise InputError(f"workers is {workers!r}; it must be a whole number of at least 1")
     refuse_own_checks("use kw.plan")
-    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    limit = require_number(time_limit, "time_limit", "s", positive=True)
     tasks = list(scenarios)
     for i, task in enumerate(tasks):
         accepted = "a name, path, mapping, task or scenario"
         if not isinstance(task, str | Path | Mapping | Task | Scenario):
-            raise InputError(f"scenarios[{i}] is {shown(task)}; accepted: {accepted}")
+            raise InputError(f"scenarios[{i}] is {format_value(task)}; accepted: {accepted}")
 
     def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
         try:
@@ -67,7 +67,7 @@ def plan_many(
         except Exception as error:  # a fault in one does not stop the others
             return i, KnotworkError(f"internal error: {type(error).__name__}: {error}")
 
-    plans = dict(by_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
+    plans = dict(map_in_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
     return [plans[i] for i in range(len(tasks))]
 
 

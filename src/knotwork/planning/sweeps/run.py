@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import InputError, shown
-from knotwork.errors.arguments import finite_number
+from knotwork.errors import InputError, format_value
+from knotwork.errors.arguments import require_number
 from knotwork.planning.sweeps import executors
 from knotwork.planning.sweeps.child import refuse_own_checks
 from knotwork.planning.sweeps.field_path import scenario_with
@@ -111,7 +111,7 @@ def sweep(
     for name, count in (("stop_after", stop_after), ("samples", samples)):
         _check_count(name, count, 1)
     axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
-    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    limit = require_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
     folder = _folder(spec, out, resume)
@@ -136,7 +136,7 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
 def _folder(spec: StudySpec, out: str | Path | None, resume: bool) -> StudyFolder:
     """The study's folder, created or continued."""
     if not isinstance(out, str | Path | None):
-        raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
+        raise InputError(f"out is {format_value(out)}; accepted: the path of a folder")
     if out is None:
         if resume:
             raise InputError("there is no study to continue: resume is given without out")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import DocumentError, InputError, shown
+from knotwork.errors import DocumentError, InputError, format_value
 from knotwork.files.documents import parse
 from knotwork.files.documents.csv_rows import read_rows
 
@@ -72,7 +72,9 @@ def make_axes(
         InputError: Values are malformed, of different lengths, or missing.
     """
     if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
-        raise InputError(f"vary is {shown(vary)}; accepted: a mapping of paths to their values")
+        raise InputError(
+            f"vary is {format_value(vary)}; accepted: a mapping of paths to their values"
+        )
     values_of = {path: _values(path, spec) for path, spec in vary.items()}
     axes: list[dict[str, Sequence[Any]]] = [_rows(Path(rows))] if rows is not None else []
     for path in axes[0] if axes else ():
@@ -121,7 +123,9 @@ def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
         for value in listed:
             _check_finite(path, value)
         return listed
-    raise InputError(f"{path} is varied over {shown(spec)}; accepted: a list of values, {ACCEPTED}")
+    raise InputError(
+        f"{path} is varied over {format_value(spec)}; accepted: a list of values, {ACCEPTED}"
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -173,7 +177,7 @@ def _rows(file: Path) -> dict[str, Sequence[Any]]:
     header = [name.strip() for name in rows.headings]
     if not all(header) or len(set(header)) < len(header):
         accepted = "paths of values, each once, for example frames.block.position[0]"
-        raise rows.error(rows.head, None, f"the header is {shown(header)}", accepted)
+        raise rows.error(rows.head, None, f"the header is {format_value(header)}", accepted)
     if not rows.lines:
         raise rows.error(None, None, "has no rows", "a header of paths, then a row a scenario")
     columns: dict[str, list[Any]] = {path: [] for path in header}
@@ -182,7 +186,7 @@ def _rows(file: Path) -> dict[str, Sequence[Any]]:
             try:
                 columns[path].append(parse(cell.strip()).data)
             except DocumentError as error:
-                message = f"can't read {shown(cell)}"
+                message = f"can't read {format_value(cell)}"
                 raise rows.error(line, i, message, "values as in a scenario file") from error
             _check_finite(f"{file}: line {line}: {path}", columns[path][-1])
     return {path: tuple(values) for path, values in columns.items()}

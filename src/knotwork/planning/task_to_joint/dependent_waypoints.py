@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import FollowingError, LimitingConstraint
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
@@ -18,7 +18,7 @@ from knotwork.planning.task_to_joint.solution import PathStart
 from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, whole_turns
 from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
 from knotwork.robot.kinematics.following.joint_field import Guide, Pull
-from knotwork.robot.kinematics.following.limiting_constraint import following_error
+from knotwork.robot.kinematics.following.limiting_constraint import make_following_error
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
@@ -184,7 +184,7 @@ class GroupSolver:
         is_clear = None if self.obstacles is None else self.obstacles.are_clear
         paths = [track.path.motion for track in moving]
         ladder = Ladder(chain.robot, paths, first.q[rows][:, chain.columns], is_clear)
-        for start, curves in ladder.guided_starts(MAX_GUIDED):
+        for start, curves in ladder.find_guided_starts(MAX_GUIDED):
             guides = iter(curves)
             guided = [
                 track if track.path.motion.is_dwell else track._replace(guide=next(guides))
@@ -227,12 +227,12 @@ class GroupSolver:
         pull = track.pull(float(times[0]), q[firsts[0]])
         continuation = continue_along(robot, path.motion, q[firsts], times, pull=pull)
         feasible = continuation.is_feasible(robot, branches, turns)
-        contacts = self._contacts(track, continuation, distinct(branches[feasible]))
+        contacts = self._contacts(track, continuation, sort_distinct(branches[feasible]))
         feasible &= ~np.isin(branches, list(contacts))
         if not feasible[tried].any():
             raise _BlockedPathError(track, continuation, branches, turns, tried, contacts)
         rows, owner, onward = start.select(feasible), branches[feasible], []
-        for step in continuation.at[1:]:
+        for step in continuation.step_index[1:]:
             q = track.chain.scatter(continuation.position[step][owner] + turns[feasible])
             onward.append(
                 rows._replace(
@@ -277,7 +277,7 @@ class GroupSolver:
         if not isinstance(self.scenario.branch, str):
             solution += " in the requested branch"
             remedy = "try branch: free"
-        return following_error(
+        return make_following_error(
             path.motion,
             best,
             f"the path from {begin.name!r} can't be followed: with {solution} at "

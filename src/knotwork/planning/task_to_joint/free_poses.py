@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.curves.tool_paths.rotations import exponentials
+from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint.solution import TaskSolution
 from knotwork.robot import Robot
@@ -106,15 +106,17 @@ class FreedomChains:
         self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
         self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
         in_base = [(False, freedom) for freedom in joints_of]
-        of_poses = [(True, pose.freedom) for pose in poses if pose.standing]
-        for standing, freedom in dict.fromkeys([*in_base, *of_poses]):
-            arm, moving = robot.in_frame(standing=standing)
+        of_poses = [(True, pose.freedom) for pose in poses if pose.in_world_frame]
+        for in_world_frame, freedom in dict.fromkeys([*in_base, *of_poses]):
+            arm, moving = robot.in_frame(in_world_frame=in_world_frame)
             joints = joints_of[freedom]
             columns = [*moving, *(column_of[_kind(joint)] for joint in joints)]
             chain = arm.with_virtual_joints(*joints) if joints else arm
             if len(columns) == self.whole.dof and all(map(operator.is_, joints, shared.values())):
                 chain = self.whole
-            self._of[standing, freedom] = FreedomChain(chain, np.array(columns), self.whole.dof)
+            self._of[in_world_frame, freedom] = FreedomChain(
+                chain, np.array(columns), self.whole.dof
+            )
 
     def __iter__(self) -> Iterator[FreedomChain]:
         return iter(self._of.values())
@@ -127,7 +129,7 @@ class FreedomChains:
         """The chain at a waypoint: the arm alone where joint positions are given."""
         if not isinstance(waypoint, CartesianWaypoint):
             return self.for_freedom(None)
-        return self._of[waypoint.standing, waypoint.freedom]
+        return self._of[waypoint.in_world_frame, waypoint.freedom]
 
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomChains) -> JointSpace:
@@ -214,7 +216,7 @@ def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], Vi
 def _torch_axes(torch: TorchRanges) -> FloatArray:
     """Rotation of the axes of a torch's angles relative to the TCP: see `TorchRanges`."""
     turns = np.array([[0.0, 0.0, torch.axis_angle], [0.0, torch.pose_travel, 0.0]])
-    turned, leant = exponentials(turns)
+    turned, leant = rotation_matrices(turns)
     return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
 
 

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.errors import PathError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -216,7 +216,7 @@ def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
 
     A break close to another of these times is left out.
     """
-    fixed = distinct(path.breaks[[0, -1]], times)
+    fixed = sort_distinct(path.breaks[[0, -1]], times)
     ends = list(fixed)
     for time in path.breaks[1:-1]:
         i = bisect_left(ends, time)
@@ -229,13 +229,13 @@ def path_errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
-    tip, columns, J = joint_axes(robot).place(q)
+    tip, columns, J = joint_axes(robot).compute_poses_and_jacobians(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
     place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
-    return np.stack((distance, angle_of(gap), off), axis=1)
+    return np.stack((distance, rotation_angle(gap), off), axis=1)
 
 
 def _check_tolerance(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import CollisionError, LimitingConstraint
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import Continuation
@@ -45,7 +45,7 @@ def bodies_and_pairs(
         robot: The robot without virtual joints.
         times: Times of the waypoints at which bodies come, go or are held, shape (n,).
     """
-    from knotwork.scene.building import collision_model
+    from knotwork.scene.building import build_collision_model
 
     poses = []
     if scenario.scene.held:
@@ -54,7 +54,7 @@ def bodies_and_pairs(
                 poses.append(waypoint.pose)
             elif state is not None:
                 poses.append(robot.forward(state.position[: robot.dof]))
-    return collision_model(scenario, robot, times.tolist(), poses)
+    return build_collision_model(scenario, robot, times.tolist(), poses)
 
 
 class Obstacles:
@@ -147,7 +147,7 @@ class Obstacles:
         if self._pairs is None:
             return None
         steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
-        steps = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
+        steps = steps[sort_distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._arm_positions(path.position[steps, start])
         gaps = (gap for gap, _ in self._pairs.nearest(q, path.time[steps], 0.0))
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
@@ -179,7 +179,7 @@ class Obstacles:
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair minus its required margin, and the pair."""
-        from knotwork.scene.distances import nearest_of_bodies
+        from knotwork.scene.distances import find_nearest_points
 
         rotation, origin = (
             x[0]
@@ -188,5 +188,5 @@ class Obstacles:
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):
-                near = nearest_of_bodies(self.model.meter, first, second, rotation, origin)
+                near = find_nearest_points(self.model.meter, first, second, rotation, origin)
                 yield near.distance - pair.margin, first, second

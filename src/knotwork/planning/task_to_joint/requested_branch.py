@@ -10,7 +10,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
     FLAGS,
     describe_flags,
-    geometry,
+    find_axis_geometry,
 )
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
@@ -29,7 +29,7 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
     if isinstance(wanted, str):
         requested, has_branches = wanted, robot.dof == 6
     else:
-        requested, has_branches = ", ".join(wanted), geometry(robot) is not None
+        requested, has_branches = ", ".join(wanted), find_axis_geometry(robot) is not None
     if not has_branches:
         first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
         raise BranchError(

@@ -19,17 +19,21 @@ from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check
 from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.robot.kinematics.chain.joint_ranges import difference, middle, whole_turns
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    joint_difference,
+    range_middles,
+    whole_turns,
+)
 from knotwork.robot.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.robot.kinematics.following.continuation import velocity_on_path
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import (
     Candidates,
     find_candidates,
-    nearest_candidate,
+    find_nearest_candidate,
 )
 from knotwork.robot.kinematics.sequence.cost import make_cost
-from knotwork.robot.kinematics.sequence.nearness import weights
+from knotwork.robot.kinematics.sequence.nearness import travel_weights
 from knotwork.robot.kinematics.sequence.shortest_sequence import choose_sequence
 from knotwork.robot.kinematics.sequence.step_costs import Layer
 from knotwork.task.scenario import Scenario
@@ -58,7 +62,7 @@ def home(space: JointSpace) -> FloatArray:
     robot = space.robot
     if robot is not None and HOME_CONFIGURATION in robot.configurations:
         return np.array(robot.configurations[HOME_CONFIGURATION])
-    return middle((space.lower_position_limit, space.upper_position_limit))
+    return range_middles((space.lower_position_limit, space.upper_position_limit))
 
 
 class SolutionSearch:
@@ -96,7 +100,7 @@ class SolutionSearch:
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        kinds = scenario.free.speed if scenario.free is not None else ()
+        kinds = scenario.unknowns.speed if scenario.unknowns is not None else ()
         self.free_velocity = frozenset(i for i, kind in enumerate(kinds) if kind != "given")
         self.joints = joint_rules(robot)
         self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)
@@ -119,7 +123,7 @@ class SolutionSearch:
             self.obstacles.check_start(start.position)
         layers = [self._layer(i) for i in range(len(self.candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)
-        blocked = sequence.blocked
+        blocked = sequence.blocked_at
         if blocked is not None:
             raise no_branch(self.scenario, self.robot, blocked, self.candidates[blocked])
         positions = sequence.q
@@ -158,7 +162,7 @@ class SolutionSearch:
                 continue
             if i in self.space.solutions:
                 near = self.space.solutions[i][chain.columns]
-                result[i] = nearest_candidate(chain.robot, target, near, units)
+                result[i] = find_nearest_candidate(chain.robot, target, near, units)
             else:
                 poses[i] = target
         references = [self._reference(i)[chain.columns] for i in poses]
@@ -184,7 +188,7 @@ class SolutionSearch:
         target = self.space.targets[index]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
-            flags, weight = configuration_flags(self.robot, q), weights(self.robot, q)
+            flags, weight = configuration_flags(self.robot, q), travel_weights(self.robot, q)
             return Layer(q, v, make_cost(1), weight, flags, fixed=True)
         candidates = cast(Candidates, self.candidates[index])
         group = self._group_of.get(index)
@@ -196,7 +200,7 @@ class SolutionSearch:
         if self.near is not None:
             # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
             # and then follow the motion, so that joints do not unwind.
-            gap = difference(q, self.near, joint_axes(self.robot).revolute)
+            gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
         elif self.scenario.task.prefer == "clearance" and self.obstacles is not None:
             distance = self.obstacles.shortfall(index, candidates)[rows]

@@ -56,7 +56,7 @@ def step_rules(
         free_velocity: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    unknowns, tolerance, collided = scenario.free, _avoided_distance(chains), list(avoided)
+    unknowns, tolerance, collided = scenario.unknowns, _avoided_distance(chains), list(avoided)
     passes = [
         isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)

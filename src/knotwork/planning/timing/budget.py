@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.planning.timing.timed_motion import Progress
 
 
@@ -39,7 +39,7 @@ class Budget:
 
     def __post_init__(self) -> None:
         if self.seconds is not None:
-            self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
+            self.seconds = require_number(self.seconds, "budget", "s", positive=True)
         self.begun = self.now()
 
     def remaining(self) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.from_accelerations import (
-    corrected_accelerations,
+    correct_accelerations,
     cubics_from_accelerations,
 )
 from knotwork.waypoints import FloatArray
@@ -35,7 +35,7 @@ def exact_curve(
     inner = np.cumsum(share[:, :-1], axis=1) * np.diff(time)[:, None]
     breaks = np.append(np.hstack((time[:-1, None], time[:-1, None] + inner)).ravel(), time[-1])
     span = np.diff(breaks).reshape(share.shape)  # the exact floating-point differences
-    a = corrected_accelerations(span, acceleration, position, velocity)
+    a = correct_accelerations(span, acceleration, position, velocity)
     return PiecewisePolynomial(cubics_from_accelerations(span, a, position, velocity), breaks)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors import TimingError, together
+from knotwork.errors import TimingError, merge_errors
 from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.budget import Budget
@@ -73,7 +73,7 @@ def solve(
     try:
         return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
     except NoMotionError as error:
-        raise together(error.causes) from None
+        raise merge_errors(error.causes) from None
 
 
 @dataclass(eq=False)

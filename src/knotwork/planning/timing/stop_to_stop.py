@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.from_accelerations import cubics_from_accelerations
-from knotwork.curves.retiming.stops import joint_stop
+from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
 from knotwork.planning.timing.timing_problem import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray
@@ -101,7 +101,7 @@ def _next_to(
     if not v.any() and not a.any():
         return None, None
     ramps = limits.acceleration / braking, (1.0 - STOP_MARGIN) * limits.jerk / braking
-    return reverse(joint_stop(q, -v, a, *ramps)), joint_stop(q, v, a, *ramps)
+    return reverse(stop_joints(q, -v, a, *ramps)), stop_joints(q, v, a, *ramps)
 
 
 def _still(q: FloatArray) -> PiecewisePolynomial:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 
@@ -114,7 +114,7 @@ class Objective:
     def __post_init__(self) -> None:
         names = [term.name for term in fields(self)]
         for name in names:
-            value = finite_number(getattr(self, name), f"weight of {name}")
+            value = require_number(getattr(self, name), f"weight of {name}")
             if value < 0.0:
                 raise InputError(f"weight of {name} is {value:g}; it must not be negative")
             object.__setattr__(self, name, value)
@@ -247,7 +247,7 @@ class TimingProblem(ReadOnlyArrays):
         if not (self.max_factor >= 0.0).all():
             raise WaypointDataError("max_factor must not be negative")
         if self.total is not None:
-            put = finite_number(self.total, "total", "s", positive=True)
+            put = require_number(self.total, "total", "s", positive=True)
             object.__setattr__(self, "total", put)
         lost = self.along & np.isnan(self.velocity).any(axis=1)
         if lost.any():

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.retiming.stops import joint_stop
+from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
 from knotwork.planning.timing.tightening import keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.planning.ways.clear_motion import (
+from knotwork.planning.ways.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
     MotionParts,
@@ -146,7 +146,7 @@ class _ClearSearch:
         self.problem, self.stages, self.late, self.report = problem, stages, late, report
         timing = problem.timing
         limits = timing.limits
-        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded_robot)
+        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded_model)
         self.inner = timing.position[1:-1]
         starts = self._free(0, problem.starts)
         for k, q in enumerate(self.inner, 1):
@@ -188,7 +188,7 @@ class _ClearSearch:
 
         def stops() -> Iterator[PiecewisePolynomial]:
             for part in BRAKING_SHARES:
-                yield joint_stop(q, v, a, part * limits.acceleration, part * limits.jerk)
+                yield stop_joints(q, v, a, part * limits.acceleration, part * limits.jerk)
             if k == 0 and (stop := problem.stop()) is not None:
                 yield stop
 

@@ -59,13 +59,13 @@ class Configurations:
     """
 
     def __init__(
-        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded_robot: Any = None
+        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded_model: Any = None
     ) -> None:
-        self.robot, self.model, self.loaded_robot = robot, model, loaded_robot
+        self.robot, self.model, self.loaded_model = robot, model, loaded_model
         self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
         self.checks = 0
         self._data = robot.createData()
-        self._loaded_data = loaded_robot and loaded_robot.createData()
+        self._loaded_data = loaded_model and loaded_model.createData()
         self._geometry = pin.GeometryModel()
         solids: list[list[int]] = []
         self._joint: list[int] = []
@@ -120,9 +120,9 @@ class Configurations:
 
     def _holds_arm(self, q: FloatArray) -> bool:
         """Whether efforts within the limits hold the arm at a configuration."""
-        if self.loaded_robot is None:
+        if self.loaded_model is None:
             return True
-        gravity = pin.computeGeneralizedGravity(self.loaded_robot, self._loaded_data, q)
+        gravity = pin.computeGeneralizedGravity(self.loaded_model, self._loaded_data, q)
         return bool((np.abs(gravity) <= self.effort).all())
 
     def select_free(self, qs: FloatArray) -> FloatArray:

@@ -37,8 +37,10 @@ def check_pose(pose: Any, name: str = "pose") -> None:
             value=pose,
         )
     if np.abs(pose.translation).max() > LARGEST_COORDINATE:
-        place = f"{name} is at {pose.translation.tolist()} m"
-        raise WaypointDataError(f"{place}; up to {LARGEST_COORDINATE:g} m is accepted", value=pose)
+        position = f"{name} is at {pose.translation.tolist()} m"
+        raise WaypointDataError(
+            f"{position}; up to {LARGEST_COORDINATE:g} m is accepted", value=pose
+        )
 
 
 def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:

@@ -15,17 +15,17 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 from knotwork.files.documents import check_xml
 from knotwork.scene.meshes.mesh_part import (
-    MOST_SHOWN_SHAPES,
+    MAX_SHOWN_SHAPES,
     MeshPart,
     check_triangles,
     require_whole,
 )
 from knotwork.waypoints import FloatArray
 
-MOST_COLLADA_ELEMENTS = 100_000
+MAX_COLLADA_ELEMENTS = 100_000
 """XML elements of a COLLADA file; few of them hold its numbers."""
 
 # Elements of COLLADA that define the appearance of surfaces.
@@ -51,7 +51,7 @@ def read_collada(data: bytes) -> tuple[MeshPart, ...]:
     """
     import collada
 
-    check_xml(data, MOST_COLLADA_ELEMENTS)
+    check_xml(data, MAX_COLLADA_ELEMENTS)
     root = ElementTree.fromstring(data)
     _check_shapes(root)
     _check_whole(root)
@@ -103,8 +103,8 @@ def _check_whole(root: ElementTree.Element) -> None:
             named = sum(_tag(child) == "param" for child in element)
             require_whole(
                 offset == "0" and stride == str(named),
-                f"an accessor has offset {shown(offset)} and stride {shown(stride)}; read are "
-                f"offset 0 and a stride of its {named} values",
+                f"an accessor has offset {format_value(offset)} and stride {format_value(stride)}; "
+                f"read are offset 0 and a stride of its {named} values",
             )
         elif kind in ("triangles", "polylist"):
             lists = sum(_tag(child) == "p" for child in element)
@@ -118,7 +118,7 @@ def _check_unit(metres: str) -> None:
     except ValueError:
         known = False
     if not known:
-        raise InputError(f"its unit of length is {shown(metres)}, not a number of metres")
+        raise InputError(f"its unit of length is {format_value(metres)}, not a number of metres")
 
 
 def _check_shapes(root: ElementTree.Element) -> None:
@@ -127,7 +127,7 @@ def _check_shapes(root: ElementTree.Element) -> None:
     Each part of a geometry counts wherever it is shown.
 
     Raises:
-        InputError: There are more than `MOST_SHOWN_SHAPES`.
+        InputError: There are more than `MAX_SHOWN_SHAPES`.
         RecursionError: A node shows itself.
     """
     named = {e.get("id"): e for e in root.iter() if _tag(e) in ("node", "geometry")}
@@ -143,10 +143,8 @@ def _check_shapes(root: ElementTree.Element) -> None:
         return sum(map(shape_count, element))
 
     shapes = sum(shape_count(scene) for scene in root.iter() if _tag(scene) == "visual_scene")
-    if shapes > MOST_SHOWN_SHAPES:
-        raise InputError(
-            f"its nodes show {shapes:.3g} shapes; at most {MOST_SHOWN_SHAPES} are read"
-        )
+    if shapes > MAX_SHOWN_SHAPES:
+        raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MAX_SHOWN_SHAPES} are read")
 
 
 def _without_materials(data: bytes) -> io.BytesIO:

@@ -10,7 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 
 
 def find_mesh(
@@ -43,17 +43,17 @@ def find_mesh(
 
     if scheme in ("package", "model"):
         candidates = _in_packages(address, urdf, package_paths, ros)
-        places = [(folder / inside, folder) for folder, inside in candidates]
+        files = [(folder / inside, folder) for folder, inside in candidates]
     else:
         path = name.removeprefix("file://")
-        places = [(folder / path, folder) for folder in (urdf.parent, *package_paths, *ros)]
-    for place, folder in places:
-        if _below(place, allowed) and _is_file(place) and _below(folder, allowed):
-            return place
+        files = [(folder / path, folder) for folder in (urdf.parent, *package_paths, *ros)]
+    for file, folder in files:
+        if _below(file, allowed) and _is_file(file) and _below(folder, allowed):
+            return file
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
     raise InputError(
-        f"there is no mesh {shown(name)} below {folders} (`package_paths` or --package-path adds a "
-        "folder)"
+        f"there is no mesh {format_value(name)} below {folders} (`package_paths` or --package-path "
+        "adds a folder)"
     )
 
 

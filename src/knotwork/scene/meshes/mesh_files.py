@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_part import (
     FARTHEST_POINT,
@@ -63,7 +63,7 @@ def read_points(path: Path) -> FloatArray:
         InputError: As for `read_mesh`.
     """
     parts = read_mesh(path)
-    return np.concatenate([part.points[distinct(part.triangles)] for part in parts])
+    return np.concatenate([part.points[sort_distinct(part.triangles)] for part in parts])
 
 
 def _reason(error: Exception) -> str:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
-MOST_MESH_BYTES = 64_000_000
-MOST_MESH_TRIANGLES = 1_000_000
+MAX_MESH_BYTES = 64_000_000
+MAX_MESH_TRIANGLES = 1_000_000
 """Maximum number of triangles of a file, counted each time the file shows them."""
-MOST_SHOWN_SHAPES = 5_000
+MAX_SHOWN_SHAPES = 5_000
 """Maximum number of shapes that a file shows, counted each time."""
 FARTHEST_POINT = 1e9
 """Distance of a point from the origin, along each axis, in the file's unit."""
@@ -46,8 +46,8 @@ def read_bounded(path: Path) -> bytes:
     """
     if not path.is_file():
         raise InputError("it is not a regular file")
-    if (size := path.stat().st_size) > MOST_MESH_BYTES:
-        raise InputError(f"it has {size} bytes; at most {MOST_MESH_BYTES} are read")
+    if (size := path.stat().st_size) > MAX_MESH_BYTES:
+        raise InputError(f"it has {size} bytes; at most {MAX_MESH_BYTES} are read")
     return path.read_bytes()
 
 
@@ -55,10 +55,10 @@ def check_triangles(count: int) -> None:
     """Refuse too many triangles.
 
     Raises:
-        InputError: There are more than `MOST_MESH_TRIANGLES`.
+        InputError: There are more than `MAX_MESH_TRIANGLES`.
     """
-    if count > MOST_MESH_TRIANGLES:
-        raise InputError(f"it has {count} triangles; at most {MOST_MESH_TRIANGLES} are read")
+    if count > MAX_MESH_TRIANGLES:
+        raise InputError(f"it has {count} triangles; at most {MAX_MESH_TRIANGLES} are read")
 
 
 def require_whole(is_whole: bool, fault: str) -> None:

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError, format_value
 from knotwork.scene.meshes.mesh_part import MeshPart, check_triangles, require_whole
 
 _HEADER, _FACET = 84, 50
@@ -71,7 +71,9 @@ def _read_text_stl(data: bytes) -> MeshPart:
     read = count if is_facet.all() else int(is_facet.argmin())
     if rest or read < count:
         line = b" ".join(words[read * len(_TEXT_FACET) :][:12]).decode(errors="replace")
-        raise InputError(f"it is not read whole: {shown(line)} after {read} facets is no facet")
+        raise InputError(
+            f"it is not read whole: {format_value(line)} after {read} facets is no facet"
+        )
     check_triangles(count)
     return _facets(fields[:, _COORDINATES].astype(float))
 
@@ -106,8 +108,8 @@ def read_obj(data: bytes) -> MeshPart:
                 raise ValueError
         except ValueError as error:
             raise InputError(
-                f"it is not read whole: line {number} is {shown(line.strip())}; read are v with 3, "
-                "4, 6 or 7 numbers, and f with the numbers of three vertices or more"
+                f"it is not read whole: line {number} is {format_value(line.strip())}; read are v "
+                "with 3, 4, 6 or 7 numbers, and f with the numbers of three vertices or more"
             ) from error
     shape = (-1, 3)
     return MeshPart(

@@ -1,4 +1,3 @@
-from .free_times import FreeTimes as FreeTimes
 from .requested_timing import RequestedTiming as RequestedTiming
 from .resolve import load_scenario as load_scenario
 from .resolve import resolve_task as resolve_task
@@ -14,3 +13,4 @@ from .scene_model import PlacedObject as PlacedObject
 from .scene_model import PlacedRobot as PlacedRobot
 from .scene_model import PlacedShape as PlacedShape
 from .scene_model import Scene as Scene
+from .unknowns import Unknowns as Unknowns

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.files.documents import Location, Places
 from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
-from knotwork.task.scenario.free_times import FreeTimes
+from knotwork.task.scenario.unknowns import Unknowns
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
@@ -206,7 +206,7 @@ class Carriers:
                 "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
             )
 
-    def mark_arrivals(self, unknowns: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
+    def mark_arrivals(self, unknowns: Unknowns | None, index: Sequence[int]) -> Unknowns | None:
         """The unknowns, including the waypoints whose pose depends on their time.
 
         Args:
@@ -223,7 +223,7 @@ class Carriers:
             for i in range(unknowns.first_untimed, len(index))
             if self.frame_of(index[i]) is not None
         ]
-        meets = tuple(sorted({*late, *unknowns.meets}))
+        time_dependent = tuple(sorted({*late, *unknowns.time_dependent}))
         if late and unknowns.total is not None:
             i = index[late[0]]
             raise self.places.error(
@@ -231,7 +231,7 @@ class Carriers:
                 f"is given, and the time in moving frame {self.names[i]!r} is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
-        return replace(unknowns, meets=meets)
+        return replace(unknowns, time_dependent=time_dependent)
 
 
 def _link_text(link: str) -> str:

@@ -161,7 +161,7 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
     """
     along: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, freedom in enumerate(along, path.first + 1):
-        if freedom is not None and freedom.moves:
+        if freedom is not None and freedom.position_is_free:
             raise places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open along a path, which defines the position",
@@ -175,7 +175,7 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
                 "one freedom for a whole path, or stop: true where it changes",
             )
     begins = freedoms[path.first]
-    if begins is not None and not begins.within(along[0]):
+    if begins is not None and not begins.is_within(along[0]):
         raise places.error(
             ("waypoints", path.first + 1),
             "the pose at the start of the path has more freedom than the path",

@@ -16,7 +16,7 @@ from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors import InputError, PathError, did_you_mean
+from knotwork.errors import InputError, PathError, suggest_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
 from knotwork.waypoints import FloatArray, rotation_error
@@ -164,7 +164,7 @@ class Frames:
             if parent != "base" and parent not in frames:
                 choices = ["base", *(choice for choice in frames if choice != name)]
                 raise self._places.error(
-                    location, f"unknown frame {parent!r}", did_you_mean(parent, choices)
+                    location, f"unknown frame {parent!r}", suggest_name(parent, choices)
                 )
             name = parent
         return list(chain)
@@ -181,7 +181,7 @@ class Frames:
         if name in self._placements or name in also:
             return name
         choices = [*self._placements, *also]
-        raise self._places.error(location, f"unknown frame {name!r}", did_you_mean(name, choices))
+        raise self._places.error(location, f"unknown frame {name!r}", suggest_name(name, choices))
 
 
 def move_frame(

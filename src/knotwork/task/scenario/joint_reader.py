@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import did_you_mean
+from knotwork.errors import suggest_name
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.task import ChosenMotion, PoseWaypoint
 from knotwork.task.scenario import JointTarget
@@ -53,7 +53,7 @@ class JointReader:
         for name in values:
             if name not in scale:
                 raise self.scenario.places.error(
-                    (*location, name), f"unknown joint {name!r}", did_you_mean(name, self.names)
+                    (*location, name), f"unknown joint {name!r}", suggest_name(name, self.names)
                 )
         return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
 
@@ -64,7 +64,7 @@ class JointReader:
                 raise self.scenario.places.error(
                     location,
                     f"unknown configuration {values!r}",
-                    did_you_mean(values, self.configurations),
+                    suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
         values = self.by_joint(values, *location)
@@ -127,7 +127,7 @@ class JointReader:
                 raise self.scenario.places.error(
                     (*place, "velocities", name),
                     f"unknown waypoint {name!r}",
-                    did_you_mean(name, names),
+                    suggest_name(name, names),
                 )
         return ChosenSection(
             np.array(motion.times),
@@ -169,8 +169,8 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
             or for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free is not None:  # a chosen velocity is not a stop
-        speeds = pairwise(scenario.free.speed)
+    if scenario.unknowns is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.unknowns.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     places = [
         waypoint.pose.homogeneous
@@ -178,9 +178,9 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
         else position
         for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
-    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
     for i, (first, second) in enumerate(pairwise(places)):
-        if stands[i] != stands[i + 1]:
+        if in_world[i] != in_world[i + 1]:
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue

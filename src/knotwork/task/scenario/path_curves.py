@@ -14,7 +14,7 @@ import numpy as np
 from knotwork.curves import tool_paths
 from knotwork.curves.tool_paths import Curve, OrientationCurve
 from knotwork.curves.tool_paths.curve import SAME_POINT
-from knotwork.curves.tool_paths.rotations import carried_along, logarithm
+from knotwork.curves.tool_paths.rotations import rotation_vector, transport_axes
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Places
@@ -148,7 +148,7 @@ class PathCurves:
                 end_is_given = self.waypoint(i).orientation is None and self.waypoint(i).pose.turned
                 rotation = self.poses[i].rotation if end_is_given else rotations[-1]
                 if i in self.normals:
-                    rotation = carried_along(rotations[-1], rotation[None, :, 2])[0]
+                    rotation = transport_axes(rotations[-1], rotation[None, :, 2])[0]
                 rotations = np.concatenate((rotations, rotation[None]))
         points[0], points[-1] = start, end
         if rotations is not None:
@@ -195,7 +195,7 @@ class PathCurves:
             elif read.normals is not None:
                 self.normals.add(i)
                 axes = -read.normals @ np.array(self.axes[i]).T
-                rotations = carried_along(self._turned_before(i, axes[0]), axes)
+                rotations = transport_axes(self._turned_before(i, axes[0]), axes)
         else:
             points = np.array(along.points)
         return points @ placed.rotation.T + placed.translation, rotations
@@ -231,7 +231,7 @@ class PathCurves:
     def _angle_between(self, i: int, first: FloatArray, second: FloatArray) -> float:
         """Angle between two rotations on a path, or with normals between their z axes [rad]."""
         if i not in self.normals:
-            return float(np.linalg.norm(logarithm(first.T @ second)))
+            return float(np.linalg.norm(rotation_vector(first.T @ second)))
         across = np.linalg.norm(np.cross(first[:, 2], second[:, 2]))
         return float(np.arctan2(across, first[:, 2] @ second[:, 2]))
 

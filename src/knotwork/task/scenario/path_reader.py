@@ -12,14 +12,14 @@ import pinocchio as pin
 
 from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
-from knotwork.curves.tool_paths.timing_profile import standstill
+from knotwork.curves.tool_paths.timing_profile import make_dwell
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.task.scenario.carriers import Carriers
-from knotwork.task.scenario.free_times import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
+from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 TIMING_TOLERANCE = 1e-6
@@ -261,7 +261,7 @@ def wait_on(
     R, start = np.array(pose.rotation), begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
-    motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
+    motion = TimedPath(path, make_dwell(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
     requested = RequestedTiming(

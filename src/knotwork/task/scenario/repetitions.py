@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.tool_paths.points_file import read_points
-from knotwork.errors import did_you_mean
+from knotwork.errors import suggest_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
@@ -225,4 +225,4 @@ class _Expansion:
                 "grid: {counts, pitches} in that frame, or a list of frames",
             )
         fault = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
-        return self.places.error(where, fault, did_you_mean(name, names) if names else "")
+        return self.places.error(where, fault, suggest_name(name, names) if names else "")

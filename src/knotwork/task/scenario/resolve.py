@@ -11,13 +11,13 @@ from knotwork.files.documents import Location, Places
 from knotwork.task import Limits, PlainTask, Task
 from knotwork.task.places import read_document
 from knotwork.task.scenario.event_reader import EventReader, with_waits
-from knotwork.task.scenario.free_times import read_free_times
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,
     Scenario,
 )
 from knotwork.task.scenario.scene_reader import read_scene
+from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import WaypointReader
 from knotwork.task.si_units import in_si, si_factors
 from knotwork.units import Units
@@ -98,7 +98,7 @@ class _Resolver:
             self.reader.frames.find(file.frame or "base", ("frame",))
         self._check_tolerances()
         waypoints, paths = self.reader.waypoints()
-        unknowns = read_free_times(file, self.places, self.reader.indices)
+        unknowns = read_unknowns(file, self.places, self.reader.indices)
         if file.frames:
             unknowns = self.reader.carriers.mark_arrivals(unknowns, self.reader.indices)
         units = Units(file.units.length, file.units.angle)
@@ -113,7 +113,7 @@ class _Resolver:
             units=units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             events=events.events(timed=unknowns is None),
-            free=unknowns,
+            unknowns=unknowns,
             on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),

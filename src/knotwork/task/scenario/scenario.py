@@ -13,8 +13,8 @@ import numpy as np
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Location, Places
-from knotwork.task.scenario.free_times import FreeTimes
 from knotwork.task.scenario.scene_model import Scene
+from knotwork.task.scenario.unknowns import Unknowns
 from knotwork.task.task_options import Balanced
 from knotwork.task.tool_and_limits import Limits
 from knotwork.units import Units
@@ -54,7 +54,7 @@ class JointTarget:
     velocity: Mapping[str, float] = field(default_factory=dict)
     location: Location = ()
     where: str = ""
-    standing: ClassVar[bool] = False
+    in_world_frame: ClassVar[bool] = False
 
 
 ScenarioWaypoint = CartesianWaypoint | JointTarget
@@ -149,7 +149,7 @@ class Scenario:
         on: Link that carries the frame of poses, if it is not the robot's base frame.
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
-        free: Durations, speeds and knots to be chosen, or `None`.
+        unknowns: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and rules of the collision check.
         places: Locations of its parts in the file, for errors.
@@ -171,7 +171,7 @@ class Scenario:
     on: str = ""
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[RequestedEvent, ...] = ()
-    free: FreeTimes | None = None
+    unknowns: Unknowns | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
     places: Places = field(default_factory=Places, repr=False, compare=False)
@@ -234,16 +234,16 @@ class Scenario:
     def times(self) -> FloatArray:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.expected_times
-        if self.free is not None:
-            times[self.free.first_untimed :] = np.nan
+        if self.unknowns is not None:
+            times[self.unknowns.first_untimed :] = np.nan
         return times
 
     @property
     def durations(self) -> FloatArray:
         """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is chosen."""
         durations = np.diff(self.expected_times)
-        if self.free is not None:
-            durations[self.free.chosen_duration] = np.nan
+        if self.unknowns is not None:
+            durations[self.unknowns.chosen_duration] = np.nan
         return durations
 
     @property

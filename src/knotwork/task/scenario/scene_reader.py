@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors import DocumentError, did_you_mean
+from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location
 from knotwork.task import Tool
 from knotwork.task.scenario.payloads import read_payload
@@ -94,7 +94,7 @@ class _SceneReader:
     def _waypoint(self, name: str, place: Location) -> int:
         """Index of a waypoint by name."""
         if name not in self.names:
-            hint = did_you_mean(name, self.names)
+            hint = suggest_name(name, self.names)
             raise self._error(place, f"there is no waypoint {name!r}", hint)
         return self.names.index(name)
 

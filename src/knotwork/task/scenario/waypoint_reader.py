@@ -21,9 +21,9 @@ from knotwork.task import (
     Velocity,
 )
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.scenario.free_times import check_places, max_speed, min_time
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.unknowns import check_places, max_speed, min_time
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class WaypointReader:
             return JointTarget(name, time, step.joints, velocity, location, where)
         pose, twist = self._state(i, step, motion)
         rides = step.wait is not None and self.carriers.frame_of(i) is not None
-        if freedom is not None and freedom.moves and (rides or twist.vector.any()):
+        if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
             raise self.places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",

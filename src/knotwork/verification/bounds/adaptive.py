@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.robot import Robot
 from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals, joint_rates
 from knotwork.waypoints import FloatArray
@@ -273,7 +273,7 @@ def checked_limit(limit: float | None, quantity: str) -> float:
     """
     if limit is None or (isinstance(limit, float) and limit == math.inf):
         return math.inf
-    return finite_number(limit, f"the limit of the {quantity}", positive=True)
+    return require_number(limit, f"the limit of the {quantity}", positive=True)
 
 
 def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:

@@ -29,8 +29,8 @@ from knotwork.curves.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.containment import one_inside_the_other
-from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
+from knotwork.scene.containment import is_one_inside_other
+from knotwork.scene.distances import DISTANCE_ERROR, Nearest, find_nearest_points
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import contact_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals
@@ -73,7 +73,7 @@ class Clearance(NamedTuple):
         distance: Minimum distance found [m], negative for penetration.
         bound: Proved lower bound on the distance [m].
         margin: Required clearance [m].
-        around: Whether one of them is an object of the scene.
+        involves_scene: Whether one of them is an object of the scene.
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
         verdict: `"clear"`, `"collides"` (the margin is violated) or `"undecided"`.
@@ -86,7 +86,7 @@ class Clearance(NamedTuple):
     distance: float
     bound: float
     margin: float
-    around: bool
+    involves_scene: bool
     time: float
     nearest: Nearest
     verdict: str
@@ -187,8 +187,8 @@ class _ClearanceSearch:
         comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
         self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
         self.min_part = CLEARANCE_PRECISION if precision is None else precision
-        around = np.array([model.pairs[k].around for k in self.pair])
-        part = np.where(around, OBJECT_SHARE, LINK_SHARE)
+        involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
+        part = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
         self.precision = part if precision is None else np.zeros(len(part))
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
@@ -305,7 +305,7 @@ class _ClearanceSearch:
                 continue
             start = float(self.windows[self.pair[c]][0])
             turn, shift = (x[0] for x in table.axes(*self._place([start])))
-            if one_inside_the_other(*table.placed_pair(c, turn, shift)):
+            if is_one_inside_other(*table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 
@@ -323,7 +323,7 @@ class _ClearanceSearch:
             if np.isinf(distance):
                 continue  # they never exist together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
-            nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
+            nearest = find_nearest_points(self.model.meter, first, second, rotation[k], origin[k])
             if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
                 distance = nearest.distance  # for solids that were not measured at that time
             verdict, interval = "clear", None
@@ -339,6 +339,15 @@ class _ClearanceSearch:
                 verdict, interval = "undecided", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
             yield Clearance(
-                first, second, distance, bound, pair.margin, pair.around, time, nearest, verdict,
-                interval, contacts,
-            )  # fmt: skip
+                first,
+                second,
+                distance,
+                bound=bound,
+                margin=pair.margin,
+                involves_scene=pair.involves_scene,
+                time=time,
+                nearest=nearest,
+                verdict=verdict,
+                interval=interval,
+                contacts=contacts,
+            )

@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.distances import nearer_than
+from knotwork.scene.distances import are_nearer_than
 from knotwork.waypoints import FloatArray
 
 CONTACT_STEPS = 200
@@ -38,7 +38,7 @@ def contact_intervals(
 
     def violates(times: FloatArray) -> list[bool]:
         placed = zip(*place_joints(model.joints, curve(times)), strict=True)
-        return [nearer_than(model.meter, *bodies, *joints, pair.margin) for joints in placed]
+        return [are_nearer_than(model.meter, *bodies, *joints, pair.margin) for joints in placed]
 
     def edge(low: float, high: float, *, before: bool) -> float:
         """Time between two times at which a contact begins or ends [s]."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
@@ -171,7 +171,7 @@ def path_errors(
         "path_orientation",
         limits.orientation + (0.0 if freedom is None else freedom.tilt),
         samples.angle,
-        angle_of(_worse_end(samples.gap) + turned_apart),
+        rotation_angle(_worse_end(samples.gap) + turned_apart),
         everywhere,
     )
     if freedom is not None:

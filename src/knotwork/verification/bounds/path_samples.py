@@ -12,11 +12,11 @@ import pinocchio as pin
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import stack_curves
 from knotwork.curves.tool_paths.moving_frame import KnownJoints
-from knotwork.curves.tool_paths.path_progress import progress
-from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.curves.tool_paths.path_progress import track_arc_length
+from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.robot.joint_tree import JointTree, join_trees, joint_tree, serial
+from knotwork.robot.joint_tree import JointTree, join_trees, joint_tree, make_serial_chain
 from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
@@ -49,7 +49,7 @@ class PathSamples(NamedTuple):
     @property
     def angle(self) -> FloatArray:
         """Angles from the orientation of the path [rad], shape (k,)."""
-        return angle_of(self.gap)
+        return rotation_angle(self.gap)
 
     @property
     def along(self) -> FloatArray:
@@ -120,13 +120,13 @@ class PathStretch:
     def sample(self, t: FloatArray) -> PathSamples:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""
         path = self.motion.path
-        tip, columns, J = joint_axes(self.robot).place(self.curve(t))
+        tip, columns, J = joint_axes(self.robot).compute_poses_and_jacobians(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
         # relative to the path's carrier
         position, rotation, velocity = self.motion.relative_motion(
             t, tip.T, columns.transpose(2, 1, 0), velocity
         )
-        s = progress(path, position, self.requested_at(t), (self.low, self.high))
+        s = track_arc_length(path, position, self.requested_at(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
@@ -171,7 +171,9 @@ def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
             placement = pin.SE3.Identity()
         placement = placement * carrier.placement.inverse()
     placements, axes, turns, columns = zip(*steps, strict=True)
-    tree = join_trees(serial(placements, np.array(axes), turns), arm, placement * root, len(steps))
+    tree = join_trees(
+        make_serial_chain(placements, np.array(axes), turns), arm, placement * root, len(steps)
+    )
     count = len(arm.parent) - 1
     arm_columns = [column - len(steps) for column in tree.column[len(steps) + 1 :]]
     columns = -1, *(count + column for column in columns), *arm_columns

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import to_bernstein
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.verification.bounds.link_motion import RATE_ORDERS
 from knotwork.waypoints import FloatArray
 
@@ -66,7 +66,7 @@ def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Interval
         count: Number of intervals if there were no breaks.
         windows: Ends of intervals in which bodies exist [s].
     """
-    edges = distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in windows))
+    edges = sort_distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in windows))
     span = np.diff(edges)
     piece = np.clip(np.searchsorted(x, edges[:-1] + span / 2) - 1, 0, len(x) - 2)
     parts = np.maximum(1, np.ceil(count * span / (x[-1] - x[0]))).astype(int)

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.distinct import distinct
-from knotwork.curves.tool_paths.rotations import gap_of
+from knotwork.curves.polynomial.distinct import sort_distinct
+from knotwork.curves.tool_paths.rotations import rotation_gap
 from knotwork.robot import Robot
 from knotwork.verification.bounds.path_criteria import PathBound, PathLimits, path_errors
 from knotwork.verification.bounds.path_samples import PathStretch
@@ -113,7 +113,7 @@ def path_bounds(
     # the bounds alone give the required density of samples
     sizes = stretch.sizes(t)
     for _ in range(4):
-        angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
+        angle = rotation_gap(limits.orientation + (0.0 if freedom is None else freedom.tilt))
         shares = np.maximum(sizes.acceleration / limits.position, sizes.turn / angle)
         shares = np.maximum(shares, sizes.jerk / limits.speed)
         needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
@@ -154,7 +154,7 @@ def _first_times(
     ends = np.concatenate(([low], inner, [high]))
     middle = 0.5 * (ends[1:] + ends[:-1])  # every piece has an inner sample
     grid = np.linspace(low, high, FIRST_PARTS + 1)
-    return distinct(grid, inner, before, middle, known)
+    return sort_distinct(grid, inner, before, middle, known)
 
 
 def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:

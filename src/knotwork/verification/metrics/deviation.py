@@ -74,7 +74,7 @@ def straight_legs(
         if i not in along
         and isinstance(before, CartesianWaypoint)
         and isinstance(after, CartesianWaypoint)
-        and not (before.standing or after.standing)
+        and not (before.in_world_frame or after.in_world_frame)
     ]
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.curves.polynomial.critical_points import horner
-from knotwork.curves.polynomial.extrema import candidates
+from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -158,7 +158,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     """
     inside = waypoints.time[1:-1]
     curve = split_at(trajectory.polynomial, inside)
-    values, _ = candidates(curve.x, curve.derivative().c)
+    values, _ = locate_extremum_candidates(curve.x, curve.derivative().c)
     variation = np.abs(np.diff(values, axis=0)).sum(axis=0)
     # A jump of velocity inside an interval is a variation as well. At a waypoint it is a miss.
     jumps = np.abs(values[0, 1:] - values[-1, :-1])

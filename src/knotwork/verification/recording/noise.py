@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from knotwork.errors.arguments import finite_number
+from knotwork.errors.arguments import require_number
 from knotwork.verification.recording.log_reading import Recording
 from knotwork.waypoints import FloatArray
 
@@ -68,7 +68,7 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
     sigma, jitter = _by_speed(*_residuals(log.time, log.position), floor)
     position = np.maximum(sigma, floor)
     if stated is not None:
-        size = finite_number(stated, "noise", "rad or m", positive=True)
+        size = require_number(stated, "noise", "rad or m", positive=True)
         position, jitter = np.full_like(position, size), 0.0
     return Noise(position, jitter, stated is not None)
 

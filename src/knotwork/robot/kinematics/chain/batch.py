@@ -10,7 +10,12 @@ import numpy as np
 
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
-from knotwork.robot.kinematics.chain.joint_ranges import Limits, clip, held_joints, no_limits
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    Limits,
+    clip_to_limits,
+    find_blocked_joints,
+    infinite_limits,
+)
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
     HASTY_EFFORT,
@@ -32,17 +37,17 @@ class BatchEffort(NamedTuple):
     Attributes:
         patience: Number of steps in which the square of the error must decrease to a fraction.
         decrease: This fraction.
-        least_factor: Minimum factor of the damping.
+        min_factor: Minimum factor of the damping.
     """
 
     patience: int
     decrease: float
-    least_factor: float
+    min_factor: float
 
 
-BATCH_EFFORT = BatchEffort(8, 0.5, USUAL_EFFORT.least_factor)
+BATCH_EFFORT = BatchEffort(8, 0.5, USUAL_EFFORT.min_factor)
 # For searches for any solution.
-HASTY_BATCH_EFFORT = BatchEffort(5, 0.25, HASTY_EFFORT.least_factor)
+HASTY_BATCH_EFFORT = BatchEffort(5, 0.25, HASTY_EFFORT.min_factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +113,7 @@ def solve_batch(
     max_iterations: int = 60,
     hasty: bool = False,
 ) -> BatchSolution:
-    """Search from each start for joints at a pose: Levenberg–Marquardt as in `PoseSearch`.
+    """Search from each start for joints at a pose, by Levenberg–Marquardt as in `PoseSearch`.
 
     Args:
         robot: The arm.
@@ -120,8 +125,8 @@ def solve_batch(
         hasty: Whether searches stop early, because others may find a solution.
     """
     effort = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
-    n, limits = len(start), no_limits(robot) if limits is None else limits
-    q = clip(start, limits)
+    n, limits = len(start), infinite_limits(robot) if limits is None else limits
+    q = clip_to_limits(start, limits)
     position, orientation = np.full((2, n), np.inf)
     index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0
     if len(targets) < n:
@@ -147,16 +152,18 @@ def solve_batch(
             targets = targets.take(staying)
             states = _SearchStates(*(values[..., staying] for values in states))
         iterations += 1
-        trial = _evaluate(robot, clip(states.q + _steps(states, box, factor), box), targets)
+        trial = _evaluate(
+            robot, clip_to_limits(states.q + _steps(states, box, factor), box), targets
+        )
         better = trial.square < states.square
         states = states.replace_where(better, trial)
-        factor = np.where(better, np.maximum(0.2 * factor, effort.least_factor), 8 * factor)
+        factor = np.where(better, np.maximum(0.2 * factor, effort.min_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
-    return BatchSolution(q, position, orientation, converged, iterations)
+    return BatchSolution(q, position, orientation, converged=converged, iterations=iterations)
 
 
 class _SearchStates(NamedTuple):
-    """State of the searches. The last axis of each array is the search, as in `JointAxes`."""
+    """States of the searches of a batch; the last axis is the search, as in `JointAxes`."""
 
     q: FloatArray
     error: FloatArray
@@ -172,7 +179,7 @@ class _SearchStates(NamedTuple):
 
 
 def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
-    tip, rotation, J = joint_axes(robot).place(q.T)
+    tip, rotation, J = joint_axes(robot).compute_poses_and_jacobians(q.T)
     error, distance, angle = pose_errors(tip, rotation, targets.position, targets.rotation)
     return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 
@@ -180,9 +187,9 @@ def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
 def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, with joints fixed at limits, shape (d, n)."""
     gradient = np.einsum("kin,kn->in", states.J, states.error)
-    held = held_joints(states.q, gradient, limits)
-    gradient[held] = 0.0
-    J = np.where(held, 0.0, states.J) if held.any() else states.J
+    blocked = find_blocked_joints(states.q, gradient, limits)
+    gradient[blocked] = 0.0
+    J = np.where(blocked, 0.0, states.J) if blocked.any() else states.J
     jacobians = np.ascontiguousarray(J.transpose(2, 0, 1))
     H = jacobians.transpose(0, 2, 1) @ jacobians
     # A singular matrix is not an error here. Entries are about 1, so 1e-13 is at the level of

@@ -27,12 +27,12 @@ LIMIT_TOLERANCE = 1e-9
 MAX_TURNS = 1024
 
 
-def limits_of(robot: Robot) -> Limits:
-    """The position limits of a robot."""
+def position_limits(robot: Robot) -> Limits:
+    """Position limits of a robot, as a pair."""
     return robot.lower_position_limit, robot.upper_position_limit
 
 
-def no_limits(robot: Robot) -> Limits:
+def infinite_limits(robot: Robot) -> Limits:
     """Infinite limits, for a search that ignores the robot's."""
     return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)
 
@@ -40,15 +40,15 @@ def no_limits(robot: Robot) -> Limits:
 def turning_limits(robot: Robot) -> Limits:
     """Limits for a search, infinite for joints that can make a full turn.
 
-    `turn_inside` then turns such a joint by whole turns into its limits.
+    `turn_into_limits` then turns such a joint by whole turns into its limits.
     """
-    lower, upper = limits_of(robot)
-    around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
-    return np.where(around, -np.inf, lower), np.where(around, np.inf, upper)
+    lower, upper = position_limits(robot)
+    can_turn = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
+    return np.where(can_turn, -np.inf, lower), np.where(can_turn, np.inf, upper)
 
 
-def middle(limits: Limits) -> FloatArray:
-    """Middle of each joint's range, zero where it is unlimited, shape (d,)."""
+def range_middles(limits: Limits) -> FloatArray:
+    """Middles of the joints' ranges, zero where they are unlimited, shape (d,)."""
     lower, upper = limits
     bounded = np.isfinite(lower) & np.isfinite(upper)
     return np.where(bounded, 0.5 * (np.where(bounded, lower, 0.0) + upper), 0.0)
@@ -56,23 +56,23 @@ def middle(limits: Limits) -> FloatArray:
 
 def unbounded_joints(robot: Robot) -> BoolArray:
     """Whether each joint turns without limit, shape (d,)."""
-    lower, upper = limits_of(robot)
+    lower, upper = position_limits(robot)
     return joint_axes(robot).revolute & ~(np.isfinite(lower) & np.isfinite(upper))
 
 
-def clip(q: FloatArray, limits: Limits) -> FloatArray:
-    """The nearest joint positions inside limits."""
+def clip_to_limits(q: FloatArray, limits: Limits) -> FloatArray:
+    """Clip joint positions to limits."""
     return np.minimum(np.maximum(q, limits[0]), limits[1])
 
 
-def held_joints(q: FloatArray, slope: FloatArray, limits: Limits) -> BoolArray:
-    """Whether each joint is at a limit that a slope would violate.
+def find_blocked_joints(q: FloatArray, slope: FloatArray, limits: Limits) -> BoolArray:
+    """Find the joints at a limit that a step along a slope would violate.
 
     All arrays have shapes that can be broadcast together.
     """
     lower, upper = limits
-    held: BoolArray = ((q <= lower) & (slope < 0.0)) | ((q >= upper) & (slope > 0.0))
-    return held
+    blocked: BoolArray = ((q <= lower) & (slope < 0.0)) | ((q >= upper) & (slope > 0.0))
+    return blocked
 
 
 def whole_turns(gap: FloatArray) -> FloatArray:
@@ -80,7 +80,7 @@ def whole_turns(gap: FloatArray) -> FloatArray:
     return np.asarray(FULL_TURN * np.rint(gap / FULL_TURN))
 
 
-def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
+def joint_difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
     """A − b; for revolute joints the shortest rotation [rad or m]."""
     gap = a - b
     return np.where(revolute, gap - whole_turns(gap), gap)
@@ -88,7 +88,7 @@ def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
 
 def joint_distances(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
     """Largest difference of a joint between configurations, whole turns aside, shape (n,)."""
-    return np.asarray(np.abs(difference(a, b, revolute)).max(axis=-1))
+    return np.asarray(np.abs(joint_difference(a, b, revolute)).max(axis=-1))
 
 
 def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
@@ -102,7 +102,7 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
     """
     # A loop over the joints is several times faster than arrays for six numbers.
     result = q.copy()
-    lower, upper = limits_of(robot)
+    lower, upper = position_limits(robot)
     joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), strict=True)
     for i, (angle, goal, low, high) in enumerate(joints):
         turns: float = round((goal - angle) / FULL_TURN)
@@ -122,20 +122,20 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
     return result
 
 
-def turn_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
-    """Bring joints inside their limits, by the turns nearest a configuration and by clipping."""
-    return clip(nearest_turns(robot, q, near), limits_of(robot))
+def turn_into_limits(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
+    """Turn joints by whole turns nearest a configuration, and clip them to their limits."""
+    return clip_to_limits(nearest_turns(robot, q, near), position_limits(robot))
 
 
 def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
-    """Copies of a configuration inside the limits, offset by whole turns, shape (k, d).
+    """List copies of a configuration inside the limits, offset by whole turns, shape (k, d).
 
     There are at most `MAX_TURNS` copies, the nearest to the middle of the limits. Joints without
     limits keep their turn.
     """
     choices: list[list[float]] = []
-    lower, upper = limits_of(robot)
-    centre = middle((lower, upper)).tolist()
+    lower, upper = position_limits(robot)
+    centre = range_middles((lower, upper)).tolist()
     joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
     for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
         copies = [value]
@@ -159,7 +159,7 @@ def spread_starts(
     limits: Limits,
     count: int,
     *,
-    around: FloatArray | None = None,
+    centre: FloatArray | None = None,
     radius: float = np.inf,
     skip: int = 0,
 ) -> FloatArray:
@@ -172,7 +172,7 @@ def spread_starts(
         robot: The robot.
         limits: Joint limits.
         count: Number of configurations.
-        around: Centre of the box [rad or m], shape (d,); by default zero.
+        centre: Centre of the box [rad or m], shape (d,); by default zero.
         radius: Maximum distance of a joint from the centre [rad or m].
         skip: Number of configurations to skip in the sequence.
 
@@ -182,7 +182,7 @@ def spread_starts(
     lower, upper = limits
     chain = joint_axes(robot)
     half = np.minimum(np.where(chain.revolute, np.pi, max(chain.reach, np.pi)), radius)
-    low = np.maximum((np.zeros(robot.dof) if around is None else around) - half, lower)
+    low = np.maximum((np.zeros(robot.dof) if centre is None else centre) - half, lower)
     low = np.minimum(low, np.maximum(upper - 2.0 * half, lower))
     high = np.minimum(low + 2.0 * half, upper)
     return np.asarray(low + low_discrepancy_points(robot.dof, count, skip) * (high - low))

@@ -10,7 +10,7 @@ import pinocchio as pin
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import Limits, held_joints
+from knotwork.robot.kinematics.chain.joint_ranges import Limits, find_blocked_joints
 from knotwork.waypoints import FloatArray
 
 # Largest motion of a joint in a step. Beyond it the linearisation is not valid, and the search
@@ -36,12 +36,12 @@ class Effort(NamedTuple):
     Attributes:
         iterations: Maximum number of steps.
         patience: Number of steps in which the error must halve.
-        least_factor: Minimum factor of the damping.
+        min_factor: Minimum factor of the damping.
     """
 
     iterations: int = 80
     patience: int = 12
-    least_factor: float = 1e-6
+    min_factor: float = 1e-6
 
 
 # A search that has not halved its error in twelve steps is at a local minimum. Even at a
@@ -51,7 +51,7 @@ USUAL_EFFORT = Effort()
 PATIENT_EFFORT = Effort(iterations=400, patience=60)
 # Searches for any solution stop earlier and keep more damping. Over random poses this takes the
 # smallest total number of steps.
-HASTY_EFFORT = Effort(patience=5, least_factor=1e-2)
+HASTY_EFFORT = Effort(patience=5, min_factor=1e-2)
 
 
 class LocalSolution(NamedTuple):
@@ -105,15 +105,15 @@ class PoseSearch:
         self.tolerances = position_tolerance, orientation_tolerance
         self._target = robot.base_placement * pose
         # An error of zero weight has no tolerance.
-        self._most_position = position_tolerance if position_weight else math.inf
-        self._most_orientation = orientation_tolerance if orientation_weight else math.inf
+        self._max_position = position_tolerance if position_weight else math.inf
+        self._max_orientation = orientation_tolerance if orientation_weight else math.inf
         self._weights: FloatArray | None = None
         if (position_weight, orientation_weight) != (1.0, 1.0):
             self._weights = np.repeat([position_weight, orientation_weight], 3)
 
     def is_within(self, position_error: float, orientation_error: float) -> bool:
         """Whether errors of position [m] and orientation [rad] are within the tolerances."""
-        return position_error <= self._most_position and orientation_error <= self._most_orientation
+        return position_error <= self._max_position and orientation_error <= self._max_orientation
 
     def errors(self, q: FloatArray) -> tuple[float, float]:
         """Distance of the TCP from the pose [m], and angle from it [rad]."""
@@ -130,7 +130,7 @@ class PoseSearch:
         return 0.5 * square, np.asarray(-self._last_jacobian().T.dot(e))
 
     def measure(self, q: FloatArray) -> LocalSolution:
-        """A configuration as the end of a search."""
+        """Measure a configuration, as if it were the end of a search."""
         errors = self.errors(q)
         return LocalSolution(q, *errors, 0, self.is_within(*errors))
 
@@ -139,7 +139,7 @@ class PoseSearch:
         self._error(q)
         return self._last_jacobian()
 
-    def bend(self, q: FloatArray, v: FloatArray) -> FloatArray:
+    def steady_acceleration(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Acceleration of the TCP in tool axes while the joints move steadily, shape (6,)."""
         pin.forwardKinematics(self._model, self._data, q, v, np.zeros_like(v))
         a = pin.getFrameClassicalAcceleration(self._model, self._data, self._frame, pin.LOCAL)
@@ -167,11 +167,13 @@ class PoseSearch:
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
-    def _step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
+    def _step(
+        self, J: FloatArray, gradient: FloatArray, blocked: Any, damping: float
+    ) -> FloatArray:
         """The step of the free joints, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
         H = self._H
         J.T.dot(J, out=H)
-        for i in held:
+        for i in blocked:
             H[i] = H[:, i] = 0.0
         H.reshape(-1)[:: len(H) + 1] += damping + 1e-30
         self._ldlt.compute(H)
@@ -194,17 +196,17 @@ class PoseSearch:
         # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()
         enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
-        most_position, most_orientation = self._most_position**2, self._most_orientation**2
+        max_position, max_orientation = self._max_position**2, self._max_orientation**2
         q, at_limit = _inside(start, lows, highs)
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
         if effort is HASTY_EFFORT and square <= CLOSE_ERROR**2:
             effort = USUAL_EFFORT
-        iterations, patience, least_factor = effort
+        iterations, patience, min_factor = effort
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < iterations:
-            if position <= most_position and orientation <= most_orientation:
+            if position <= max_position and orientation <= max_orientation:
                 if polished == POLISH_STEPS or square <= enough:
                     break
                 polished += 1
@@ -216,17 +218,19 @@ class PoseSearch:
             if accepted:
                 J = self._last_jacobian()
                 gradient = J.T.dot(e)
-                held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
-                if len(held):
-                    gradient[held] = 0.0
-            step = self._step(J, gradient, held, factor * square)
+                blocked = (
+                    np.flatnonzero(find_blocked_joints(q, gradient, limits)) if at_limit else ()
+                )
+                if len(blocked):
+                    gradient[blocked] = 0.0
+            step = self._step(J, gradient, blocked, factor * square)
             candidate, touches = _inside(q + step, lows, highs)
             error, trial, far, turned = self._error(candidate)
             accepted = trial < square
             if accepted:
                 q, at_limit, e, square = candidate, touches, error, trial
                 position, orientation = far, turned
-                factor = max(0.2 * factor, least_factor)
+                factor = max(0.2 * factor, min_factor)
             elif polished or factor > MAX_FACTOR or not step.any():
                 break
             else:
@@ -237,7 +241,7 @@ class PoseSearch:
 
 
 def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
-    """The nearest joint positions inside limits, and whether a joint is at a limit."""
+    """Clip joint positions to limits; also give whether a joint is at a limit."""
     at = q.tolist()
     for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)
         if not low < angle < high:

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
-from knotwork.robot.kinematics.chain.joint_ranges import Limits, clip, held_joints, limits_of
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    Limits,
+    clip_to_limits,
+    find_blocked_joints,
+    position_limits,
+)
 from knotwork.robot.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
 from knotwork.waypoints import FloatArray
 
@@ -16,7 +21,7 @@ SMALLEST_STEP = 1e-6
 CORRECTION = Effort(iterations=12)
 
 
-def nearest_by_self_motion(
+def minimise_by_self_motion(
     search: PoseSearch,
     q: FloatArray,
     near: FloatArray,
@@ -38,7 +43,7 @@ def nearest_by_self_motion(
     Returns:
         A solution not farther than `q`, and the number of iterations.
     """
-    limits = limits_of(search.robot)
+    limits = position_limits(search.robot)
     scale = np.ones(len(q)) if scale is None else scale
     distance, length, spent = float(np.linalg.norm((q - near) / scale)), 1.0, 0
     step: FloatArray | None = None
@@ -47,7 +52,7 @@ def nearest_by_self_motion(
             step = null_space_step(search, q, near, limits, scale)
         if length * np.linalg.norm(step) < smallest_step:
             break
-        solution = search.solve(clip(q + length * step, limits), limits, CORRECTION)
+        solution = search.solve(clip_to_limits(q + length * step, limits), limits, CORRECTION)
         spent += solution.iterations + 1
         reached = float(np.linalg.norm((solution.q - near) / scale))
         if solution.converged and reached < distance:
@@ -73,14 +78,14 @@ def null_space_step(
         scale: Diagonal of W, shape (d,).
     """
     J = search.jacobian(q) * scale
-    held = np.zeros(len(q), dtype=bool)
+    blocked = np.zeros(len(q), dtype=bool)
     while True:
-        wanted = np.where(held, 0.0, (near - q) / scale)
-        J_free = np.where(held, 0.0, J)
+        wanted = np.where(blocked, 0.0, (near - q) / scale)
+        J_free = np.where(blocked, 0.0, J)
         # (I − J⁺J) x = x − Jᵀ (J Jᵀ)⁻¹ J x; the damping is for a singular J only.
         gram = J_free @ J_free.T + 1e-12 * np.eye(6)
         step = scale * (wanted - J_free.T @ LDLT(gram).solve(J_free @ wanted))
-        leaves = held_joints(q, step, limits)
-        if not (leaves & ~held).any():
+        leaves = find_blocked_joints(q, step, limits)
+        if not (leaves & ~blocked).any():
             return np.asarray(step)
-        held |= leaves
+        blocked |= leaves

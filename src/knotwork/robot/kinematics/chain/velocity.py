@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import FastJoint, SingularityError, WaypointDataError
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import kept_with
-from knotwork.robot.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.robot.joint_axes import cache_per_robot
+from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.pose_arguments import check_tolerance
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
@@ -119,7 +119,9 @@ def solve_velocity_ik(
         return np.zeros(robot.dof)
     (v,), _ = solve_velocities(robot, J[None], wanted, self_motion)
     tolerances = linear_tolerance, angular_tolerance
-    _check_attained(robot, J, wanted, v, tolerances, waypoint, where, units)
+    _check_attained(
+        robot, J, wanted, v, tolerances=tolerances, waypoint=waypoint, where=where, units=units
+    )
     return np.asarray(v)
 
 
@@ -203,7 +205,7 @@ def solve_velocities(
 
 
 def _pseudoinverses(J: FloatArray) -> FloatArray:
-    """J⁺ of Jacobians (n, 6, d), shape (n, d, 6): fast far from singularities."""
+    """Compute J⁺ of Jacobians (n, 6, d), shape (n, d, 6), which is fast far from singularities."""
     across, singular = J.transpose(0, 2, 1), np.ones(len(J), dtype=bool)
     result = np.empty(across.shape)
     if J.shape[2] >= 6:
@@ -242,13 +244,13 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     position = read_only(q, (robot.dof,), "q")
     if not np.isfinite(rate):
         raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
-    limits = limits_of(robot)
-    return np.where(np.isfinite(limits).all(axis=0), rate * (middle(limits) - position), 0.0)
+    limits = position_limits(robot)
+    return np.where(np.isfinite(limits).all(axis=0), rate * (range_middles(limits) - position), 0.0)
 
 
-@kept_with
+@cache_per_robot
 def joint_scales(robot: Robot) -> FloatArray:
-    """Weight of each joint in the minimum norm, shape (d,)."""
+    """Scale of each joint's velocity in the minimum norm, shape (d,); larger ones move more."""
     if robot.dof <= 6:
         return np.ones(robot.dof)
     limit = robot.velocity_limit

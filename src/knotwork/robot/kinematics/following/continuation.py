@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.errors import LimitingConstraint
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
+from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, position_limits
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField, Pull
-from knotwork.robot.kinematics.following.limiting_constraint import limiting_constraint
+from knotwork.robot.kinematics.following.limiting_constraint import find_limiting_constraint
 from knotwork.robot.kinematics.following.steps import Stages, take_step
 from knotwork.waypoints import FloatArray
 
@@ -43,31 +43,32 @@ ACCELERATION_DIFFERENCE = 2e-3
 
 
 class Continuation(NamedTuple):
-    """Joints along a path from m starts; NaN after the point where a start is blocked.
+    """Joint motions along a path from m starts, NaN after the point where a start is blocked.
 
     Attributes:
-        at: Index of the step at each of the k given times, shape (k,).
+        step_index: Index of the step at each of the k given times, shape (k,).
         time: Time of every step [s], shape (n,).
         position: Joint positions at the steps [rad or m], shape (n, m, d).
         velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
-        lost: Time at which each start is blocked [s], shape (m,); infinite if it reaches the end.
-        smallest_lost: Smallest singular values at those times, shape (m,).
+        blocked_time: Time at which each start is blocked [s], shape (m,); infinite for a start that
+            reaches the end.
+        smallest_singular_value: Smallest singular values at those times, shape (m,).
     """
 
-    at: NDArray[np.intp]
+    step_index: NDArray[np.intp]
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
-    lost: FloatArray
-    smallest_lost: FloatArray
+    blocked_time: FloatArray
+    smallest_singular_value: FloatArray
 
     def select(self, start: int, turns: FloatArray) -> Continuation:
         """The continuation from one start, by index, with each joint turned by an angle [rad]."""
         return self._replace(
             position=self.position[:, [start]] + turns,
             velocity=self.velocity[:, [start]],
-            lost=self.lost[[start]],
-            smallest_lost=self.smallest_lost[[start]],
+            blocked_time=self.blocked_time[[start]],
+            smallest_singular_value=self.smallest_singular_value[[start]],
         )
 
     def is_feasible(
@@ -83,17 +84,17 @@ class Continuation(NamedTuple):
         Returns:
             Shape (k,). `limiting_constraint` names the reason for the others.
         """
-        reaches = np.isinf(self.lost)
+        reaches = np.isinf(self.blocked_time)
         if not reaches.any():
             return np.zeros(len(starts), dtype=bool)
         n, d = len(self.time), robot.dof
         q, v = (values[:, reaches].reshape(n, -1) for values in (self.position, self.velocity))
-        curve = curve_through(self.time, q, v)
+        curve = interpolate_curve(self.time, q, v)
         extrema = curve.extrema()
         shares = curve.extrema(1).peak.reshape(-1, d) / plausible_speeds(robot)
         row = np.cumsum(reaches)[starts] - 1
         high, low = (side.reshape(-1, d)[row] for side in (extrema.maximum, extrema.minimum))
-        lower, upper = (bound - turns for bound in limits_of(robot))
+        lower, upper = (bound - turns for bound in position_limits(robot))
         feasible = (np.maximum(high - upper, lower - low) <= LIMIT_TOLERANCE).all(axis=1)
         feasible &= (shares[row] <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
         return np.asarray(reaches[starts] & feasible)
@@ -110,13 +111,13 @@ class Continuation(NamedTuple):
         """
         n = int(np.isfinite(self.position[:, start, 0]).sum())
         time, q, v = self.time[:n], self.position[:n, start], self.velocity[:n, start]
-        curve = curve_through(time, q, v) if time[-1] > time[0] else None
-        blocked = float(self.lost[start]), float(self.smallest_lost[start])
-        return limiting_constraint(robot, curve, turns, blocked)
+        curve = interpolate_curve(time, q, v) if time[-1] > time[0] else None
+        blocked = float(self.blocked_time[start]), float(self.smallest_singular_value[start])
+        return find_limiting_constraint(robot, curve, turns, blocked)
 
 
-def curve_through(time: FloatArray, *derivatives: FloatArray) -> PiecewisePolynomial:
-    """The curve with given positions, velocities, … at times, two of which may be equal.
+def interpolate_curve(time: FloatArray, *derivatives: FloatArray) -> PiecewisePolynomial:
+    """Interpolate positions, velocities, … at times, two of which may be equal.
 
     Args:
         time: Times of steps [s], shape (n,). Where a piece of a path ends and the next one begins
@@ -138,7 +139,7 @@ def continue_along(
     pull: Pull = 0.0,
     step: float = JOINT_STEP,
 ) -> Continuation:
-    """Follow a path from some starts, and ignore limits.
+    """Follow a path from several starts at once, and ignore limits.
 
     Args:
         robot: The arm.
@@ -151,41 +152,43 @@ def continue_along(
     field = JointField(robot, pull, path.full_speed)
     limit = plausible_speeds(robot)
     q = np.array(starts, dtype=float)
-    at = np.zeros(len(times), dtype=np.intp)
-    stops = distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
+    step_index = np.zeros(len(times), dtype=np.intp)
+    stops = sort_distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
     steps: list[tuple[float, FloatArray, FloatArray]] = []
-    lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
+    blocked_time, smallest_singular_value = np.full(len(q), np.inf), np.full(len(q), np.nan)
     for start, end in pairwise(stops.tolist()):
         now, inside, max_h = start, 0.5 * (start + end), (end - start) / MIN_STEPS
         v = _velocities(field, q, Stages.evaluate(field, path, np.array([now]), inside), 0)
         h = _step_duration(v, step, max_h)
         while now < end and np.isfinite(q).any():
             count = int(np.ceil((end - now) / h - ROUNDING))
-            several = min(count, STEPS_AT_ONCE)
-            then = end if several == count else now + several * (end - now) / count
-            when = np.linspace(now, then, 2 * several + 1)
+            block_steps = min(count, STEPS_AT_ONCE)
+            block_end = end if block_steps == count else now + block_steps * (end - now) / count
+            when = np.linspace(now, block_end, 2 * block_steps + 1)
             stages = Stages.evaluate(field, path, when, inside)
-            for k in range(0, 2 * several, 2):
+            for k in range(0, 2 * block_steps, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
-                end_of = take_step(field, path, limit, q[alive], v[alive], stages.three(k))
-                far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
+                step_end = take_step(field, path, limit, q[alive], v[alive], stages.three(k))
+                max_move = float(np.nanmax(np.abs(step_end.q - q[alive]), initial=0.0))
                 duration = float(when[k + 2] - when[k])
-                if far > REPEAT_FACTOR * step:
-                    h = duration * step / far
+                if max_move > REPEAT_FACTOR * step:
+                    h = duration * step / max_move
                     break
                 steps.append((now, q.copy(), v))
-                q[alive] = end_of.q
-                gone = np.isnan(end_of.q).any(axis=1)
-                lost[alive[gone]] = end_of.reached[gone]
-                smallest_lost[alive[gone]] = end_of.smallest[gone]
+                q[alive] = step_end.q
+                blocked = np.isnan(step_end.q).any(axis=1)
+                blocked_time[alive[blocked]] = step_end.reached[blocked]
+                smallest_singular_value[alive[blocked]] = step_end.smallest[blocked]
                 v = _velocities(field, q, stages, k + 2)
                 now, h = float(when[k + 2]), _step_duration(v, step, max_h)
                 if FASTER_FACTOR * h < duration:
                     break
         steps.append((now, q.copy(), v))
-        at[times == end] = len(steps) - 1
+        step_index[times == end] = len(steps) - 1
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
-    return Continuation(at, time, positions, velocities, lost, smallest_lost)
+    return Continuation(
+        step_index, time, positions, velocities, blocked_time, smallest_singular_value
+    )
 
 
 def _step_duration(v: FloatArray, step: float, longest: float) -> float:
@@ -209,11 +212,11 @@ def velocity_on_path(
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
     side = "left" if time >= path.end_time else "right"
     time = min(max(time, path.start_time), path.end_time)
-    v, _ = accelerations(robot, path, q[None], np.array([time]), side, pull=pull)
+    v, _ = compute_rates_on_path(robot, path, q[None], np.array([time]), side, pull=pull)
     return np.asarray(v[0])
 
 
-def accelerations(
+def compute_rates_on_path(
     robot: Robot,
     path: TimedPath,
     q: FloatArray,
@@ -222,7 +225,7 @@ def accelerations(
     *,
     pull: Pull = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities and accelerations on the path, one-sided limits at times; shape (k, d) each.
+    """Compute joint velocities and accelerations on a path, one-sided limits at times, (k, d) each.
 
     The acceleration is the derivative of the field of joint velocities. The field is linear in the
     motion of the tool, and the path gives the derivative of this motion. So finite differences are
@@ -240,16 +243,19 @@ def accelerations(
     field = JointField(robot, pull, path.full_speed)
     _, _, twist, change = path.state(times, side=side)
     speed = np.linalg.norm(twist[:, :3], axis=1)
-    faster = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
-    faster = np.divide(faster, speed, out=np.zeros_like(speed), where=speed > 0.0)
-    share, gain = speed / path.full_speed, faster / path.full_speed
-    along = field.arc_lengths(path, times)
-    v = field.velocities(q, twist, share, along)
+    tangential_acceleration = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
+    tangential_acceleration = np.divide(
+        tangential_acceleration, speed, out=np.zeros_like(speed), where=speed > 0.0
+    )
+    speed_fraction = speed / path.full_speed
+    fraction_rate = tangential_acceleration / path.full_speed
+    arc_length = field.arc_lengths(path, times)
+    v = field.velocities(q, twist, speed_fraction, arc_length)
     h = ACCELERATION_DIFFERENCE / np.maximum(np.abs(v).max(axis=1), 1e-300)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
-    around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
-    same = np.tile(twist, (4, 1)), np.tile(share, 4), np.tile(along, 4)
-    f = field.velocities(around, *same).reshape(4, *q.shape)
+    neighbours = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
+    same = np.tile(twist, (4, 1)), np.tile(speed_fraction, 4), np.tile(arc_length, 4)
+    f = field.velocities(neighbours, *same).reshape(4, *q.shape)
     coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
-    same_joints = field.velocities(q, change, gain, along, share * speed)
+    same_joints = field.velocities(q, change, fraction_rate, arc_length, speed_fraction * speed)
     return v, same_joints + (4.0 * fine - coarse) / 3.0

@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
-from knotwork.robot.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
 from knotwork.waypoints import FloatArray
 
@@ -73,9 +73,9 @@ class JointField:
         self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
         self.speed = speed
         self.guide = pull if isinstance(pull, Guide) else None
-        limits, rate = limits_of(robot), 0.0 if isinstance(pull, Guide) else pull
+        limits, rate = position_limits(robot), 0.0 if isinstance(pull, Guide) else pull
         self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
-        self.middle = middle(limits)
+        self.middle = range_middles(limits)
         span = np.full(robot.dof, np.inf)
         for joint, virtual in enumerate(
             robot.virtual_joints, robot.dof - len(robot.virtual_joints)
@@ -87,29 +87,29 @@ class JointField:
         self,
         q: FloatArray,
         twist: FloatArray,
-        share: ArrayLike = 1.0,
-        along: ArrayLike = 0.0,
-        onward: ArrayLike = 0.0,
+        speed_fraction: ArrayLike = 1.0,
+        arc_length: ArrayLike = 0.0,
+        arc_rate: ArrayLike = 0.0,
     ) -> FloatArray:
         """Joint velocities [rad/s or m/s], shape (n, d).
 
         Args:
             q: Joint positions [rad or m], shape (n, d).
             twist: Twist of the tool in base axes [m/s, rad/s], shape (n, 6) or (6,).
-            share: Speed of the tool relative to its full speed, so that self-motion stops with the
-                tool; a number, or shape (n,).
-            along: Arc length [m], likewise.
-            onward: For accelerations, share times speed [m/s], likewise: the factor of the guide's
-                derivative over arc length.
+            speed_fraction: Speed of the tool relative to its full speed, a number or shape (n,). It
+                makes self-motion stop with the tool.
+            arc_length: Arc length [m], a number or shape (n,).
+            arc_rate: For accelerations: the factor of the guide's derivative over arc length, which
+                is `speed_fraction` times the speed [m/s], a number or shape (n,).
         """
         self_motion = None
         if self.guide is not None:
-            self_motion = _column(share) * self.guide.rate(along, q)
+            self_motion = _column(speed_fraction) * self.guide.rate(arc_length, q)
             self_motion = self.speed * (
-                self_motion + _column(onward) * self.guide.rate(along, q, 1)
+                self_motion + _column(arc_rate) * self.guide.rate(arc_length, q, 1)
             )
         elif self.pull.any():
-            self_motion = _column(share) * self.pull * (self.middle - q)
+            self_motion = _column(speed_fraction) * self.pull * (self.middle - q)
         return solve_velocities(
             self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
         )[0]
@@ -124,7 +124,7 @@ class JointField:
         """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
         return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
 
-    def smallest(self, q: FloatArray) -> FloatArray:
+    def smallest_singular_values(self, q: FloatArray) -> FloatArray:
         """Smallest singular values, shape (n,). They are NaN where positions are NaN."""
         known = np.isfinite(q).all(axis=1)
         result = np.full(len(q), np.nan)
@@ -145,12 +145,12 @@ class JointField:
         Returns:
             Joint positions, shape (n, d), and the remaining error [m, rad], shape (n,).
         """
-        place = np.broadcast_to(position, (len(q), 3)).T
+        goal = np.broadcast_to(position, (len(q), 3)).T
         target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
         error = np.full(len(q), np.inf)
         for _ in range(PROJECTION_ROUNDS):
-            tip, turned, J = self.axes.place(q)
-            twist, _, _ = pose_errors(tip, turned, place, target)
+            tip, turned, J = self.axes.compute_poses_and_jacobians(q)
+            twist, _, _ = pose_errors(tip, turned, goal, target)
             before, error = error, np.abs(twist).max(axis=0)
             # end on the path, or where rounding prevents progress
             if (error <= PROJECTION_TOLERANCE).all() or not (error < 0.5 * before).any():

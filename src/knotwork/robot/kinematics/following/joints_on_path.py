@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.distinct import distinct
+from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.errors import LimitingConstraint
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
-    accelerations,
+    compute_rates_on_path,
     continue_along,
-    curve_through,
+    interpolate_curve,
 )
 from knotwork.robot.kinematics.following.joint_field import JointField, Pull
 from knotwork.robot.kinematics.following.limiting_constraint import (
-    following_error,
-    limiting_constraint,
+    find_limiting_constraint,
+    make_following_error,
 )
 from knotwork.robot.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
 from knotwork.waypoints import FloatArray
@@ -34,7 +34,7 @@ CURVE_TOLERANCE = 1e-6
 
 
 class JointsOnPath:
-    """The joints along a path from a start.
+    """The joint motion along a path from a start, at any time.
 
     The path is integrated once. Between two steps the joints are a quintic through the positions,
     velocities and accelerations of both, projected onto the path. All times use the same integral,
@@ -68,21 +68,21 @@ class JointsOnPath:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.dof > 6 else JOINT_STEP
-        if continuation is None or not self._fine(continuation):
-            place, rotation, _, _ = path.state([path.start_time])
-            q = self.field.project(start[None], place, rotation)[0]
+        if continuation is None or not self._is_fine(continuation):
+            position, rotation, _, _ = path.state([path.start_time])
+            q = self.field.project(start[None], position, rotation)[0]
             continuation = self._continue(q, path.breaks, self._step)
-        if np.isfinite(continuation.lost[0]):
+        if np.isfinite(continuation.blocked_time[0]):
             self._refuse(continuation.limiting_constraint(robot, 0, np.zeros(robot.dof)))
         time, q = continuation.time, continuation.position[:, 0]
         a = np.empty(q.shape)
         ends = np.append(np.diff(time) == 0.0, True)  # of pieces of the path
         for side, rows in (("right", ~ends), ("left", ends)):
-            _, a[rows] = accelerations(robot, path, q[rows], time[rows], side, pull=pull)
-        self.curve = curve_through(time, q, continuation.velocity[:, 0], a)
+            _, a[rows] = compute_rates_on_path(robot, path, q[rows], time[rows], side, pull=pull)
+        self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
 
-    def _fine(self, continuation: Continuation) -> bool:
-        """Whether the steps of a continuation are short enough."""
+    def _is_fine(self, continuation: Continuation) -> bool:
+        """Whether the steps of a continuation are short enough for the self-motion."""
         if self.robot.dof <= 6:
             return True
         far = np.abs(np.diff(continuation.position[:, 0], axis=0)).max(initial=0.0)
@@ -101,7 +101,7 @@ class JointsOnPath:
             FollowingError: A limit is violated.
         """
         robot = self.robot
-        constraint = limiting_constraint(robot, curve or self.curve, slack=CURVE_TOLERANCE)
+        constraint = find_limiting_constraint(robot, curve or self.curve, slack=CURVE_TOLERANCE)
         if constraint is None:
             return
         # at peaks of joint speeds, short steps are nearer to the path
@@ -114,22 +114,22 @@ class JointsOnPath:
         if constraint is not None:
             begin = "the path can't be followed from start:"
             remedy = "Move the path, turn the tool, or start from another solution"
-            raise following_error(self.path, constraint, begin, remedy)
+            raise make_following_error(self.path, constraint, begin, remedy)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
         guess = self.curve(times)
         q, error = self.field.project(guess, *self.path.state(times)[:2])
-        stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION) | ~(
+        off_path = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION) | ~(
             error <= PATH_ERROR
         )
         steps = self.curve.x
         before = np.searchsorted(steps, times, "right") - 1
-        for i in distinct(before[stray]):  # the nearest one could be of another branch
-            rows = stray & (before == i)
+        for i in sort_distinct(before[off_path]):  # the nearest one could be of another branch
+            rows = off_path & (before == i)
             start, wanted = self.curve(steps[[i]]), np.append(steps[i], times[rows])
             path = self._continue(start, wanted, self._step)
-            q[rows] = path.position[path.at[1:], 0]
+            q[rows] = path.position[path.step_index[1:], 0]
         return q
 
     def rates(self, times: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,9 +138,13 @@ class JointsOnPath:
         v, a = np.empty(q.shape), np.empty(q.shape)
         for side, rows in (("left", times == path.end_time), ("right", times < path.end_time)):
             if rows.any():
-                v[rows], a[rows] = accelerations(robot, path, q[rows], times[rows], side, pull=pull)
+                v[rows], a[rows] = compute_rates_on_path(
+                    robot, path, q[rows], times[rows], side, pull=pull
+                )
         inner = np.isin(times, path.breaks[1:-1])
         if inner.any():
-            _, before = accelerations(robot, path, q[inner], times[inner], "left", pull=pull)
+            _, before = compute_rates_on_path(
+                robot, path, q[inner], times[inner], "left", pull=pull
+            )
             a[inner] = 0.5 * (a[inner] + before)
         return v, a

@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.curves.tool_paths.rotations import angle_of
+from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
@@ -25,7 +25,10 @@ from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, turning_limi
 from knotwork.robot.kinematics.chain.velocity import joint_scales
 from knotwork.robot.kinematics.following.joint_field import Guide
 from knotwork.robot.kinematics.sequence.nearness import LIMIT_MARGIN, singular_nearness
-from knotwork.robot.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
+from knotwork.robot.kinematics.solutions.self_motion import (
+    choose_farthest_apart,
+    sample_self_motion,
+)
 from knotwork.waypoints import FloatArray, IndexArray
 
 # Distance between rungs [m, rad], and their minimum and maximum number per path.
@@ -61,7 +64,7 @@ class _Rung:
 
 
 class Ladder:
-    """Sampled configurations along consecutive paths.
+    """Sampled configurations along consecutive paths, of which the cheapest sequence is a guide.
 
     Args:
         robot: The arm, with its virtual joints.
@@ -79,11 +82,11 @@ class Ladder:
         self.scale = joint_scales(robot)
         lower, upper = turning_limits(robot)
         self.limits = lower + LIMIT_CLEARANCE, upper - LIMIT_CLEARANCE
-        self.around = joint_axes(robot).revolute & ~np.isfinite(lower)
-        self.places = [_rung_positions(path) for path in paths]
+        self.unbounded = joint_axes(robot).revolute & ~np.isfinite(lower)
+        self.rung_positions = [_rung_positions(path) for path in paths]
         placed = [
             (path, s, min(path.start_time + t, path.end_time))
-            for k, (path, positions) in enumerate(zip(paths, self.places, strict=True))
+            for k, (path, positions) in enumerate(zip(paths, self.rung_positions, strict=True))
             for s, t in zip(
                 positions[k > 0 :], path.timing.time_of(positions[k > 0 :]), strict=True
             )
@@ -98,21 +101,23 @@ class Ladder:
         rungs = [_Rung(starts, cost + self._nearness(starts))]
         # later rungs do not depend on the starts, so the result of a start does not depend on the
         # others
-        before = farthest_apart(self.robot, fresh[0], RUNG_SAMPLES)
+        before = choose_farthest_apart(self.robot, fresh[0], RUNG_SAMPLES)
         for i in range(1, len(self.targets)):
-            led, came = self._project(np.full(len(before), i), before)
-            q = farthest_apart(self.robot, np.vstack([led[came], fresh[i]]), RUNG_SAMPLES)
+            projected, converged = self._project(np.full(len(before), i), before)
+            q = choose_farthest_apart(
+                self.robot, np.vstack([projected[converged], fresh[i]]), RUNG_SAMPLES
+            )
             q = q[self.clear(q, float(self.time[i]))]
             rungs.append(_Rung(q, self._nearness(q)))
             before = q
         return rungs
 
     def _nearness(self, q: FloatArray) -> FloatArray:
-        """Cost of nearness to limits and singularities, except limits that whole turns avoid."""
+        """Cost of nearness to singularities and to limits that no whole turn avoids, (m,)."""
         if not len(q):
             return np.zeros(0)
-        room = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
-        near = np.clip(1.0 - room / LIMIT_MARGIN, 0.0, 1.0) ** 2
+        limit_distance = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
+        near = np.clip(1.0 - limit_distance / LIMIT_MARGIN, 0.0, 1.0) ** 2
         singular = singular_nearness(joint_axes(self.robot).jacobians(q))
         return np.asarray(NEARNESS_COST * (near + singular))
 
@@ -132,10 +137,10 @@ class Ladder:
 
     def _move(self, start: FloatArray, end: FloatArray) -> FloatArray:
         move = end - start
-        return np.asarray(move - np.where(self.around, whole_turns(move), 0.0))
+        return np.asarray(move - np.where(self.unbounded, whole_turns(move), 0.0))
 
-    def guided_starts(self, count: int) -> Iterator[tuple[int, list[Guide]]]:
-        """Starts that reach the end, by index, the cheapest first, and a guide for each path.
+    def find_guided_starts(self, count: int) -> Iterator[tuple[int, list[Guide]]]:
+        """Find starts that reach the end, by index, the cheapest first, each with a guide per path.
 
         Args:
             count: Maximum number of starts.
@@ -179,16 +184,16 @@ class Ladder:
             rows = np.arange(1 + sweep % 2, last + 1, 2)
             before, after = q[rows - 1], q[np.minimum(rows + 1, last)]
             after = np.where((rows == last)[:, None], before, after)
-            trial, came = self._project(rows, 0.5 * (before + after))
-            nearness = self._nearness(trial)
+            projected, converged = self._project(rows, 0.5 * (before + after))
+            nearness = self._nearness(projected)
             gain = self._squared_moves(q[rows], before, after) + costs[rows]
-            gain -= self._squared_moves(trial, before, after) + nearness
-            better = came & (gain > SMOOTHING_GAIN)
+            gain -= self._squared_moves(projected, before, after) + nearness
+            better = converged & (gain > SMOOTHING_GAIN)
             for k in np.flatnonzero(better):
-                better[k] = self.clear(trial[k : k + 1], float(self.time[rows[k]]))[0]
+                better[k] = self.clear(projected[k : k + 1], float(self.time[rows[k]]))[0]
             if not better.any() and sweep % 2:
                 break
-            q[rows[better]], costs[rows[better]] = trial[better], nearness[better]
+            q[rows[better]], costs[rows[better]] = projected[better], nearness[better]
         return q
 
     def _squared_moves(self, q: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
@@ -196,22 +201,22 @@ class Ladder:
         return np.asarray(squares @ self.scale**-2.0)
 
     def _guides(self, q: FloatArray) -> list[Guide]:
-        """Smooth postures along each path."""
+        """Make a smooth curve of postures along each path."""
         from scipy.interpolate import CubicSpline
 
         guides, first = [], 0
-        for places in self.places:
-            postures = q[first : first + len(places)]
-            first += len(places) - 1
-            curve = CubicSpline(places, postures, bc_type="natural")
+        for positions in self.rung_positions:
+            postures = q[first : first + len(positions)]
+            first += len(positions) - 1
+            curve = CubicSpline(positions, postures, bc_type="natural")
             guides.append(Guide(PiecewisePolynomial(curve.c, curve.x)))
         return guides
 
 
 def _rung_positions(path: TimedPath) -> FloatArray:
-    """Arc lengths of rungs, evenly spread over distance and rotation, independent of speed."""
+    """Spread the arc lengths of rungs evenly over distance and rotation, independent of speed."""
     s = np.linspace(0.0, path.path.length, RUNG_GRID)
-    turned = angle_of(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
+    turned = rotation_angle(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / RUNG_SPACING[0] + turned / RUNG_SPACING[1]))
     count = int(np.clip(np.ceil(far[-1]), MIN_RUNGS, MAX_RUNGS))
     positions = np.interp(np.linspace(0.0, far[-1], count + 1), far, s)

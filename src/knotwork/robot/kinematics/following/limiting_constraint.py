@@ -10,7 +10,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.errors import FollowingError, LimitingConstraint
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
+from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, position_limits
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField
 from knotwork.units import SI, Units
@@ -21,14 +21,14 @@ from knotwork.waypoints import FloatArray
 SINGULAR_VALUE = 0.01
 
 
-def limiting_constraint(
+def find_limiting_constraint(
     robot: Robot,
     curve: PiecewisePolynomial | None,
     turns: FloatArray | float = 0.0,
     blocked: tuple[float, float] = (math.inf, math.nan),
     slack: float = LIMIT_TOLERANCE,
 ) -> LimitingConstraint | None:
-    """The first constraint that a motion along a path violates.
+    """Find the first constraint that a motion along a path violates.
 
     A joint limit or a singularity comes before a velocity limit, because no lower speed helps.
 
@@ -45,8 +45,8 @@ def limiting_constraint(
     singular = LimitingConstraint("singularity", time, smallest_singular_value=smallest)
     if curve is None:
         return singular
-    lower, upper = (bound - turns for bound in limits_of(robot))
-    reached = _first_excess(robot, curve, 0, (lower, upper), slack)
+    lower, upper = (bound - turns for bound in position_limits(robot))
+    reached = _find_first_excess(robot, curve, 0, (lower, upper), slack)
     if smallest < SINGULAR_VALUE and (reached is None or time < reached.time):
         return singular
     if reached is not None:
@@ -54,18 +54,18 @@ def limiting_constraint(
         offset = float(np.broadcast_to(turns, robot.dof)[robot.joint_names.index(reached.joint)])
         return reached._replace(value=value + offset, bound=bound + offset)
     limit = plausible_speeds(robot)
-    fast = _first_excess(robot, curve, 1, (-limit, limit), slack * limit)
+    fast = _find_first_excess(robot, curve, 1, (-limit, limit), slack * limit)
     return singular if fast is None and math.isfinite(time) else fast
 
 
-def _first_excess(
+def _find_first_excess(
     robot: Robot,
     curve: PiecewisePolynomial,
     nu: int,
     bounds: tuple[FloatArray, FloatArray],
     slack: FloatArray | float,
 ) -> LimitingConstraint | None:
-    """The joint that is the first to exceed its bounds by more than the slack, or `None`.
+    """Find the joint that is the first to exceed its bounds by more than the slack, or `None`.
 
     Args:
         robot: The arm.
@@ -94,14 +94,16 @@ def _first_excess(
         "velocity limit" if nu else "joint limit",
         float(times[j]),
         robot.joint_names[j],
-        robot.joint_units[j],
-        float(np.abs(curve(worst, 1)[j]) if nu else curve(worst)[j]),
-        float(np.abs(bound[j]) if nu else bound[j]),
-        float(JointField(robot).smallest(curve(worst)[None])[0]),
+        unit=robot.joint_units[j],
+        value=float(np.abs(curve(worst, 1)[j]) if nu else curve(worst)[j]),
+        bound=float(np.abs(bound[j]) if nu else bound[j]),
+        smallest_singular_value=float(
+            JointField(robot).smallest_singular_values(curve(worst)[None])[0]
+        ),
     )
 
 
-def following_error(
+def make_following_error(
     path: TimedPath,
     constraint: LimitingConstraint,
     beginning: str,
@@ -112,7 +114,7 @@ def following_error(
     waypoint: str = "",
     where: str = "",
 ) -> FollowingError:
-    """The error for a path that can't be followed.
+    """Make the error for a path that can't be followed.
 
     Args:
         path: The path.

@@ -25,25 +25,34 @@ HOPELESS_SPEED_FACTOR = 1000.0
 
 
 class Stages(NamedTuple):
-    """Motion of the tool at some times of one piece of a path."""
+    """Motion of the tool at m times of one piece of a path.
+
+    Attributes:
+        time: Times [s], shape (m,).
+        position: TCP positions [m], shape (m, 3).
+        rotation: Tool rotations, shape (m, 3, 3).
+        twist: Tool velocities [m/s, rad/s], shape (m, 6).
+        speed_fraction: Tool speeds relative to the full speed of the path, shape (m,).
+        arc_length: Arc lengths [m], shape (m,).
+    """
 
     time: FloatArray
     position: FloatArray
     rotation: FloatArray
     twist: FloatArray
-    share: FloatArray
-    along: FloatArray
+    speed_fraction: FloatArray
+    arc_length: FloatArray
 
     @classmethod
     def evaluate(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
         """Evaluate the piece of a path that contains `at` at some times."""
         position, rotation, twist, _ = path.state(time, at=at)
-        share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
-        return cls(time, position, rotation, twist, share, field.arc_lengths(path, time))
+        speed_fraction = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
+        return cls(time, position, rotation, twist, speed_fraction, field.arc_lengths(path, time))
 
     def velocities(self, field: JointField, q: FloatArray, k: int) -> FloatArray:
         """Joint velocities at the k-th time, shape (n, d)."""
-        return field.velocities(q, self.twist[k], self.share[k], self.along[k])
+        return field.velocities(q, self.twist[k], self.speed_fraction[k], self.arc_length[k])
 
     def three(self, k: int) -> Stages:
         """The stages of one step: the k-th, which is its start, and the next two."""
@@ -53,7 +62,11 @@ class Stages(NamedTuple):
 class StepEnd(NamedTuple):
     """End of a step.
 
-    If it is blocked, positions are NaN, and it has the time and the smallest singular value.
+    Attributes:
+        q: Joint positions [rad or m], shape (n, d); NaN for a blocked start.
+        reached: Time at the end of the step [s], shape (n,); for a blocked start, the time at
+            which it was blocked.
+        smallest: Smallest singular value where a start was blocked, shape (n,); NaN for others.
     """
 
     q: FloatArray
@@ -70,35 +83,45 @@ def take_step(
     stages: Stages,
     halvings: int = MAX_HALVINGS,
 ) -> StepEnd:
-    """Take one step from some starts, halved where it leaves the path."""
+    """Take one step from some starts; halve it for those that leave the path.
+
+    Args:
+        field: Joint velocities along the path.
+        path: The path.
+        limit: Velocity limits [rad/s or m/s], shape (d,).
+        q: Joint positions at the start [rad or m], shape (n, d).
+        v: Joint velocities at the start [rad/s or m/s], shape (n, d).
+        stages: Tool motion at the start, the middle and the end.
+        halvings: Number of halvings that are left.
+    """
     start, middle, end = stages.time
-    guess, bent = _step(field, q, v, stages, end - start)
+    guess, midpoint_gap = _step(field, q, v, stages, end - start)
     end_q, error = field.project(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
     hopeless = (np.abs(v) > HOPELESS_SPEED_FACTOR * fast * limit).any(axis=1)
-    stray = ~(error <= PATH_ERROR) | ~(
+    off_path = ~(error <= PATH_ERROR) | ~(
         np.abs(end_q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION
     )
-    stray |= hopeless | ~(bent <= MIDPOINT_TOLERANCE)
+    off_path |= hopeless | ~(midpoint_gap <= MIDPOINT_TOLERANCE)
     result = StepEnd(end_q, np.full(len(q), end), np.full(len(q), np.nan))
-    if not stray.any():
+    if not off_path.any():
         return result
-    result.reached[stray] = start
-    result.smallest[stray] = field.smallest(q[stray])
-    result.q[stray] = np.nan
-    retried = np.flatnonzero(stray & ~hopeless)
+    result.reached[off_path] = start
+    result.smallest[off_path] = field.smallest_singular_values(q[off_path])
+    result.q[off_path] = np.nan
+    retried = np.flatnonzero(off_path & ~hopeless)
     if not halvings or not retried.size:
         return result
-    now, going = q[retried], retried
+    q_retry, row_retry = q[retried], retried
     for a, b in ((start, middle), (middle, end)):
         half = Stages.evaluate(field, path, np.linspace(a, b, 3), middle)
-        rates = half.velocities(field, now, 0)
-        part = take_step(field, path, limit, now, rates, half, halvings - 1)
-        result.q[going] = part.q
-        result.reached[going], result.smallest[going] = part.reached, part.smallest
-        on = np.isfinite(part.q).all(axis=1)
-        now, going = part.q[on], going[on]
-        if not going.size:
+        rates = half.velocities(field, q_retry, 0)
+        part = take_step(field, path, limit, q_retry, rates, half, halvings - 1)
+        result.q[row_retry] = part.q
+        result.reached[row_retry], result.smallest[row_retry] = part.reached, part.smallest
+        still_on_path = np.isfinite(part.q).all(axis=1)
+        q_retry, row_retry = part.q[still_on_path], row_retry[still_on_path]
+        if not row_retry.size:
             break
     return result
 
@@ -106,14 +129,19 @@ def take_step(
 def _step(
     field: JointField, q: FloatArray, v: FloatArray, stages: Stages, h: float
 ) -> tuple[FloatArray, FloatArray]:
-    """One Runge-Kutta step, and the difference of its two midpoints.
+    """Take one Runge-Kutta step; also give the difference of its two midpoint estimates.
 
-    The difference is large at peaks of joint speed.
+    A large difference means that the step skips a peak of joint speed.
 
-    `v` are the velocities at its start; `stages` are its start, middle and end.
+    Args:
+        field: Joint velocities along the path.
+        q: Joint positions at the start [rad or m], shape (n, d).
+        v: Joint velocities at the start [rad/s or m/s], shape (n, d).
+        stages: Tool motion at the start, the middle and the end.
+        h: Duration of the step [s].
     """
     k2 = stages.velocities(field, q + 0.5 * h * v, 1)
     k3 = stages.velocities(field, q + 0.5 * h * k2, 1)
     k4 = stages.velocities(field, q + h * k3, 2)
-    bent = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
-    return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), bent
+    midpoint_gap = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
+    return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), midpoint_gap

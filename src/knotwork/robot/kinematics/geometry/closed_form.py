@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import joint_axes, kept_with, pose_errors
+from knotwork.robot.joint_axes import cache_per_robot, joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
-from knotwork.robot.kinematics.geometry.configuration_flags import geometry
+from knotwork.robot.kinematics.geometry.configuration_flags import find_axis_geometry
 from knotwork.waypoints import FloatArray
 
 # Margin within which rounding and pose tolerances decide whether an equation has solutions. There a
@@ -45,8 +45,8 @@ class ClosedForm(NamedTuple):
     certain: bool
 
 
-def closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
-    """All configurations for each pose, without regard to position limits.
+def solve_closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
+    """Find all configurations for each pose in closed form, and ignore position limits.
 
     Args:
         robot: The arm.
@@ -72,7 +72,7 @@ def closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
 
 
 class _Equations:
-    """The equations of one arm."""
+    """The closed-form equations of one arm."""
 
     def __init__(self, robot: Robot, parallel: bool, centre: FloatArray) -> None:
         chain = joint_axes(robot)
@@ -89,19 +89,20 @@ class _Equations:
         self.fixed = self.axes[1] if parallel else self.axes[3]
 
     def solve(self, targets: Targets) -> tuple[FloatArray, BoolArray, BoolArray]:
-        """Joint positions (n, 8, 6), their existence (n, 8), and whether it is certain (n,)."""
+        """Find joint positions (n, 8, 6), their existence (n, 8), and its certainty (n,)."""
         shoulder, wrist, elbow = _SIGNS
         a, o = self.axes, self.origins
         # R and p map points at the zero configuration to those at the pose.
         R = targets.rotation.transpose(2, 1, 0) @ self.turned.T
         R = np.repeat(R[:, None], 8, axis=1)
         p = targets.position.T[:, None] - R @ self.tip
-        q, rooms = np.empty((len(R), 8, 6)), []
+        q = np.empty((len(R), 8, 6))
+        discriminants = []
 
         def solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
             """The solution of x cos + y sin = z with the given sign."""
             size = np.hypot(x, y)
-            rooms.append(size * size - z * z)
+            discriminants.append(size * size - z * z)
             cosine = z / np.maximum(size, 1e-300)
             return np.asarray(np.arctan2(y, x) + sign * np.arccos(np.clip(cosine, -1.0, 1.0)))
 
@@ -128,15 +129,17 @@ class _Equations:
             self._wrist(q, R, solve_angle, wrist)
             fifth = _turn(a[4], q[..., 4])
             q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
-        room = np.array(rooms)
-        exists = np.asarray((room > 0.0).all(axis=0))
+        margins = np.array(discriminants)
+        exists = np.asarray((margins > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for margin in room[::-1]:  # an angle that depends on an uncertain one is uncertain as well
+        for margin in margins[
+            ::-1
+        ]:  # an angle that depends on an uncertain one is uncertain as well
             clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
     def _wrist(self, q: FloatArray, R: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
-        """Joints 5 and 6, from the rotation of the joints after the fixed direction."""
+        """Find joints 5 and 6, from the rotation of the joints after the fixed direction."""
         fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
         # Relative to the fixed direction, axis 6 is moved by joint 5 alone.
         level = (fixed @ fifth) * (fifth @ sixth)
@@ -147,7 +150,7 @@ class _Equations:
         q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
 
     def _elbow(self, q: FloatArray, end: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
-        """Joints 2 and 3 that bring the end of the lower arm to a point (n, 8, 3)."""
+        """Find joints 2 and 3, which bring the end of the lower arm to a point (n, 8, 3)."""
         axis, o = self.axes[1], self.origins
         upper, lower = o[2] - o[1], self.end - o[2]
         upper = upper - (upper @ axis) * axis
@@ -164,9 +167,9 @@ class _Equations:
         q[..., 2] = self.senses[2] * elbow
 
 
-@kept_with
+@cache_per_robot
 def _equations(robot: Robot) -> _Equations | None:
-    shape = geometry(robot)
+    shape = find_axis_geometry(robot)
     return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
 
 
@@ -184,7 +187,7 @@ def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _perpendicular(axis: FloatArray) -> FloatArray:
-    """A unit vector perpendicular to another."""
+    """Make a unit vector perpendicular to another."""
     normal = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     return np.asarray(normal / np.linalg.norm(normal))
 

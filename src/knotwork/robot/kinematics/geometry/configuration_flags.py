@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import JointAxes, joint_axes, kept_with
+from knotwork.robot.joint_axes import JointAxes, cache_per_robot, joint_axes
 from knotwork.robot.kinematics.chain.joint_ranges import low_discrepancy_points
 from knotwork.waypoints import FloatArray
 
@@ -46,9 +46,9 @@ class Geometry(NamedTuple):
     centre: FloatArray
 
 
-@kept_with
-def geometry(robot: Robot) -> Geometry | None:
-    """Geometry of an arm with flags, or `None`."""
+@cache_per_robot
+def find_axis_geometry(robot: Robot) -> Geometry | None:
+    """Find the geometry of an arm with flags; `None` for an arm without flags."""
     if robot.dof != 6:
         return None
     chain = joint_axes(robot)
@@ -87,12 +87,12 @@ def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) ->
     square = normal @ normal
     if square < FLAG_ROUNDING or abs((q - p) @ normal) > FLAG_ROUNDING:
         return None
-    met: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
-    return met
+    point: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
+    return point
 
 
 def _functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
-    """The three functions whose signs are the flags, for q of shape (n, 6): shape (3, n)."""
+    """Evaluate the three functions whose signs are the flags at q (n, 6), shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
     centre = tip + np.einsum("crn,c->rn", rotation, shape.centre)
     wrist = p[:, 3] if shape.parallel else centre
@@ -117,7 +117,7 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         0 on a singularity. For another arm of six joints it is the sign of the determinant of the
         Jacobian, shape (n, 1). Branches of all other arms have no signs, shape (n, 0).
     """
-    shape, chain = geometry(robot), joint_axes(robot)
+    shape, chain = find_axis_geometry(robot), joint_axes(robot)
     if shape is None:
         if robot.dof != 6:
             return np.empty((len(q), 0))
@@ -132,7 +132,7 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
     return signs.T
 
 
-def all_branches(robot: Robot, q: FloatArray) -> bool | None:
+def are_all_branches(robot: Robot, q: FloatArray) -> bool | None:
     """Whether configurations (n, d) are all solutions of a pose, as far as the flags show.
 
     Only for arms with flags. There can be one solution for each combination of flags, though not
@@ -141,7 +141,7 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
     Returns:
         `True` or `False`, and `None` if unknown.
     """
-    if geometry(robot) is None:
+    if find_axis_geometry(robot) is None:
         return None
     signs = configuration_flags(robot, q)
     flags = {tuple(row) for row in signs.tolist()}
@@ -154,8 +154,8 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
 
 
 def describe_flags(robot: Robot, flags: FloatArray) -> str:
-    """Text of the flags (k,) of one configuration: `shoulder left, elbow up, no flip`."""
-    if geometry(robot) is None:
+    """Write the flags (k,) of one configuration: `shoulder left, elbow up, no flip`."""
+    if find_axis_geometry(robot) is None:
         return (
             {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[flags[0]] if len(flags) else ""
         )

@@ -1,9 +1,9 @@
 from .candidates import Candidates as Candidates
 from .candidates import find_candidates as find_candidates
 from .cost import CostLevel as CostLevel
-from .cost import least_index as least_index
+from .cost import lexicographic_argmin as lexicographic_argmin
 from .cost import make_cost as make_cost
-from .nearness import weights as weights
+from .nearness import travel_weights as travel_weights
 from .shortest_sequence import ConfigurationSequence as ConfigurationSequence
 from .shortest_sequence import choose_sequence as choose_sequence
 from .step_costs import CollidingStep as CollidingStep

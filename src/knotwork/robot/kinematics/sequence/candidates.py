@@ -12,23 +12,29 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import (
     all_turns,
-    difference,
-    limits_of,
+    joint_difference,
     nearest_turns,
+    position_limits,
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch
-from knotwork.robot.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.robot.kinematics.chain.null_space import minimise_by_self_motion
 from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
-from knotwork.robot.kinematics.solutions.all_within_limits import sort_key, turned_within_limits
+from knotwork.robot.kinematics.solutions.all_within_limits import (
+    sort_key,
+    turn_solutions_into_limits,
+)
 from knotwork.robot.kinematics.solutions.enumeration import (
     MAX_BRANCHES,
-    distinct_solutions,
+    drop_equal_solutions,
     find_branches,
 )
-from knotwork.robot.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
+from knotwork.robot.kinematics.solutions.self_motion import (
+    choose_farthest_apart,
+    sample_self_motion,
+)
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -96,10 +102,12 @@ def find_candidates(
         return []
     targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
-    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > CANDIDATE_ERROR)
+    hopeless = np.flatnonzero(
+        joint_axes(robot).distance_beyond_reach(targets.position) > CANDIDATE_ERROR
+    )
     if hopeless.size:  # the reason, before the others are solved
         first = int(hopeless[0])
-        _solution(robot, waypoints[first], references[first], units)
+        _solve(robot, waypoints[first], references[first], units)
     solve = _track_self_motion if redundant else find_branches
     turns: list[tuple[list[FloatArray], bool]] = []
     previous: FloatArray | None = None
@@ -110,45 +118,43 @@ def find_candidates(
         sampled = redundant or len(solutions) > MAX_BRANCHES
         if not sampled and not (i and np.array_equal(reference, references[i - 1])):
             # The solution nearest the previous configuration must not be missing.
-            local = search.solve(reference, limits_of(robot))
+            local = search.solve(reference, position_limits(robot))
             if local.converged:
                 solutions = np.vstack([solutions, local.q])
-                solutions = distinct_solutions(robot, targets.take([i]), solutions)
-        solutions = turned_within_limits(search, solutions)
+                solutions = drop_equal_solutions(robot, targets.take([i]), solutions)
+        solutions = turn_solutions_into_limits(search, solutions)
         if not sampled:
             # The order decides ties, so it must not depend on the order of searches.
             solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
         elif not redundant:
-            solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
+            solutions = choose_farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
         copies = [all_turns(robot, q) for q in solutions]
         if sampled or not copies:
             for near in (reference,) if previous is None else (reference, previous):
                 if redundant and len(solutions):
-                    nearby = _nearest_samples(search, solutions, near)
+                    nearby = _move_nearest_samples(search, solutions, near)
                 else:
-                    nearby = [_solution(robot, waypoint, near, units)]
+                    nearby = [_solve(robot, waypoint, near, units)]
                 copies = [*(all_turns(robot, q) for q in nearby), *copies]
                 previous = nearby[0]
         turns.append((copies, sampled))
     return _evaluate(robot, waypoints, turns)
 
 
-def nearest_candidate(
+def find_nearest_candidate(
     robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units = SI
 ) -> Candidates:
-    """The candidate at a waypoint that is nearest a configuration.
+    """Find the candidate at a waypoint that is nearest a configuration.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
-    q = _solution(robot, waypoint, near, units)
+    q = _solve(robot, waypoint, near, units)
     return _evaluate(robot, [waypoint], [([q[None]], False)])[0]
 
 
-def _solution(
-    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units
-) -> FloatArray:
-    """The solution of a waypoint's pose nearest a configuration, shape (d,)."""
+def _solve(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units) -> FloatArray:
+    """Find the solution of a waypoint's pose nearest a configuration, shape (d,)."""
     from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 
     return solve_pose_ik(
@@ -161,8 +167,10 @@ def _solution(
     ).q
 
 
-def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) -> list[FloatArray]:
-    """The nearest of some solutions, moved along their self-motion to be nearer still.
+def _move_nearest_samples(
+    search: PoseSearch, samples: FloatArray, near: FloatArray
+) -> list[FloatArray]:
+    """Move the nearest of some solutions along their self-motion, to be nearer still.
 
     The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
     speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
@@ -179,18 +187,19 @@ def _nearest_samples(search: PoseSearch, samples: FloatArray, near: FloatArray) 
             scales.append(np.where(robot.virtual, scales[0], limit / usual))
     result = []
     for scale in scales:
-        gaps = difference(samples, near, joint_axes(robot).revolute) / scale
+        gaps = joint_difference(samples, near, joint_axes(robot).revolute) / scale
         order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
         for q in samples[order[:NEARBY_SAMPLES]]:
             start = nearest_turns(robot, q, near)
-            result.append(nearest_by_self_motion(search, start, near, scale=scale)[0])
+            result.append(minimise_by_self_motion(search, start, near, scale=scale)[0])
     return result
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Samples of the self-motion at each pose, and projections of the previous pose's samples."""
+    """Sample the self-motion at each pose, and add projections of the previous pose's samples."""
     fresh = [
-        farthest_apart(robot, q, SELF_MOTION_SAMPLES) for q in sample_self_motion(robot, targets)
+        choose_farthest_apart(robot, q, SELF_MOTION_SAMPLES)
+        for q in sample_self_motion(robot, targets)
     ]
     samples = [fresh[0]]
     for i in range(1, len(targets)):
@@ -199,7 +208,7 @@ def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
             targets.take([i]),
             samples[-1][:SELF_MOTION_SAMPLES],
             tolerance=1e-10,
-            limits=limits_of(robot),
+            limits=position_limits(robot),
             max_iterations=25,
         )
         samples.append(np.vstack([projections.q[projections.converged], fresh[i]]))

@@ -45,15 +45,15 @@ class CostLevel(IntEnum):
 
 
 def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
-    """Costs of choices of a shape, zero but for levels by name, shape (7, *shape)."""
+    """Make costs of a given shape from levels by name; others are zero. Shape (7, *shape)."""
     cost = np.zeros((len(CostLevel), *shape))
     for name, values in levels.items():
         cost[CostLevel[name.upper()]] = values
     return cost
 
 
-def least_index(cost: FloatArray) -> Any:
-    """Index of the minimum along axis 1; ties within rounding go to the first."""
+def lexicographic_argmin(cost: FloatArray) -> Any:
+    """Index of the lexicographic minimum along axis 1; ties within rounding go to the first."""
     tied = np.ones(cost.shape[1:], dtype=bool)
     for level in cost:
         values = np.where(tied, level, np.inf)

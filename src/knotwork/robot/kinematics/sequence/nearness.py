@@ -8,8 +8,8 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# Margins of a limit [rad or m] and of a zero singular value within which travel has a higher
-# weight. The weight is up to 2 on a limit, and likewise at a singularity.
+# Distance from a limit [rad or m], and singular value, below which travel has a higher weight. On a
+# limit and at a singularity the weight is larger by 1.
 LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
 
@@ -20,8 +20,8 @@ def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
     0 outside `LIMIT_MARGIN`, 1 on or beyond a limit, and quadratic between. Virtual joints do not
     count.
     """
-    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
-    nearest = room[:, ~robot.virtual].min(axis=1)
+    limit_distance = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
+    nearest = limit_distance[:, ~robot.virtual].min(axis=1)
     return np.asarray(np.clip(1.0 - nearest / LIMIT_MARGIN, 0.0, 1.0) ** 2)
 
 
@@ -36,7 +36,7 @@ def singular_nearness(J: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)
 
 
-def weights(robot: Robot, q: FloatArray) -> FloatArray:
-    """Factor on the travel at configurations (n, d): 1, and more near limits and singularities."""
+def travel_weights(robot: Robot, q: FloatArray) -> FloatArray:
+    """Factors on travel at configurations (n, d): above 1 near limits and singularities, (n,)."""
     jacobians = joint_axes(robot).jacobians(q)
     return 1.0 + limit_nearness(robot, q) + singular_nearness(jacobians)

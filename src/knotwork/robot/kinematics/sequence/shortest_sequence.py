@@ -8,8 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.robot.kinematics.sequence.cost import CostLevel, is_within, least_index
-from knotwork.robot.kinematics.sequence.step_costs import JointRules, Layer, StepRules, step_costs
+from knotwork.robot.kinematics.sequence.cost import CostLevel, is_within, lexicographic_argmin
+from knotwork.robot.kinematics.sequence.step_costs import (
+    JointRules,
+    Layer,
+    StepRules,
+    compute_step_costs,
+)
 from knotwork.waypoints import FloatArray, IndexArray
 
 UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
@@ -17,19 +22,19 @@ UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSequence:
-    """A chosen sequence.
+    """The chosen configurations at all waypoints.
 
     Attributes:
         index: Index of the candidate chosen at each waypoint.
         q: Joint positions; joints without limits at the turn they reach, shape (n, d).
         cost: Cost of the whole sequence, shape (7,): see `CostLevel`.
-        blocked: The first waypoint that no allowed candidate reaches, or `None`.
+        blocked_at: Index of the first waypoint that no allowed candidate reaches, or `None`.
     """
 
     index: tuple[int, ...]
     q: FloatArray
     cost: FloatArray
-    blocked: int | None = None
+    blocked_at: int | None = None
 
 
 class _LayerState(NamedTuple):
@@ -60,14 +65,14 @@ def choose_sequence(
         joints: Rules for the joints.
         steps: Rules for each of the n - 1 intervals.
     """
-    greedy = _cheapest_sequences(layers, joints, steps, UNBOUNDED_COST, greedy=True)
+    greedy = _find_cheapest_sequences(layers, joints, steps, UNBOUNDED_COST, greedy=True)
     bound = greedy[-1].layer.cost[:, 0] if len(greedy) == len(layers) else UNBOUNDED_COST
-    states = _cheapest_sequences(layers, joints, steps, bound)
+    states = _find_cheapest_sequences(layers, joints, steps, bound)
     if len(states) < len(layers):
         return ConfigurationSequence(
-            (), np.empty((0, len(joints.speed))), UNBOUNDED_COST, blocked=len(states)
+            (), np.empty((0, len(joints.speed))), UNBOUNDED_COST, blocked_at=len(states)
         )
-    row = int(least_index(states[-1].layer.cost))
+    row = int(lexicographic_argmin(states[-1].layer.cost))
     cost = states[-1].layer.cost[:, row]
     index, positions = [], []
     for state in reversed(states):
@@ -77,7 +82,7 @@ def choose_sequence(
     return ConfigurationSequence(tuple(index[::-1]), np.array(positions[::-1]), cost)
 
 
-def _cheapest_sequences(
+def _find_cheapest_sequences(
     layers: Sequence[Layer],
     joints: JointRules,
     steps: Sequence[StepRules],
@@ -102,8 +107,8 @@ def _cheapest_sequences(
         cost, previous = layer.cost, np.zeros(len(layer.q), dtype=int)
         if states:
             before = states[-1].layer
-            step, moves = step_costs(joints, steps[i - 1], before, layer)
-            previous = least_index(before.cost[:, :, None] + step)
+            step, moves = compute_step_costs(joints, steps[i - 1], before, layer)
+            previous = lexicographic_argmin(before.cost[:, :, None] + step)
             ends = np.arange(len(previous))
             cost = before.cost[:, previous] + step[:, previous, ends] + layer.cost
             if not layer.fixed:
@@ -119,7 +124,7 @@ def _cheapest_sequences(
         feasible = np.isfinite(cost[CostLevel.IMPOSSIBLE])
         rows = np.flatnonzero(feasible & is_within(cost, bound))
         if greedy and rows.size:
-            rows = rows[[least_index(cost[:, rows])]]
+            rows = rows[[lexicographic_argmin(cost[:, rows])]]
         if not rows.size:
             break
         layer = layer._replace(cost=cost)

@@ -22,7 +22,7 @@ TRAVEL_WEIGHT = 0.1
 
 
 class Layer(NamedTuple):
-    """The candidates at one waypoint.
+    """Candidates at one waypoint, with what the cost of steps depends on.
 
     Attributes:
         q: Joint positions [rad or m], shape (m, d). Unbounded joints may differ by any number of
@@ -87,10 +87,10 @@ class JointRules(NamedTuple):
     Attributes:
         speed: Reference joint speeds [rad/s or m/s]: the velocity limits where given.
         limit: Velocity limits [rad/s or m/s], infinite where not given.
-        lower, upper: Position limits [rad or m], likewise.
+        lower, upper: Position limits [rad or m], infinite where not given.
         unbounded: Whether each joint is unbounded.
         weights: Weight of the travel of each joint.
-        ramp: Time of each joint to its speed [s].
+        ramp: Time in which each joint reaches its reference speed [s].
     """
 
     speed: FloatArray
@@ -112,13 +112,13 @@ class JointRules(NamedTuple):
         From rest to rest it is the time of the slowest joint, regardless of its weight, plus a
         fraction of the travel of all joints.
         """
-        share = np.abs(moves) / self.speed[:, None, None]
-        travel: FloatArray = np.sqrt(np.einsum("jlm,j->lm", share**2, self.weights**2))
+        duration = np.abs(moves) / self.speed[:, None, None]
+        travel: FloatArray = np.sqrt(np.einsum("jlm,j->lm", duration**2, self.weights**2))
         if not rest_to_rest:
             return travel
         ramp = self.ramp[:, None, None]
-        longer = share + ramp * (share > 0.0)
-        time = np.where(share < ramp, 2.0 * np.sqrt(share * ramp), longer).max(axis=0)
+        longer = duration + ramp * (duration > 0.0)
+        time = np.where(duration < ramp, 2.0 * np.sqrt(duration * ramp), longer).max(axis=0)
         return np.asarray(time + TRAVEL_WEIGHT / max(1.0, self.weights.max()) * travel)
 
 
@@ -128,7 +128,8 @@ class StepRules(NamedTuple):
     Attributes:
         duration: Time for the step [s].
         branch_change: Whether the branch may change.
-        is_timed: Whether the duration and the end speeds are given: otherwise no joint is too fast.
+        is_timed: Whether the duration is given. If it is chosen later, velocity limits do not
+            restrict the step.
         rest_to_rest: Whether it is from rest to rest with a duration chosen later.
         colliding: Steps whose motion collided.
     """
@@ -140,10 +141,10 @@ class StepRules(NamedTuple):
     colliding: tuple[CollidingStep, ...] = ()
 
 
-def step_costs(
+def compute_step_costs(
     joints: JointRules, rules: StepRules, start: Layer, end: Layer
 ) -> tuple[FloatArray, FloatArray]:
-    """Cost of each step between two waypoints, and the motion of the joints.
+    """Compute the cost of each step between two waypoints, and the motion of the joints.
 
     Args:
         joints: Rules for the joints.
@@ -167,8 +168,8 @@ def step_costs(
         weight = 0.5 * (start.weight[:, None] + end.weight[None, :])
         cost = make_cost(*shape, travel=weight * joints.travel(moves, rules.rest_to_rest))
         if rules.is_timed:
-            use = _limit_use(joints, moves / rules.duration)
-            cost[CostLevel.INFEASIBLE] = np.where(use > OVERSPEED_FACTOR, use, 0.0)
+            utilisation = _utilisation(joints, moves / rules.duration)
+            cost[CostLevel.INFEASIBLE] = np.where(utilisation > OVERSPEED_FACTOR, utilisation, 0.0)
             cost[CostLevel.VIOLATION] = _midpoint_violations(
                 joints, rules.duration, moves, start, end
             )
@@ -184,8 +185,8 @@ def step_costs(
     return cost, moves
 
 
-def _limit_use(joints: JointRules, velocity: FloatArray) -> FloatArray:
-    """Largest share of the velocity limits that velocities (d, l, m) use, shape (l, m)."""
+def _utilisation(joints: JointRules, velocity: FloatArray) -> FloatArray:
+    """Maximum utilisation of the velocity limits by velocities (d, l, m), shape (l, m)."""
     return np.asarray((np.abs(velocity) / joints.limit[:, None, None]).max(axis=0))
 
 
@@ -194,8 +195,8 @@ def _midpoint_violations(
 ) -> FloatArray:
     """Cost of cubics that are too fast halfway, shape (l, m)."""
     ends = start.velocity.T[:, :, None] + end.velocity.T[:, None, :]
-    use = _limit_use(joints, 1.5 / duration * moves - 0.25 * ends)
-    return np.where(use > OVERSPEED_FACTOR, 2.0 - 1.0 / np.maximum(use, 1.0), 0.0)
+    utilisation = _utilisation(joints, 1.5 / duration * moves - 0.25 * ends)
+    return np.where(utilisation > OVERSPEED_FACTOR, 2.0 - 1.0 / np.maximum(utilisation, 1.0), 0.0)
 
 
 def _limit_violations(joints: JointRules, duration: float, start: Layer, end: Layer) -> FloatArray:

@@ -9,17 +9,20 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import all_turns, limits_of, middle
+from knotwork.robot.kinematics.chain.joint_ranges import all_turns, position_limits, range_middles
 from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
 from knotwork.robot.kinematics.geometry.configuration_flags import (
     configuration_flags,
     describe_flags,
 )
 from knotwork.robot.kinematics.pose_arguments import check_count, check_request
-from knotwork.robot.kinematics.solutions.all_within_limits import solutions_within_limits, sort_key
-from knotwork.robot.kinematics.solutions.diagnosis import solution_or_reason
+from knotwork.robot.kinematics.solutions.all_within_limits import (
+    find_solutions_within_limits,
+    sort_key,
+)
+from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import MAX_BRANCHES
-from knotwork.robot.kinematics.solutions.self_motion import farthest_apart
+from knotwork.robot.kinematics.solutions.self_motion import choose_farthest_apart
 from knotwork.waypoints import FloatArray, read_only
 
 # Number of samples of the self-motion of a redundant arm.
@@ -106,19 +109,19 @@ def solve_pose_ik_all(
     check_count(spread, "spread", 1)
     tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
-    solutions = solutions_within_limits(search)
+    solutions = find_solutions_within_limits(search)
     sampled = robot.dof > 6 or len(solutions) > MAX_BRANCHES
     if sampled:
-        solutions = farthest_apart(robot, solutions, spread)
+        solutions = choose_farthest_apart(robot, solutions, spread)
     if not len(solutions):
-        centre = middle(limits_of(robot))
-        solutions = solution_or_reason(search, centre, waypoint, where)[None]
+        centre = range_middles(position_limits(robot))
+        solutions = find_solution_or_raise(search, centre, waypoint, where)[None]
     return tuple(_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
 
 
 def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:
     copies = all_turns(robot, q)
-    distance = np.abs(copies - middle(limits_of(robot))).sum(axis=1)
+    distance = np.abs(copies - range_middles(position_limits(robot))).sum(axis=1)
     nearest = copies[int(np.argmin(np.round(distance, 6)))]
     error = robot.forward(nearest).actInv(pose)
     return Branch(

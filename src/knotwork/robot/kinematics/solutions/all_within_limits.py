@@ -8,10 +8,10 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.chain.joint_ranges import (
     LIMIT_TOLERANCE,
-    clip,
-    limits_of,
-    middle,
+    clip_to_limits,
     nearest_turns,
+    position_limits,
+    range_middles,
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.robot.kinematics.solutions.enumeration import find_branches
@@ -23,8 +23,8 @@ from knotwork.waypoints import FloatArray
 EDGE_DISTANCE = 1e-2
 
 
-def solutions_within_limits(search: PoseSearch, near: FloatArray | None = None) -> FloatArray:
-    """All solutions of a pose inside the limits, at the turns nearest their middle.
+def find_solutions_within_limits(search: PoseSearch, near: FloatArray | None = None) -> FloatArray:
+    """Find all solutions of a pose inside the limits, at the turns nearest their middle.
 
     For an arm of up to six joints these are the solutions that whole turns bring inside. For a
     redundant arm they are samples of its self-motion, dense enough that one is near any solution.
@@ -38,20 +38,20 @@ def solutions_within_limits(search: PoseSearch, near: FloatArray | None = None) 
     """
     robot, targets = search.robot, Targets.from_poses([search.pose])
     if robot.dof <= 6:
-        return turned_within_limits(search, find_branches(robot, targets)[0])
-    return turned_within_limits(search, sample_self_motion(robot, targets, near)[0])
+        return turn_solutions_into_limits(search, find_branches(robot, targets)[0])
+    return turn_solutions_into_limits(search, sample_self_motion(robot, targets, near)[0])
 
 
-def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArray:
-    """Solutions that whole turns bring inside the limits, at these turns, shape (k, d)."""
+def turn_solutions_into_limits(search: PoseSearch, solutions: FloatArray) -> FloatArray:
+    """Turn solutions by whole turns into the limits, and drop the others, shape (k, d)."""
     if not len(solutions):
         return solutions
-    robot, limits = search.robot, limits_of(search.robot)
-    centre = middle(limits)
+    robot, limits = search.robot, position_limits(search.robot)
+    centre = range_middles(limits)
     turned = np.array([nearest_turns(robot, q, centre) for q in solutions])
-    q = clip(turned, limits)
+    q = clip_to_limits(turned, limits)
     beyond = np.abs(turned - q).max(axis=1, initial=0.0)
-    tip, rotation, _ = joint_axes(robot).place(q)
+    tip, rotation, _ = joint_axes(robot).compute_poses_and_jacobians(q)
     target = Targets.from_poses([search.pose])
     _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
     within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])

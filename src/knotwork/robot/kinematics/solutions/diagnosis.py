@@ -11,13 +11,13 @@ from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import (
     LIMIT_TOLERANCE,
     Limits,
-    clip,
+    clip_to_limits,
+    infinite_limits,
     joint_distances,
-    limits_of,
     nearest_turns,
-    no_limits,
+    position_limits,
     spread_starts,
-    turn_inside,
+    turn_into_limits,
     turning_limits,
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
@@ -41,14 +41,14 @@ MINIMISER_STEPS = 500
 FLAT_GRADIENT = 1e-10
 
 
-def solution_or_reason(
+def find_solution_or_raise(
     search: PoseSearch,
     near: FloatArray,
     waypoint: str,
     where: str,
     units: Units = SI,
 ) -> FloatArray:
-    """Search for a pose from all over joint space, and find the reason why there is no solution.
+    """Search for a pose from all over joint space; raise the reason if there is no solution.
 
     Args:
         search: The pose, and the robot.
@@ -65,34 +65,34 @@ def solution_or_reason(
         UnreachablePoseError: No joint positions reach the pose.
     """
     robot, limits = search.robot, turning_limits(search.robot)
-    beyond = _solutions_without_limits(search, near)
+    beyond = _solve_without_limits(search, near)
     starts = [*_search_batch(search, near, limits), *beyond]
     ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
     if not any(end.converged for end in ends):  # a solution may be singular, where steps are short
         starts = [_minimise(search, end.q, limits) for end in ends]
         ends += [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
-    inside = [search.measure(turn_inside(robot, end.q, near)) for end in ends]
+    inside = [search.measure(turn_into_limits(robot, end.q, near)) for end in ends]
     solutions = [end.q for end in inside if end.converged]
     if solutions:
         return min(solutions, key=lambda q: float(np.linalg.norm(q - near)))
     if beyond:
         raise OutsideLimitsError(
             waypoint,
-            _least_outside(robot, beyond, near),
+            _find_least_outside(robot, beyond, near),
             joint_units=dict(zip(robot.joint_names, robot.joint_units, strict=True)),
             where=where,
             units=units,
         )
     # nearest points may be far from the ends of searches for the whole pose
-    spread = spread_starts(robot, limits, MAX_REFINED, around=near)
-    closest = _closest_pose(search, [*(end.q for end in ends), *spread], limits)
+    spread = spread_starts(robot, limits, MAX_REFINED, centre=near)
+    closest = _find_closest_pose(search, [*(end.q for end in ends), *spread], limits)
     end = search.solve(closest.q, limits, PATIENT_EFFORT)
-    end = search.measure(turn_inside(robot, end.q, near))
+    end = search.measure(turn_into_limits(robot, end.q, near))
     if end.converged:
         return end.q
     raise UnreachablePoseError(
         waypoint,
-        closest=turn_inside(robot, closest.q, near).tolist(),
+        closest=turn_into_limits(robot, closest.q, near).tolist(),
         closest_distance=closest.position_error,
         closest_angle=closest.orientation_error,
         where=where,
@@ -100,10 +100,10 @@ def solution_or_reason(
     )
 
 
-def _solutions_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArray]:
-    """Solutions of the pose inside or outside the joint limits."""
-    robot, endless = search.robot, no_limits(search.robot)
-    if joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]:
+def _solve_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArray]:
+    """Find solutions of the pose inside or outside the joint limits."""
+    robot, endless = search.robot, infinite_limits(search.robot)
+    if joint_axes(robot).distance_beyond_reach(search.pose.translation) > search.tolerances[0]:
         return []
     starts = _search_batch(search, near, endless)
     ends = [search.solve(q, endless, PATIENT_EFFORT) for q in starts]
@@ -111,9 +111,9 @@ def _solutions_without_limits(search: PoseSearch, near: FloatArray) -> list[Floa
 
 
 def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[FloatArray]:
-    """Ends of searches from all over joint space: the best ones, apart from each other."""
+    """Search from all over joint space, and give the best ends that differ from each other."""
     robot = search.robot
-    begin = spread_starts(robot, limits, CLOSEST_SEARCHES, around=near)
+    begin = spread_starts(robot, limits, CLOSEST_SEARCHES, centre=near)
     ended = solve_batch(
         robot,
         Targets.from_poses([search.pose]),
@@ -130,11 +130,11 @@ def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[
     return selected[:MAX_REFINED]
 
 
-def _least_outside(
+def _find_least_outside(
     robot: Robot, solutions: list[FloatArray], near: FloatArray
 ) -> list[tuple[str, float, float, float]]:
-    """Joints outside their limits at the solution with the smallest excess: values and limits."""
-    lower, upper = limits_of(robot)
+    """List the joints outside their limits at the solution with the smallest excess."""
+    lower, upper = position_limits(robot)
 
     def excess(q: FloatArray) -> FloatArray:
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0.0))
@@ -148,8 +148,10 @@ def _least_outside(
     ]
 
 
-def _closest_pose(search: PoseSearch, starts: list[FloatArray], limits: Limits) -> LocalSolution:
-    """The pose at the nearest point, turned as little as possible."""
+def _find_closest_pose(
+    search: PoseSearch, starts: list[FloatArray], limits: Limits
+) -> LocalSolution:
+    """Find the pose at the nearest point, turned as little as possible."""
     weighted = PoseSearch(
         search.robot, search.pose, *search.tolerances, position_weight=POINT_FIRST
     )
@@ -162,9 +164,9 @@ def _closest_pose(search: PoseSearch, starts: list[FloatArray], limits: Limits) 
 
 
 def _minimise(search: PoseSearch, start: FloatArray, limits: Limits) -> FloatArray:
-    """The minimum of |e|²/2 from a configuration within limits, shape (d,).
+    """Minimise |e|²/2 within limits from a configuration, by L-BFGS-B, shape (d,).
 
-    Without a solution damped least squares is slow; L-BFGS-B uses the exact gradient.
+    Damped least squares is slow where there is no solution.
     """
     from scipy.optimize import minimize
 
@@ -177,4 +179,4 @@ def _minimise(search: PoseSearch, start: FloatArray, limits: Limits) -> FloatArr
         bounds=np.transpose(limits),
         options=options,
     )
-    return clip(end.x, limits)
+    return clip_to_limits(end.x, limits)

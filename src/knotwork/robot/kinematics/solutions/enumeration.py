@@ -11,13 +11,13 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import (
     Limits,
-    difference,
-    limits_of,
-    no_limits,
+    infinite_limits,
+    joint_difference,
+    position_limits,
     spread_starts,
 )
-from knotwork.robot.kinematics.geometry.closed_form import SOLUTION_ERROR, closed_form
-from knotwork.robot.kinematics.geometry.configuration_flags import all_branches
+from knotwork.robot.kinematics.geometry.closed_form import SOLUTION_ERROR, solve_closed_form
+from knotwork.robot.kinematics.geometry.configuration_flags import are_all_branches
 from knotwork.waypoints import FloatArray
 
 # Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
@@ -51,7 +51,7 @@ def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     Returns:
         For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
     """
-    exact = closed_form(robot, targets)
+    exact = solve_closed_form(robot, targets)
     uncertain = [i for i, known in enumerate(exact) if not known.certain]
     if uncertain:
         guesses = [exact[i].q for i in uncertain]
@@ -84,7 +84,7 @@ def search_branches(
         ended = solve_batch(robot, targets.take([i]), guess, tolerance=SOLUTION_ERROR)
         # near a singularity rounding ends searches earlier
         solved = np.maximum(ended.position_error, ended.orientation_error) <= JOINED_ERROR
-        solutions_of[i] = distinct_solutions(robot, targets.take([i]), ended.q[solved])
+        solutions_of[i] = drop_equal_solutions(robot, targets.take([i]), ended.q[solved])
     active = [i for i in range(n) if not _are_all(robot, solutions_of[i])]
     for round_ in range(SEARCH_ROUNDS):
         if not active:
@@ -103,19 +103,19 @@ def search_branches(
         for i in active:
             known, solved = solutions_of[i], ended.q[(owner == i) & ended.converged]
             every = np.vstack([known, solved])
-            solutions_of[i] = distinct_solutions(robot, targets.take([i]), every)
+            solutions_of[i] = drop_equal_solutions(robot, targets.take([i]), every)
             complete = _are_all(robot, solutions_of[i])
             calm = round_ > 0 and len(solutions_of[i]) == len(known)
             if complete is False or (complete is None and not calm):
                 remaining.append(i)
         active = remaining
     revolute = joint_axes(robot).revolute
-    return [difference(solutions, np.zeros(d), revolute) for solutions in solutions_of]
+    return [joint_difference(solutions, np.zeros(d), revolute) for solutions in solutions_of]
 
 
 def _are_all(robot: Robot, solutions: FloatArray) -> bool | None:
     """Whether these are all solutions of a pose, as far as flags show; `None` if unknown."""
-    return True if len(solutions) > MAX_BRANCHES else all_branches(robot, solutions)
+    return True if len(solutions) > MAX_BRANCHES else are_all_branches(robot, solutions)
 
 
 def _near_singular_starts(robot: Robot, solutions: FloatArray) -> FloatArray:
@@ -130,14 +130,14 @@ def _near_singular_starts(robot: Robot, solutions: FloatArray) -> FloatArray:
 
 
 def _slide_limits(robot: Robot) -> Limits:
-    """Position limits of prismatic joints alone."""
+    """Position limits of prismatic joints; revolute ones get none."""
     revolute = joint_axes(robot).revolute
-    (lower, upper), (low, high) = no_limits(robot), limits_of(robot)
+    (lower, upper), (low, high) = infinite_limits(robot), position_limits(robot)
     return np.where(revolute, lower, low), np.where(revolute, upper, high)
 
 
-def distinct_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
-    """Solutions without those connected to an earlier one by a self-motion.
+def drop_equal_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
+    """Drop solutions that equal an earlier one or are connected to it by a self-motion.
 
     Where two branches meet, searches end on both sides of that point. Near a singularity they end
     anywhere near the solution.
@@ -145,7 +145,7 @@ def distinct_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> 
     chain = joint_axes(robot)
     result: list[FloatArray] = []
     for q in solutions:
-        gaps = difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
+        gaps = joint_difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
         sizes = np.abs(gaps).max(axis=1)
         if (sizes <= SAME_SOLUTION).any():
             continue

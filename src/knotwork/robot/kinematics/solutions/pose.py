@@ -11,17 +11,21 @@ from numpy.typing import ArrayLike
 
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.robot.kinematics.chain.joint_ranges import limits_of, nearest_turns, spread_starts
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    nearest_turns,
+    position_limits,
+    spread_starts,
+)
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     HASTY_EFFORT,
     TOLERANCE_MARGIN,
     Effort,
     PoseSearch,
 )
-from knotwork.robot.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.robot.kinematics.chain.null_space import minimise_by_self_motion
 from knotwork.robot.kinematics.pose_arguments import check_count, check_request
-from knotwork.robot.kinematics.solutions.all_within_limits import solutions_within_limits
-from knotwork.robot.kinematics.solutions.diagnosis import solution_or_reason
+from knotwork.robot.kinematics.solutions.all_within_limits import find_solutions_within_limits
+from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
@@ -127,21 +131,21 @@ def solve_pose_ik(
     search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
     best = _NearestSolution(search, goal, nearest)
     best.search_from(first, HASTY_EFFORT)
-    hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
+    hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
     if not hopeless and (best.is_nearest() if nearest else best.find_any(max_restarts)):
-        return best.answer(f"{'nearest' if nearest else 'first'} solution")
-    every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search, goal)
-    best.take_all(every)
+        return best.result(f"{'nearest' if nearest else 'first'} solution")
+    every = np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, goal)
+    best.keep_nearest(every)
     if best.best is None:
-        best.take(solution_or_reason(search, goal, waypoint, where, units))
-    return best.answer(f"nearest of {max(len(every), 1)} solutions")
+        best.keep(find_solution_or_raise(search, goal, waypoint=waypoint, where=where, units=units))
+    return best.result(f"nearest of {max(len(every), 1)} solutions")
 
 
 class _NearestSolution:
-    """The nearest solution found so far, and the work spent."""
+    """Keeps the nearest solution found so far, and counts the searches."""
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
-        self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
+        self.search, self.goal, self.limits = search, goal, position_limits(search.robot)
         self._follow = nearest and search.robot.dof > 6
         self.best: FloatArray | None = None
         self.distance = np.inf
@@ -152,7 +156,7 @@ class _NearestSolution:
         self.iterations += solution.iterations
         self.restarts += 1
         if solution.converged:
-            self.take(solution.q)
+            self.keep(solution.q)
 
     def find_any(self, max_restarts: int) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
@@ -162,14 +166,14 @@ class _NearestSolution:
             self.search_from(start, HASTY_EFFORT)
         return self.best is not None
 
-    def take(self, q: FloatArray) -> None:
+    def keep(self, q: FloatArray) -> None:
         """Keep a solution if it is nearer than the best one."""
         distance = math.dist(q.tolist(), self.goal.tolist())
         if distance > np.pi:  # otherwise no joint is more than half a turn away
             q = nearest_turns(self.search.robot, q, self.goal)
             distance = math.dist(q.tolist(), self.goal.tolist())
         if self._follow and distance < FOLLOW_DISTANCE_FACTOR * self.distance:
-            q, steps = nearest_by_self_motion(
+            q, steps = minimise_by_self_motion(
                 self.search, q, self.goal, ROUGH_STEP_FACTOR * distance
             )
             self.iterations += steps
@@ -177,12 +181,12 @@ class _NearestSolution:
         if distance < self.distance:
             self.best, self.distance = q, distance
 
-    def take_all(self, solutions: FloatArray) -> None:
+    def keep_nearest(self, solutions: FloatArray) -> None:
         """Keep the nearest of some solutions, starting with the apparently nearest."""
         turned = [nearest_turns(self.search.robot, q, self.goal) for q in solutions]
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
         for q in turned[: MAX_FOLLOWED if self._follow else 1]:
-            self.take(q)
+            self.keep(q)
 
     def is_nearest(self) -> bool:
         """Whether the solution counts as the nearest.
@@ -200,18 +204,18 @@ class _NearestSolution:
         if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
             return False
         bends = [
-            abs(float(lost @ self.search.bend(q, along)))
+            abs(float(lost @ self.search.steady_acceleration(q, along)))
             for lost, along in zip(U.T, Vt, strict=True)
         ]
         return bool((2.0 * s >= within * np.array(bends)).all())
 
-    def answer(self, kind: str) -> IKSolution:
+    def result(self, kind: str) -> IKSolution:
         """The nearest solution."""
         if self.best is None:
             raise RuntimeError("no solution has been kept")
         q = self.best
         if self._follow:
-            q, steps = nearest_by_self_motion(self.search, q, self.goal)
+            q, steps = minimise_by_self_motion(self.search, q, self.goal)
             self.iterations += steps
             self.distance = math.dist(q.tolist(), self.goal.tolist())
         errors = self.search.errors(q)
@@ -219,9 +223,9 @@ class _NearestSolution:
         return IKSolution(
             q,
             *errors,
-            self.distance,
-            self.iterations,
-            self.restarts,
-            self.search.is_within(*errors),
-            kind,
+            distance=self.distance,
+            iterations=self.iterations,
+            restarts=self.restarts,
+            converged=self.search.is_within(*errors),
+            reason=kind,
         )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import WaypointDataError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.robot.kinematics.chain.joint_ranges import limits_of, spread_starts
+from knotwork.robot.kinematics.chain.joint_ranges import position_limits, spread_starts
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     HASTY_EFFORT,
     TOLERANCE_MARGIN,
@@ -79,7 +79,7 @@ def _solve_with_restarts(
     robot: Robot, poses: list[Any], start: FloatArray, tolerance: float, max_restarts: int
 ) -> BatchSolution:
     """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
-    limits, targets = limits_of(robot), Targets.from_poses(poses)
+    limits, targets = position_limits(robot), Targets.from_poses(poses)
     first = solve_batch(robot, targets, start, tolerance=tolerance, limits=limits, hasty=True)
     q, position, orientation = first.q, first.position_error, first.orientation_error
     converged, iterations = first.converged, first.iterations

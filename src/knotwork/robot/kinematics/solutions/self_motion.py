@@ -7,7 +7,11 @@ import numpy as np
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
-from knotwork.robot.kinematics.chain.joint_ranges import joint_distances, limits_of, spread_starts
+from knotwork.robot.kinematics.chain.joint_ranges import (
+    joint_distances,
+    position_limits,
+    spread_starts,
+)
 from knotwork.waypoints import FloatArray
 
 SELF_MOTION_STARTS = 96
@@ -30,10 +34,10 @@ def sample_self_motion(
     Returns:
         For each pose solutions, shape (b, d).
     """
-    n, limits = len(targets), limits_of(robot)
+    n, limits = len(targets), position_limits(robot)
     begin = spread_starts(robot, limits, SELF_MOTION_STARTS)
     if near is not None:
-        close = spread_starts(robot, limits, NEARBY_STARTS, around=near, radius=NEARBY_DISTANCE)
+        close = spread_starts(robot, limits, NEARBY_STARTS, centre=near, radius=NEARBY_DISTANCE)
         begin = np.vstack([begin, close])
     owner = np.repeat(np.arange(n), len(begin))
     ended = solve_batch(
@@ -48,7 +52,7 @@ def sample_self_motion(
     return [ended.q[(owner == i) & ended.converged] for i in range(n)]
 
 
-def farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> FloatArray:
+def choose_farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> FloatArray:
     """Choose configurations one by one, each as far as possible from those chosen before.
 
     Args:
@@ -57,8 +61,8 @@ def farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> FloatArra
         count: Maximum number of configurations.
     """
     revolute, chosen = joint_axes(robot).revolute, np.zeros(0, dtype=int)
-    apart = np.full(len(solutions), np.inf)
-    while len(chosen) < count and apart.max(initial=0.0) > 1e-4:
-        chosen = np.append(chosen, np.argmax(np.round(apart, 9)))
-        apart = np.minimum(apart, joint_distances(solutions, solutions[chosen[-1]], revolute))
+    distance = np.full(len(solutions), np.inf)
+    while len(chosen) < count and distance.max(initial=0.0) > 1e-4:
+        chosen = np.append(chosen, np.argmax(np.round(distance, 9)))
+        distance = np.minimum(distance, joint_distances(solutions, solutions[chosen[-1]], revolute))
     return np.asarray(solutions[chosen])

@@ -40,7 +40,7 @@ function renew(stage, text) {
       made.open = old.open;
       old.replaceWith(made);
     } else if (old) old.remove();
-    else if (made) byId("shown").before(made);
+    else if (made) byId("left").append(made);
   }
   stage.show(data);
 }

@@ -71,7 +71,7 @@ class ClearMotionProblem:
     stop: Callable[[], PiecewisePolynomial | None] = lambda: None
 
     @property
-    def loaded_robot(self) -> Any:
+    def loaded_model(self) -> Any:
         """Pinocchio model of the arm with its load, or `None` if no effort is limited."""
         dynamics = self.timing.dynamics
         limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()

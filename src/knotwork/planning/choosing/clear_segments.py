@@ -10,14 +10,18 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.segments import FreeSegment
+from knotwork.planning.choosing.segments import TimingSegment
+from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.solving import timed_motion
-from knotwork.planning.ways.clear_motion import ClearMotion, ClearMotionProblem, NoClearMotionError
+from knotwork.planning.ways.clear_motion_problem import (
+    ClearMotion,
+    ClearMotionProblem,
+    NoClearMotionError,
+)
 from knotwork.planning.ways.clear_search import find_clear_motion, stretch
 from knotwork.planning.ways.configurations import bodies_at
 from knotwork.robot import Robot
@@ -33,9 +37,9 @@ STOP_TOLERANCE = 1e-6
 """Largest deviation of a joint from its path during a stop [rad or m]."""
 
 
-def clear_motion(
-    task: FreeTask,
-    segment: FreeSegment,
+def plan_clear_segment(
+    task: TimingTask,
+    segment: TimingSegment,
     problem: TimingProblem,
     budget: Budget,
     start: FloatArray | None = None,
@@ -108,7 +112,7 @@ def _timed_motion(
 
 
 def _stop(
-    task: FreeTask, segment: FreeSegment, problem: TimingProblem
+    task: TimingTask, segment: TimingSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
     """The previous motion, stopped on its path or at its end."""
     if task.scenario.under_way is None or segment.waypoints[0]:
@@ -122,7 +126,7 @@ def _stop(
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
+def _bodies(task: TimingTask, segment: TimingSegment) -> CollisionModel:
     """Bodies that are present during a segment. They must not change.
 
     Raises:
@@ -152,7 +156,7 @@ def _bodies(task: FreeTask, segment: FreeSegment) -> CollisionModel:
 
 
 def _solutions(
-    task: FreeTask, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
+    task: TimingTask, segment: TimingSegment, problem: TimingProblem, robot: Robot, end: int
 ) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
@@ -165,14 +169,14 @@ def _solutions(
     spec = scenario.given.waypoints[scenario.index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
-    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.free.ways if end else i > 0
+    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.unknowns.ways if end else i > 0
     fixed = (
         spec.near is not None
         or scenario.task.near is not None
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied
-        or waypoint.standing
+        or waypoint.in_world_frame
     )
     if fixed:
         return np.array(chosen[None])
@@ -184,7 +188,7 @@ def _solutions(
 
 
 def _stretch_to_time(
-    way: ClearMotion, problem: TimingProblem, task: FreeTask, segment: FreeSegment
+    way: ClearMotion, problem: TimingProblem, task: TimingTask, segment: TimingSegment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
@@ -212,7 +216,7 @@ def _stretch_to_time(
 
 
 def _located_error(
-    no_way: NoClearMotionError, task: FreeTask, segment: FreeSegment
+    no_way: NoClearMotionError, task: TimingTask, segment: TimingSegment
 ) -> NoWayFoundError:
     """The error for a missing motion, at the waypoint of the fault, or else at the goal."""
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]

@@ -18,11 +18,11 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.task import PlainTask
-from knotwork.task.scenario import FreeTimes, Scenario, resolve_task
+from knotwork.task.scenario import Scenario, Unknowns, resolve_task
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
-MEETING_ROUNDS = 20
+MAX_ARRIVAL_ROUNDS = 20
 """Largest number of iterations."""
 
 FULL_STEPS = 5
@@ -44,7 +44,7 @@ GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
 Choose = Callable[[Scenario], ChosenTimes]
 
 
-def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
+def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
     """The scenario with numbers for times and speeds up to the last moving frame.
 
     Args:
@@ -56,9 +56,9 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         InputError: A given time is too early, or the iteration does not converge.
     """
     scenario, chosen = _first_choice(scenario, choose)
-    for count in range(MEETING_ROUNDS):
+    for count in range(MAX_ARRIVAL_ROUNDS):
         expected, times = scenario.expected_times, _times(scenario, chosen)
-        met = list(_free(scenario).meets)
+        met = list(_unknowns(scenario).time_dependent)
         if np.abs(times - expected)[met].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
         task = scenario.given.with_waypoints(_speeds(scenario, chosen))
@@ -66,24 +66,24 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         scenario = _with_expected_times(scenario, task, _by_waypoint(scenario, following))
-        if scenario.free is None or not scenario.free.meets:
+        if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
         chosen = choose(scenario)
     i = max(met, key=lambda i: abs(times[i] - expected[i]))
     error = TimingError(
-        f"{scenario.waypoints[i].name!r} moves, and after {MEETING_ROUNDS} iterations the arrival "
-        f"at {times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
-        "here and before",
+        f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations the "
+        f"arrival at {times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or "
+        "after [s] here and before",
         limit="rounds",
     )
     error.locate(scenario.where("waypoints", scenario.index[i]))
     raise error
 
 
-def _free(scenario: Scenario) -> FreeTimes:
-    if scenario.free is None:
+def _unknowns(scenario: Scenario) -> Unknowns:
+    if scenario.unknowns is None:
         raise TypeError("nothing is free")
-    return scenario.free
+    return scenario.unknowns
 
 
 def _with_expected_times(
@@ -100,11 +100,11 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
         InputError: There is no solution for any guess.
     """
     scenario = _with_speeds_before(scenario, choose)
-    free, (first, *_) = _free(scenario), _free(scenario).meets
+    unknowns, (first, *_) = _unknowns(scenario), _unknowns(scenario).time_dependent
     k, failure = scenario.index[first], None
     guesses: list[dict[int, float]] = [{}]
-    if scenario.given.waypoints[k].time is None and free.duration[first - 1]:
-        start, at_least = scenario.expected_times[first - 1], free.at_least[first - 1]
+    if scenario.given.waypoints[k].time is None and unknowns.duration[first - 1]:
+        start, at_least = scenario.expected_times[first - 1], unknowns.at_least[first - 1]
         spans = dict.fromkeys(max(span, float(at_least)) for span in GUESSES)
         guesses = [{k: start + span} for span in spans]
     for expected in guesses:
@@ -125,9 +125,9 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    free, task = _free(scenario), scenario.given
-    first = free.meets[0]
-    if not any(i < first for i in free.path_speed):
+    unknowns, task = _unknowns(scenario), scenario.given
+    first = unknowns.time_dependent[0]
+    if not any(i < first for i in unknowns.path_speed):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
@@ -144,15 +144,15 @@ def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    free, known = _free(scenario), chosen.scenario.given.waypoints
-    places = [scenario.index[i] for i in free.path_speed if i <= free.meets[-1]]
+    unknowns, known = _unknowns(scenario), chosen.scenario.given.waypoints
+    places = [scenario.index[i] for i in unknowns.path_speed if i <= unknowns.time_dependent[-1]]
     return {k: {"speed": known[k].speed} for k in places if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     known = chosen.scenario.given.waypoints
-    places = scenario.index[1 : _free(scenario).meets[-1] + 1]
+    places = scenario.index[1 : _unknowns(scenario).time_dependent[-1] + 1]
     return {k: {"near": near} for k in places if (near := getattr(known[k], "near", None))}
 
 
@@ -163,7 +163,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen.scenario.times)
-    for i in _free(scenario).meets:
+    for i in _unknowns(scenario).time_dependent:
         k = scenario.index[i]
         time = scenario.given.waypoints[k].time
         if time is None or k == scenario.index[i - 1]:
@@ -185,20 +185,20 @@ def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputErr
 
 def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     """The scenario with numbers for its unknowns up to the last moving frame."""
-    free, task = _free(scenario), scenario.given
-    last, spans = free.meets[-1], np.diff(chosen.scenario.times)
+    unknowns, task = _unknowns(scenario), scenario.given
+    last, spans = unknowns.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):
         k = scenario.index[i]
-        if free.duration[i - 1] and task.waypoints[k].time is None:
-            span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREEMENT
+        if unknowns.duration[i - 1] and task.waypoints[k].time is None:
+            span, waits = float(spans[i - 1]), unknowns.at_least[i - 1] > spans[i - 1] - AGREEMENT
             changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)
     ends: dict[str, Any] = {}
-    if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
+    if not unknowns.duration[last:].any() and not any(i > last for i in unknowns.path_speed):
         ends = {"objective": None}
-        if free.optimal_knots:  # minimum jerk would continue end accelerations
-            terms = {name: value for name, value in free.objective.items() if name != "time"}
+        if unknowns.optimal_knots:  # minimum jerk would continue end accelerations
+            terms = {name: value for name, value in unknowns.objective.items() if name != "time"}
             ends = {"knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
     return _with_expected_times(scenario, task.replace(**ends), {})

@@ -14,8 +14,13 @@ from enum import StrEnum
 import numpy as np
 
 from knotwork.errors import PathError
-from knotwork.planning.choosing.free_task import FreeTask
-from knotwork.planning.choosing.limit_shares import EVEN, Limit, LimitShares, SharesAlongPath
+from knotwork.planning.choosing.path_limit_utilisation import (
+    CONSTANT_SPEED_PART,
+    Limit,
+    LimitUtilisation,
+    PathUtilisation,
+)
+from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
@@ -31,10 +36,10 @@ MIN_SPEED = 1e-3
 FIT_ROUNDS = 100
 """Maximum number of rounds until rounded speeds allow the changes of speed."""
 
-EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
+EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
 """Largest used share of each limit, as expected and as planned: between samples it may be more."""
 
-SIGNIFICANT_SHARE = 0.3
+SIGNIFICANT_UTILISATION = 0.3
 """Shares below this are too far from their limit to be corrected."""
 
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
@@ -65,7 +70,7 @@ class NoSpeedsError(Exception):
         self.path, self.stretch, self.limit = path, stretch, limit
 
 
-class PathSpeeds:
+class PathSpeedProblem:
     """The problem of the maximum speeds along one path.
 
     Args:
@@ -81,14 +86,14 @@ class PathSpeeds:
 
     def __init__(
         self,
-        task: FreeTask,
+        task: TimingTask,
         path: ScenarioPath,
         caps: Mapping[int, tuple[float, Limit | SpeedBound]],
     ) -> None:
         self.path, self.requested, self.caps = path, path.requested, dict(caps)
         self.unit = task.scenario.shown_length[0]
-        self.shares = LimitShares(task, path)
-        self.along = SharesAlongPath(task, path, self.shares)
+        self.shares = LimitUtilisation(task, path)
+        self.along = PathUtilisation(task, path, self.shares)
         self._ratio = np.ones((len(path.stretches), 3, len(self.shares.limits)))
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
@@ -102,7 +107,7 @@ class PathSpeeds:
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        bounds = self.along.max_speeds(EXPECTED_SHARE / self._ratio[:, EVEN])
+        bounds = self.along.max_speeds(EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART])
         self.speeds = {}
         for k, (cap, bound) in self.caps.items():
             column = int(bounds[k].argmin())
@@ -118,7 +123,7 @@ class PathSpeeds:
     def _expected_shares(self) -> FloatArray:
         """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""
         used = self.along.used_shares(self.requested.timed(self.speeds)[0])
-        return np.asarray((used * self._ratio / EXPECTED_SHARE).max(axis=1))
+        return np.asarray((used * self._ratio / EXPECTED_UTILISATION).max(axis=1))
 
     def _slow_down(self, used: FloatArray) -> None:
         """Lower the speed where the excess over a limit is largest.
@@ -174,7 +179,7 @@ class PathSpeeds:
                 raise NoSpeedsError(self.path, k, bound)
             self.caps[k] = MAX_SLOWDOWN * speed, bound
 
-    def verify(self, task: FreeTask, path: ScenarioPath) -> NoSpeedsError | None:
+    def correct_from_plan(self, task: TimingTask, path: ScenarioPath) -> NoSpeedsError | None:
         """The limit that a planned motion exceeds, or `None`; its shares correct the expected ones.
 
         Args:
@@ -184,10 +189,10 @@ class PathSpeeds:
         used = self.shares.of_motion(task, path)
         expected = self.along.used_shares(path.motion.timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_SHARE
+        compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
         k, _, column = np.unravel_index(used.argmax(), used.shape)
-        if used[k].max() <= PLANNED_SHARE:
+        if used[k].max() <= PLANNED_UTILISATION:
             return None
         return NoSpeedsError(self.path, int(k), self.shares.limits[int(column)])
 

@@ -1,4 +1,4 @@
-"""`FreeTimes`: the unknowns of a scenario: durations, speeds and the objective."""
+"""The unknowns of a scenario: durations, speeds and the objective."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SpeedKind = Literal["given", "along", "free"]
 
 
 @dataclass(frozen=True, eq=False)
-class FreeTimes:
+class Unknowns:
     """The unknowns of a scenario.
 
     Attributes:
@@ -37,11 +37,11 @@ class FreeTimes:
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total: Given duration of the whole motion [s], or `None`.
         optimal_knots: Whether knots are chosen where times are given.
-        meets: Waypoints, by index, whose pose or duration depends on earlier times. They are in
-            moving frames, or have a time since 0.
+        time_dependent: Waypoints, by index, whose pose or duration depends on earlier times: they
+            are in moving frames, or have a time since 0.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
-    >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).free.duration
+    >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).unknowns.duration
     array([ True])
     """
 
@@ -54,7 +54,7 @@ class FreeTimes:
     objective: Mapping[str, float] = field(default_factory=dict)
     total: float | None = None
     optimal_knots: bool = False
-    meets: tuple[int, ...] = ()
+    time_dependent: tuple[int, ...] = ()
 
     @property
     def anything(self) -> bool:
@@ -119,7 +119,7 @@ def max_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> FreeTimes | None:
+def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Unknowns | None:
     """Read the unknowns of a file, or `None` without any.
 
     Args:
@@ -154,7 +154,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
             ways[i] = way
         if waypoint.time is not None:
             timed.append(i)
-    free = FreeTimes(
+    free = Unknowns(
         duration=np.array([bound is not None for bound in lower_bounds], dtype=bool),
         at_least=np.array([bound or 0.0 for bound in lower_bounds]),
         speed=tuple(speed),
@@ -167,7 +167,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
     )
     late = tuple(i for i in timed if i >= free.first_untimed)
     free.duration[[i - 1 for i in late]] = True
-    free = replace(free, meets=late)
+    free = replace(free, time_dependent=late)
     for location, message, accepted in _misused(file, free):
         raise places.error(location, message, accepted)
     if late and file.duration is not None:
@@ -252,7 +252,7 @@ def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str
             yield key, message, f"speed: fastest, or {key}, not both"
 
 
-def _misused(file: PlainTask, free: FreeTimes) -> Iterator[tuple[Location, str, str]]:
+def _misused(file: PlainTask, free: Unknowns) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices although no value is chosen, and choices that exclude each other."""
     timed, objective = bool(free.duration.any()), file.objective is not None
     weighs_time = free.objective.get("time", 0.0) > 0.0

@@ -1,4 +1,4 @@
-"""`FreeTask`: a scenario with unknowns, and its waypoints at the joints."""
+"""`TimingTask`: a scenario with unknowns, and its waypoints at the joints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import InputError
 from knotwork.planning.task_to_joint import PathStart, TaskSolution
-from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import IndexArray, JointWaypoints
 
@@ -40,18 +40,18 @@ def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
 
 
 @dataclass(frozen=True, eq=False)
-class FreeTask:
+class TimingTask:
     """A scenario with unknowns, and its waypoints at the joints.
 
     Attributes:
         scenario: The task.
-        free: Its unknowns.
+        unknowns: Its unknowns.
         space: Its joints.
         solution: Its waypoints at the joints, free times as expected.
     """
 
     scenario: Scenario
-    free: FreeTimes
+    unknowns: Unknowns
     space: JointSpace
     solution: TaskSolution
 
@@ -89,23 +89,23 @@ class FreeTask:
         return self._dynamics[i] if self._dynamics else None
 
     @cached_property
-    def still_points(self) -> Mapping[int, str]:
+    def zero_acceleration_points(self) -> Mapping[int, str]:
         """Waypoints with zero acceleration, and a text of the reason.
 
         Segments are split there. Two collision-free motions are one if only a position is given
         between them.
         """
-        free = self.free
-        open_time = free.duration & (free.at_least == 0.0)
+        unknowns = self.unknowns
+        open_time = unknowns.duration & (unknowns.at_least == 0.0)
         loads = enumerate(pairwise(self._dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
             i: "a collision-free motion begins or ends"
-            for end in free.ways
+            for end in unknowns.ways
             for i in (end - 1, end)
             if not (
-                free.speed[i] == "free"
-                and free.ways.get(i) == free.ways.get(i + 1)
+                unknowns.speed[i] == "free"
+                and unknowns.ways.get(i) == unknowns.ways.get(i + 1)
                 and open_time[i - 1 : i + 1].all()
             )
         }

@@ -14,7 +14,7 @@ import pinocchio as pin
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
-from knotwork.planning.choosing.free_task import FreeTask, knots_of
+from knotwork.planning.choosing.timing_task import TimingTask, knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath
@@ -51,7 +51,7 @@ class Limit(NamedTuple):
     size: int = 1
 
 
-class LimitShares:
+class LimitUtilisation:
     """Shares of all limits of a task that joint states use.
 
     Args:
@@ -63,7 +63,7 @@ class LimitShares:
         orders: Their orders, shape (m,).
     """
 
-    def __init__(self, task: FreeTask, path: ScenarioPath) -> None:
+    def __init__(self, task: TimingTask, path: ScenarioPath) -> None:
         space, motion = task.space, task.scenario.motion_limits
         self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
         self._bounds = space.limits
@@ -121,7 +121,7 @@ class LimitShares:
         """Shares of the limits, shape (n, m), from components of shape (n, c)."""
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
-    def of_motion(self, task: FreeTask, path: ScenarioPath) -> FloatArray:
+    def of_motion(self, task: TimingTask, path: ScenarioPath) -> FloatArray:
         """Largest shares that the planned motion uses on each part of a path, shape (n, 3, m).
 
         Args:
@@ -154,7 +154,7 @@ def _parts(timing: Timing) -> FloatArray:
     return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
 
 
-EVEN = 1
+CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
@@ -166,7 +166,7 @@ def _largest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
     return largest.reshape(-1, 3, shares.shape[1])
 
 
-class SharesAlongPath:
+class PathUtilisation:
     """Shares of limits along a path, at any speeds.
 
     Args:
@@ -175,7 +175,7 @@ class SharesAlongPath:
         shares: Shares of its limits.
     """
 
-    def __init__(self, task: FreeTask, path: ScenarioPath, shares: LimitShares) -> None:
+    def __init__(self, task: TimingTask, path: ScenarioPath, shares: LimitUtilisation) -> None:
         self._shares, lengths = shares, path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)

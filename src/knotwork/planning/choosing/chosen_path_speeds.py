@@ -1,4 +1,4 @@
-"""`TimedPaths`: a task with maximum speeds along its tool paths, and errors of given speeds."""
+"""Maximum speeds along the tool paths of a task, and errors of given speeds."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
-from knotwork.planning.choosing.free_task import FreeTask, knots_of
-from knotwork.planning.choosing.limit_shares import Limit, LimitShares
-from knotwork.planning.choosing.path_speeds import (
+from knotwork.planning.choosing.path_limit_utilisation import Limit, LimitUtilisation
+from knotwork.planning.choosing.path_speed_problem import (
     NoSpeedsError,
-    PathSpeeds,
+    PathSpeedProblem,
     SpeedBound,
     round_speed,
 )
+from knotwork.planning.choosing.timing_task import TimingTask, knots_of
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
-from knotwork.task.scenario import FreeTimes, Scenario, ScenarioPath, resolve_task
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.units import rounded_up
 
@@ -38,7 +38,7 @@ LIMIT_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class TimedPaths:
+class ChosenPathSpeeds:
     """A task with chosen speeds along tool paths.
 
     Attributes:
@@ -47,22 +47,22 @@ class TimedPaths:
         binding: Limiting constraint of each.
     """
 
-    task: FreeTask
+    task: TimingTask
     speeds: dict[int, float] = field(default_factory=dict)
     binding: tuple[Binding, ...] = ()
 
 
 def with_max_speeds(
     scenario: Scenario,
-    free: FreeTimes,
+    unknowns: Unknowns,
     solution: TaskSolution | None,
     caps: Mapping[int, float],
-) -> TimedPaths:
+) -> ChosenPathSpeeds:
     """Choose the free speeds along tool paths such that a planned motion keeps the limits.
 
     Args:
         scenario: The task.
-        free: Its unknowns.
+        unknowns: Its unknowns.
         solution: Solutions of the poses, if not the best.
         caps: Upper bounds of some of the speeds [m/s], by the waypoint.
 
@@ -70,13 +70,13 @@ def with_max_speeds(
         InputError: No speeds are feasible, or the task can't be solved.
     """
     space = joint_space(scenario)
-    if not free.path_speed:
+    if not unknowns.path_speed:
         solution = solution or solve_task(scenario, space, knots_of(scenario))
-        return TimedPaths(FreeTask(scenario, free, space, solution))
+        return ChosenPathSpeeds(TimingTask(scenario, unknowns, space, solution))
     if solution is not None:
-        near = solutions_near(FreeTask(scenario, free, space, solution))
+        near = solutions_near(TimingTask(scenario, unknowns, space, solution))
         scenario = resolve_task(scenario.given.with_waypoints(near), scenario.places)
-    task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
+    task = TimingTask(scenario, unknowns, space, solve_task(scenario, space, knots_of(scenario)))
     problems = {}
     for number, path in enumerate(scenario.paths):
         if path.requested.at_most:
@@ -87,14 +87,16 @@ def with_max_speeds(
                 )
                 for k, max_speed in path.requested.at_most.items()
             }
-            problems[number] = PathSpeeds(task, path, bounds)
+            problems[number] = PathSpeedProblem(task, path, bounds)
     try:
-        return _fastest(task, problems)
+        return _fastest_feasible_paths(task, problems)
     except NoSpeedsError as error:
-        raise _no_speeds(task, error) from None
+        raise _infeasible_speed_error(task, error) from None
 
 
-def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
+def _fastest_feasible_paths(
+    task: TimingTask, problems: Mapping[int, PathSpeedProblem]
+) -> ChosenPathSpeeds:
     """The fastest planned motion along the paths that keeps the limits.
 
     Each motion corrects the expectation for the next one. Where that is not sufficient, speeds are
@@ -103,10 +105,10 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
     Raises:
         NoSpeedsError: No speeds are feasible.
     """
-    best: TimedPaths | None = None
+    best: ChosenPathSpeeds | None = None
     min_duration = math.inf
     failed: NoSpeedsError | None = None
-    slower: dict[PathSpeeds, Limit | SpeedBound] = {}
+    slower: dict[PathSpeedProblem, Limit | SpeedBound] = {}
     for attempt in range(MAX_PLANS):
         try:
             for problem, bound in slower.items():
@@ -122,11 +124,13 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
         except (PathError, FollowingError):
             slower = dict.fromkeys(problems.values(), SpeedBound.TOLERANCES)
             continue
-        excess = {p: p.verify(timed, timed.scenario.paths[i]) for i, p in problems.items()}
+        excess = {
+            p: p.correct_from_plan(timed, timed.scenario.paths[i]) for i, p in problems.items()
+        }
         missed = {problem: error for problem, error in excess.items() if error}
         failed = next(iter(missed.values()), None)
         if failed is None:
-            min_duration, best = duration, _timed_paths(timed, problems.values())
+            min_duration, best = duration, _chosen_path_speeds(timed, problems.values())
         is_corrected = attempt + 1 >= CORRECTED_PLANS
         slower = {p: error.limit for p, error in missed.items()} if is_corrected else {}
     if best is None:
@@ -134,7 +138,7 @@ def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
     return best
 
 
-def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
+def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> TimingTask:
     """The task with the chosen speeds along its paths, solved."""
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.given.with_waypoints(
@@ -145,11 +149,14 @@ def _with_speeds(task: FreeTask, problems: Iterable[PathSpeeds]) -> FreeTask:
         }
     )
     scenario = resolve_task(changed, scenario.places)
-    space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
-    return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
+    space, unknowns = (
+        joint_space(scenario),
+        scenario.unknowns or replace(task.unknowns, path_speed={}),
+    )
+    return TimingTask(scenario, unknowns, space, solve_task(scenario, space, knots_of(scenario)))
 
 
-def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
+def _chosen_path_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> ChosenPathSpeeds:
     """A task with the chosen speeds along its paths, and their limiting constraints."""
     names = [waypoint.name for waypoint in task.scenario.waypoints]
     speeds, binding = {}, []
@@ -159,21 +166,21 @@ def _timed_paths(task: FreeTask, problems: Iterable[PathSpeeds]) -> TimedPaths:
             joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", str(limit))
             speeds[i] = speed
             binding.append(Binding(names[i - 1], names[i], joint, quantity, None))
-    return TimedPaths(task, speeds, tuple(binding))
+    return ChosenPathSpeeds(task, speeds, tuple(binding))
 
 
-def paths_beyond_limits(task: FreeTask, free: FreeTimes) -> list[InputError]:
+def paths_beyond_limits(task: TimingTask, unknowns: Unknowns) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
         task: The task.
-        free: The unknowns; given speeds on paths with a chosen one are feasible.
+        unknowns: The unknowns; given speeds on paths with a chosen one are feasible.
     """
     errors: list[InputError] = []
     for path in task.scenario.paths:
-        if any(i + 1 in free.path_speed for i in range(path.first, path.last)):
+        if any(i + 1 in unknowns.path_speed for i in range(path.first, path.last)):
             continue
-        shares = LimitShares(task, path)
+        shares = LimitUtilisation(task, path)
         used = shares.of_motion(task, path).max(axis=1)
         for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
@@ -181,7 +188,7 @@ def paths_beyond_limits(task: FreeTask, free: FreeTimes) -> list[InputError]:
     return errors
 
 
-def _no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
+def _infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputError:
     """The error for a path without feasible speeds, with accepted changes.
 
     Args:
@@ -198,7 +205,7 @@ def _no_speeds(task: FreeTask, error: NoSpeedsError) -> InputError:
 
 
 def _path_error(
-    task: FreeTask,
+    task: TimingTask,
     path: ScenarioPath,
     k: int,
     limit: Limit | SpeedBound,
@@ -242,7 +249,7 @@ def _path_error(
     return task.locate(error, i, _key(task, i))
 
 
-def _key(task: FreeTask, i: int) -> str:
+def _key(task: TimingTask, i: int) -> str:
     """Key of the speed of the stretch to a waypoint."""
     waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)

@@ -12,7 +12,7 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.planning.choosing.path_speeds import SpeedBound
+from knotwork.planning.choosing.path_speed_problem import SpeedBound
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -42,7 +42,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     brief = _duration(chosen)
     message = f"times chosen: {brief}"
     yield _of_motion("duration", message, chosen.duration)
-    shortest = f"{chosen.lower_bound:.6g} s{_meeting_note(chosen)}"
+    shortest = f"{chosen.lower_bound:.6g} s{_arrivals_note(chosen)}"
     scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
     bound = f"no motion {scope} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", bound, chosen.lower_bound)
@@ -97,20 +97,20 @@ def _duration(chosen: ChosenTimes) -> str:
             f"motion may exist (lower bound {bound})"
         )
     if chosen.gap < 1e-6:
-        return f"{text} in all, as given, or the minimum{_meeting_note(chosen)}"
-    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_meeting_note(chosen)}"
+        return f"{text} in all, as given, or the minimum{_arrivals_note(chosen)}"
+    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_arrivals_note(chosen)}"
 
 
-def _meeting_note(chosen: ChosenTimes) -> str:
+def _arrivals_note(chosen: ChosenTimes) -> str:
     """Text of given times at moving frames, on which the lower bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.met]
+    met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
     return f" with {', '.join(met)}" if met else ""
 
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
     """Whether speeds along paths were chosen, on which the lower bound depends."""
-    return chosen.requested.free is not None and bool(chosen.requested.free.path_speed)
+    return chosen.requested.unknowns is not None and bool(chosen.requested.unknowns.path_speed)
 
 
 def _unlimited_note(space: JointSpace) -> str:
@@ -185,7 +185,7 @@ def clear_motion_findings(
         return
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)
-    around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.around))
+    around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
     resolution = scenario.scene.rules.resolution
     for indices, run in detours:
