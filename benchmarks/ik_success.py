@@ -113,7 +113,7 @@ def _beyond(poses: int) -> dict[str, Any]:
 def _shoulder_singular(robot: Robot, q: FloatArray) -> FloatArray:
     """Turn joint 2 of a UR arm until the wrist is above its shoulder axis."""
     from knotwork.robot.kinematics.geometry.configuration_flags import (
-        _functions,
+        _evaluate_flag_functions,
         find_axis_geometry,
     )
 
@@ -125,7 +125,7 @@ def _shoulder_singular(robot: Robot, q: FloatArray) -> FloatArray:
     def side(angle: float) -> float:
         turned = q.copy()
         turned[1] = angle
-        return float(_functions(chain, found, turned[None])[0, 0])
+        return float(_evaluate_flag_functions(chain, found, turned[None])[0, 0])
 
     values = [side(angle) for angle in grid]
     for a, b, low, high in zip(grid, grid[1:], values, values[1:], strict=False):

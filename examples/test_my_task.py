@@ -24,8 +24,8 @@ def test_every_pose_speed_and_limit_is_kept(plan: kw.Plan) -> None:
 
 def test_no_joint_comes_near_its_speed_limit(plan: kw.Plan) -> None:
     for found in plan.report.select(subject="joint", quantity="velocity"):
-        assert found.use is not None
-        assert found.use < 0.5, found
+        assert found.utilisation is not None
+        assert found.utilisation < 0.5, found
 
 
 def test_the_tool_stays_on_the_edge(plan: kw.Plan) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 import knotwork as kw
+import urdfs
 from knotwork.view import view_trajectory
 from knotwork.view.page import Page
 
@@ -87,16 +88,12 @@ def beside_an_arm(thing: dict[str, Any], **task: Any) -> Page:
 def tower(visuals: Iterable[str]) -> str:
     """A URDF of links `l0`, `l1`, … and `c` upon each other, each but `c` with a visual shape."""
     shown = {f"l{i}": visual for i, visual in enumerate(visuals)}
-    text = '<link name="base"/>'
+    parts = [urdfs.link("base")]
     for i, (below, link) in enumerate(pairwise(["base", *shown, "c"])):
-        visual = f"<visual>{shown[link]}</visual>" if link in shown else ""
-        text += (
-            f'<link name="{link}">{visual}</link>'
-            f'<joint name="j{i}" type="{"fixed" if i else "revolute"}"><origin xyz="0 0 1"/>'
-            f'<parent link="{below}"/><child link="{link}"/><axis xyz="0 0 1"/>'
-            '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
-        )
-    return f'<robot name="tower">{text}</robot>'
+        drawn = [f"<visual>{shown[link]}</visual>"] if link in shown else []
+        kind = "fixed" if i else "revolute"
+        parts += [urdfs.link(link, *drawn), urdfs.joint(f"j{i}", below, link, kind, at="0 0 1")]
+    return urdfs.robot(*parts)
 
 
 def mesh_visuals(names: Iterable[str]) -> list[str]:

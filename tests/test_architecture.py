@@ -205,7 +205,7 @@ IMPORTED_BY_TESTS = {
     "keys of files: each has its test and its line in the docs": ("robot.file",),
     "a path that can't be followed at first": ("planning.choosing.chosen_path_speeds",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
-    "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.budget"),
+    "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.timed_motion"),
     "the command in this process": ("cli.main",),
     "what is said of progress, without a clock": ("cli.progress_display",),
 }

@@ -46,9 +46,7 @@ def test_every_planner_has_row_on_every_scenario(name: str) -> None:
     assert list(comparison.trajectories) == rows
 
 
-def test_rows_show_guarantees_of_planners(
-    paper: Comparison,
-) -> None:
+def test_rows_show_guarantees_of_planners(paper: Comparison) -> None:
     for row in paper.scores:
         record = PLANNER_SPECS[row.planner.split(":")[0]]
         meets = record.guarantees
@@ -182,8 +180,8 @@ class TestPresets:
 class TestOverriddenPlanner:
     def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:
         plan = kw.plan("ur5_deburring", planner="cubic")
-        assert plan.left_out == ("end_acceleration",)
-        assert kw.plan("ur5_deburring").left_out == ()
+        assert plan.unsupported_options == ("end_acceleration",)
+        assert kw.plan("ur5_deburring").unsupported_options == ()
 
 
 class TestCommand:

@@ -19,6 +19,8 @@ from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
 from knotwork.view.editing.session import Session, draft_of, standing_scene
+from plans import arm
+from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
@@ -27,20 +29,12 @@ ARCS = ("ur10_weld", "kinova_dispense")
 SHIPPED = (*ARCS, "panda_pick_place_fastest")
 
 
-def source_of(name: str) -> Path:
-    source = kw.load_scenario(name).source
-    assert source is not None
-    return source
-
-
 def draft_in(folder: Path, name: str = "ur5_deburring") -> Draft:
-    return draft_of(source_of(name), folder / "task.yaml")
+    return draft_of(SCENARIO_FILES[name], folder / "task.yaml")
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_move_handle(
-    name: str, tmp_path: Path
-) -> None:
+def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
     scenario = kw.load_scenario(name)
     robot = kw.load_robot(str(scenario.given.robot))
@@ -69,7 +63,9 @@ def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_move_handle(
         if handle.form:
             assert np.linalg.norm(pin.log3(same.pose.rotation.T @ where.rotation)) <= 3e-4
         kept = [line for line in draft.text.splitlines() if "#" in line]
-        assert kept == [line for line in source_of(name).read_text().splitlines() if "#" in line]
+        assert kept == [
+            line for line in SCENARIO_FILES[name].read_text().splitlines() if "#" in line
+        ]
 
 
 def test_only_what_rests_where_poses_are_has_handles() -> None:
@@ -139,16 +135,13 @@ ADDED = [
 
 
 @pytest.mark.parametrize(("name", "time", "what"), mostly_exhaustive(ADDED, ADDED[1]))
-def test_a_waypoint_is_added_where_the_arm_is(
-    name: str, time: float, what: str, tmp_path: Path
-) -> None:
+def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: Path) -> None:
     """The motion leads through the pose that the arm had, and all checks pass as before."""
     made = Session(draft_in(tmp_path, name))
     made.server.server_close()
     assert made.renew() is not None
     assert made.plan is not None
-    robot, before = made.plan.space.robot, made.plan
-    assert robot is not None
+    robot, before = arm(made.plan), made.plan
     pose = robot.forward(before.trajectory.position(time))
     add = made.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]

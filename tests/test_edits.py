@@ -173,9 +173,7 @@ def test_items_are_put_in_and_taken_out(flow: bool, items: list[Any], data: Any)
         (("b",), REMOVED, False, None),
     ],
 )
-def test_a_change_is_made_where_there_is_a_place_for_it(
-    place: Any, value: Any, insert: bool, wanted: str | None
-) -> None:
+def test_change_needs_place(place: Any, value: Any, insert: bool, wanted: str | None) -> None:
     text = "a: [1] # it\n"
     if wanted is None:
         with pytest.raises(InputError, match="no such field"):

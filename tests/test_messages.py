@@ -192,9 +192,7 @@ def test_other_robot_formats_are_named_with_what_to_do(
         ("[900, 0, 0]", 60, r"the nearest orientation found there is off by 60 deg"),
     ],
 )
-def test_poses_out_of_reach_are_told_in_the_units_of_the_file(
-    position: str, angle: float, says: str
-) -> None:
+def test_poses_out_of_reach_have_units_of_file(position: str, angle: float, says: str) -> None:
     task = {
         "robot": "planar2",
         "units": {"length": "mm", "angle": "deg"},

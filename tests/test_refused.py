@@ -1,4 +1,4 @@
-"""What is refused, in tables: tasks, with their line, and command lines.
+"""What is refused, in tables: tasks, with their line, and command lines; scenarios that must fail.
 
 Each file of the folder `refused` has a task and cases. A case is what the error says (`says`, or
 patterns, `like`) of the task with other values (`with`, by place); `~` takes a value away.
@@ -7,6 +7,7 @@ patterns, `like`) of the task with other values (`with`, by place); `~` takes a 
 from __future__ import annotations
 
 import copy
+import importlib
 import re
 import shlex
 from pathlib import Path
@@ -18,6 +19,8 @@ import yaml
 import knotwork as kw
 from cases import cases
 from command_line import Command
+from knotwork import plan
+from knotwork.errors import CheckFailedError, KnotworkError
 from shipped import ROBOT_FILES
 
 TABLES = {
@@ -62,9 +65,7 @@ def test_the_task_that_is_changed_is_right(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "index"), CASES)
-def test_what_is_wrong_is_refused_with_its_line(
-    name: str, index: int, knotwork: Command, tmp_path: Path
-) -> None:
+def test_refuses_with_line(name: str, index: int, knotwork: Command, tmp_path: Path) -> None:
     case = TABLES[name]["cases"][index]
     ran = knotwork("plan", write(tmp_path, name, case["with"]))
     said = " ".join(ran.err.split())
@@ -91,3 +92,47 @@ def test_a_wrong_command_writes_nothing_but_why(
     left = {str(one.relative_to(tmp_path)) for one in tmp_path.rglob("*") if one.is_file()}
     assert left == set(COMMANDS["files"])
     assert (tmp_path / "there.yaml").read_text(encoding="utf-8") == "mine"
+
+
+FILES = sorted((Path(__file__).parent / "failing").glob("*.yaml"))
+
+
+def expected(path: Path) -> dict[str, list[str]]:
+    """The comments `# key: value` of a file, by key."""
+    found: dict[str, list[str]] = {"exit": [], "error": [], "says": []}
+    for key, value in re.findall(r"^# (exit|error|says): (.+)$", path.read_text(), re.MULTILINE):
+        found[key].append(value)
+    return found
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_command_line_says_what_is_wrong(path: Path, knotwork: Command, tmp_path: Path) -> None:
+    wanted = expected(path)
+    out = tmp_path / "out"
+    ran = knotwork("plan", path, "--out", out)
+    assert [str(ran.code)] == wanted["exit"], ran.out + ran.err
+    said = ran.err if ran.code == 2 else re.sub(r"\s+", " ", ran.out)
+    assert wanted["says"], "the file says nothing of its error"
+    for fragment in wanted["says"]:
+        assert fragment in said
+    assert "Traceback" not in ran.out + ran.err
+    if ran.code == 2:
+        assert ran.err.startswith("error: ")
+        assert not ran.out
+        assert not out.exists()
+    else:
+        assert "FAILED" in ran.out
+        # A motion that breaks a limit is written for whoever wants to see it, and says so.
+        assert '"ok": false' in (out / "report.json").read_text()
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_python_raises_what_the_file_says(path: Path) -> None:
+    wanted = expected(path)
+    kind = getattr(importlib.import_module("knotwork.errors"), wanted["error"][0])
+    with pytest.raises(KnotworkError) as caught:
+        plan(path).report.raise_if_failed()
+    assert type(caught.value) is kind
+    assert isinstance(caught.value, CheckFailedError) == (wanted["exit"] == ["1"])
+    for fragment in wanted["says"]:
+        assert fragment in str(caught.value)

@@ -1,8 +1,11 @@
-"""Stored trajectories: the same motion for SciPy, for us and for whoever edits the file."""
+"""Stored trajectories: the same motion for SciPy and for us; files are whole or not there."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -157,9 +160,7 @@ def test_an_edited_coefficient_fails_the_check(
 
 
 @pytest.mark.parametrize("name", ["time", "position", "velocity", "acceleration"])
-def test_edited_knots_fail_the_check_and_are_named(
-    name: str, stored: Path, tmp_path: Path, knotwork: Command
-) -> None:
+def test_edited_knots_fail(name: str, stored: Path, tmp_path: Path, knotwork: Command) -> None:
     knots = read(stored)["knots"]
     if name == "time":
         knots[name][4] += 1e-4
@@ -229,9 +230,7 @@ def test_a_malformed_file_names_file_and_field(
         ('{"version": 1, "version": 1}', "version: is given twice"),
     ],
 )
-def test_what_is_no_json_of_ours_says_where(
-    text: str, says: str, tmp_path: Path, knotwork: Command
-) -> None:
+def test_locates_errors_of_json(text: str, says: str, tmp_path: Path, knotwork: Command) -> None:
     path = tmp_path / "broken.json"
     path.write_text(text)
     ran = knotwork("check", path, "--scenario", "ur5_deburring")
@@ -239,3 +238,72 @@ def test_what_is_no_json_of_ours_says_where(
     assert "broken.json" in ran.err
     assert says in ran.err
     assert len(ran.err) < 5000
+
+
+NAMES = ("a", "b", "c")
+# Ends the process at its n-th step that changes a folder, as a power cut or Ctrl-C would.
+CUT = """
+import os, signal, sys
+from knotwork.files import storage
+steps = int(sys.argv[3])
+def counted(function):
+    def step(*arguments, **options):
+        global steps
+        steps -= 1
+        if steps == 0 and sys.argv[4] == "interrupt":
+            raise KeyboardInterrupt
+        if steps == 0 and sys.argv[4] == "full":
+            raise OSError(28, "No space left on device")
+        if steps == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return function(*arguments, **options)
+    return step
+for name in ("mkdir", "replace", "link", "fsync"):
+    setattr(os, name, counted(getattr(os, name)))
+storage.write_files(sys.argv[1], {name: sys.argv[2] for name in "abc"})
+sys.exit(steps <= 0)  # a step that may fail has failed
+"""
+
+
+@pytest.mark.parametrize("how", ["kill", "interrupt", "full"])
+def test_a_writer_ended_at_any_step_leaves_whole_files(how: str, tmp_path: Path) -> None:
+    """And after an interrupt from the keyboard, or on a full disk, nothing else."""
+    seen = set()
+    for steps in range(1, 100):
+        folder = tmp_path / str(steps)
+        storage.write_files(folder, dict.fromkeys(NAMES, "old"))
+        command = [sys.executable, "-c", CUT, str(folder), "new", str(steps), how]
+        ran = subprocess.run(command, check=False, stderr=subprocess.DEVNULL)
+        found = {(folder / name).read_text() for name in NAMES}
+        assert found <= {"old", "new"}
+        if how != "kill":
+            assert not [path.name for path in folder.iterdir() if path.name.startswith(".")]
+        seen |= found
+        if ran.returncode == 0:
+            break
+    else:
+        pytest.fail("it never came to its end")
+    assert seen == {"old", "new"}
+    assert steps > 6
+
+
+def test_report_names_its_files(paper_case: Plan, tmp_path: Path, knotwork: Command) -> None:
+    paper_case.save(tmp_path)
+    stated = json.loads((tmp_path / "report.json").read_text())["files"]
+    for name in ("trajectory.json", "samples.csv"):
+        digest = hashlib.sha256((tmp_path / name).read_bytes()).hexdigest()
+        assert stated[name] == f"sha256:{digest}"
+    for source in (tmp_path, tmp_path / "trajectory.json", tmp_path / "samples.csv"):
+        assert "note" not in knotwork("check", source, "--scenario", "paper_case").err
+    for name in ("trajectory.json", "samples.csv"):
+        with (tmp_path / name).open("a") as file:
+            file.write("\n")
+        ran = knotwork("check", tmp_path / name, "--scenario", "paper_case")
+        assert "is not the file that report.json next to it was written with" in ran.err
+    ran = knotwork("plot", tmp_path, "-o", tmp_path / "a.png")
+    assert ran.code == 2
+    assert "was changed since" in ran.err
+    storage.load_trajectory(tmp_path)
+    assert "was changed since" in str(storage.set_disagreement(tmp_path))
+    (tmp_path / "report.json").unlink()
+    assert storage.set_disagreement(tmp_path) is None

@@ -1,17 +1,21 @@
-"""Solutions chosen over the whole sequence: turns, branches, speeds, and what is said of them."""
+"""Solutions chosen over the whole sequence: turns, branches, speeds, and paths with self-motion."""
 
 from __future__ import annotations
 
+import importlib
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import knotwork as kw
+from judged import judged
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.task.scenario.joint_space import joint_space
+from sweeps import mostly_exhaustive
 
 UR5 = kw.load_robot("ur5")
 HOME = UR5.configuration("home")
@@ -182,3 +186,25 @@ def test_keeps_branch_while_tool_moves() -> None:
     assert len(set(branches)) == 1
     assert "no flip" in branches[0]
     assert UR5.forward(q).isApprox(pose)
+
+
+ROOT = Path(__file__).parents[1]
+NAMES = ("panda__1cube", "panda__2cubes", "fetch_arm__s")
+
+
+@pytest.fixture
+def problems(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    return importlib.import_module("path_problems")
+
+
+@pytest.mark.parametrize("name", mostly_exhaustive(NAMES, "panda__2cubes"))
+def test_a_path_for_redundant_arms_is_planned_and_proved(name: str, problems: Any) -> None:
+    task = problems.problem(name)
+    plan = kw.plan(task)
+    assert plan.report.ok
+    found = {one.quantity: one for one in plan.report.findings if one.group == "Tool paths"}
+    assert found["path_deviation"].limit == 1e-4
+    assert found["path_orientation"].limit == np.radians(0.1)
+    assert all(one.proof == "bounded" for one in found.values())
+    assert not judged(plan, task)

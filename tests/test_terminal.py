@@ -1,18 +1,21 @@
-"""What is printed: text from files changes nothing of the terminal, and closed streams are said."""
+"""What is printed: safe text, few lines for long tasks, no traceback for a fault of our own."""
 
 from __future__ import annotations
 
+import json
 import re
+import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
 import knotwork as kw
-from command_line import Command
+from command_line import Command, python
 from knotwork.cli.progress_display import plan_state
 from knotwork.verification import CHECKS
 from patience import PATIENCE
@@ -114,7 +117,7 @@ FASTEST = "panda_pick_place_fastest"
 WALL = "ur5_wall"
 
 
-def test_a_plan_that_tells_nothing_is_not_silent(
+def test_quiet_plan_shows_progress(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The check says nothing of how far it is; here it lasts until a line has been told."""
@@ -155,3 +158,109 @@ def test_the_check_is_told_with_the_motion_that_there_is() -> None:
     told.clear()
     kw.plan(FASTEST, progress=told.append)
     assert any(re.search(r"step \d+", plan_state(one)[1]) for one in told)
+
+
+COUNT = 400
+
+
+@pytest.fixture
+def task(tmp_path: Path) -> Path:
+    waypoints = [
+        {"name": f"w{i:03d}", "time": i, "joints": {"a": 0.01 * (i % 7)}, "stop": True}
+        for i in range(COUNT)
+    ]
+    path = tmp_path / "long.json"
+    path.write_text(json.dumps({"waypoints": waypoints}), encoding="utf-8")
+    return path
+
+
+def rows(text: str) -> list[str]:
+    lines = (line.split() for line in text.splitlines())
+    return [words[0] for words in lines if words and words[0][1:].isdigit()]
+
+
+def test_long_report_is_short_unless_in_full(task: Path, knotwork: Command, tmp_path: Path) -> None:
+    ran = knotwork("plan", task, "--out", tmp_path / "out")
+    assert ran.code == 0
+    assert len(ran.out.splitlines()) <= 12
+    full = knotwork("plan", task, "--full")
+    assert rows(full.out)[:COUNT] == [f"w{i:03d}" for i in range(COUNT)]
+    assert ran.out.splitlines()[0].startswith(full.out.splitlines()[-1])  # the verdict
+    checked = knotwork("check", tmp_path / "out", "--scenario", task)
+    assert checked.out.splitlines()[0] == ran.out.splitlines()[0]
+    assert len(rows(knotwork("check", tmp_path / "out", "-s", task, "--full").out)) >= COUNT
+
+
+def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_path: Path) -> None:
+    made = kw.plan(task)
+    made.save(tmp_path / "out")
+    data = json.loads(task.read_text())
+    for i, asked in ((331, 0.4), (333, 0.5), (335, 0.3)):
+        data["waypoints"][i]["joints"]["a"] = asked
+    task.write_text(json.dumps(data))
+    ran = knotwork("check", tmp_path / "out", "--scenario", task)
+    assert ran.code == 1
+    told = " ".join(ran.out.split())
+    assert "FAIL waypoint 'w333' at 333 s: joint position is off by" in told
+    assert "(and 2 more like it)" in told
+    # on a page each is a line of its own, which goes there, the worst first
+    page = tmp_path / "page.html"
+    assert knotwork("report", tmp_path / "out", "--scenario", task, "--html", page).code == 1
+    listed = page.read_text().partition('<h2 id="fails">')[2].partition("</header>")[0]
+    assert "more like it" not in listed
+    assert re.findall(r'data-at="([\d.]+)"[^>]*>waypoint &#39;(w\d+)', listed) == [
+        ("333.0", "w333"),
+        ("331.0", "w331"),
+        ("335.0", "w335"),
+    ]
+
+
+@pytest.fixture
+def fault(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
+    """Make a check of one's own that ends with an exception."""
+
+    def check(error: BaseException) -> None:
+        def broken(*_: object) -> NoReturn:
+            raise error
+
+        monkeypatch.setitem(CHECKS, "broken", broken)
+
+    return check
+
+
+def test_a_fault_of_our_own_is_said_in_a_line(
+    monkeypatch: pytest.MonkeyPatch, knotwork: Command, fault: Callable[[BaseException], None]
+) -> None:
+    fault(ZeroDivisionError("boom"))
+    monkeypatch.delenv("KNOTWORK_TRACEBACK", raising=False)
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 3
+    assert "ZeroDivisionError: boom" in ran.err
+    assert "Traceback" not in ran.err
+
+
+def test_too_little_memory(knotwork: Command, fault: Callable[[BaseException], None]) -> None:
+    fault(MemoryError())
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 2
+    assert "error: out of memory; use a lower rate or fewer scenarios" in ran.err
+
+
+def test_interrupt_is_one_line(knotwork: Command, fault: Callable[[BaseException], None]) -> None:
+    fault(KeyboardInterrupt())
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 128 + signal.SIGINT
+    assert ran.err.strip() == "interrupted"
+    assert not ran.out
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize(
+    "arguments", [("export", "paper_case", "-f", "csv", "--rate", "1000"), ("scenarios",)]
+)
+def test_a_full_disk_is_no_fault_of_our_own(arguments: tuple[str, ...]) -> None:
+    with Path("/dev/full").open("w") as full:
+        streams = {"capture_output": False, "stdout": full, "stderr": subprocess.PIPE}
+        ran = python("-m", "knotwork", *arguments, **streams)
+    assert ran.returncode == 2
+    assert ran.stderr == "error: can't write the output: No space left on device\n"

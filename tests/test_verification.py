@@ -300,9 +300,7 @@ def tampered(trajectory: JointTrajectory, change: str) -> JointTrajectory:
         "time shifted",
     ],
 )
-def test_tool_errors_equal_those_of_pinocchio(
-    change: str, deburring_by_waypoints: Plan, arm: Arm
-) -> None:
+def test_tool_errors_equal_pinocchio(change: str, deburring_by_waypoints: Plan, arm: Arm) -> None:
     deburring = deburring_by_waypoints
     trajectory = tampered(deburring.trajectory, change)
     report = check(trajectory, deburring.scenario)

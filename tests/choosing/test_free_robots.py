@@ -1,16 +1,19 @@
-"""Free times of arms: poses, tool paths, torques, and the shipped scenarios frozen."""
+"""Free times of arms: poses, tool paths, torques, scenarios frozen, and the commands."""
 
 from __future__ import annotations
 
+import json
 import math
 import time
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
 from reaching import reach
 
 import knotwork as kw
+from command_line import Command
 from knotwork.errors import InputError
 from plans import planned
 
@@ -177,6 +180,15 @@ def test_link_speed_limit_bounds_speed_along_path() -> None:
     assert bound.ok or not along[0] <= bound.time <= along[-1]
 
 
+@pytest.mark.exhaustive
+def test_tool_acceleration_bounds_speed_along_arc() -> None:
+    """On a half circle of 200 mm, by the root of 1200 times 200."""
+    arc = line("fastest") | {"along": {"arc": {"through": [600, 0, 300]}}}
+    made = kw.plan(reach(arc, limits={"acceleration": 400, "tool_acceleration": 1200}))
+    made.report.raise_if_failed()
+    assert 0.98 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
+
+
 def test_refuses_waypoint_speed_beyond_tool_limit() -> None:
     middle = {"name": "mid", "pose": {"position": [400, 0, 300], "rpy": [180, 0, 0]}, "speed": 400}
     end = {"pose": {"position": [400, 200, 300], "rpy": [180, 0, 0]}}
@@ -219,3 +231,57 @@ def test_next_best_sequence_is_planned_with_chosen_speeds_along_paths() -> None:
     plan = kw.plan(task | {"waypoints": [*task["waypoints"], stroke]})
     plan.report.raise_if_failed()
     assert plan.report.select(quantity="sequences_tried")[0].message.startswith("the best sequence")
+
+
+SWING = """\
+# two joints
+times: fastest # as fast as may be
+limits: {velocity: 2, acceleration: 4, jerk: 40}
+waypoints:
+  - {name: A, joints: {a: 0, b: 0}}
+  - {name: via, joints: {a: 1, b: -0.5}, velocity: free} # passed
+  - {name: B, joints: {a: 2, b: 0}}
+"""
+
+
+@pytest.fixture
+def swing(tmp_path: Path) -> Path:
+    path = tmp_path / "swing.yaml"
+    path.write_text(SWING)
+    return path
+
+
+def test_plan_reports_and_freezes_choice(swing: Path, knotwork: Command, tmp_path: Path) -> None:
+    frozen = tmp_path / "frozen.yaml"
+    ran = knotwork(
+        "plan", swing, "--freeze", frozen, "--budget", "3600s", "--out", tmp_path / "out"
+    )
+    assert (ran.code, ran.err) == (0, "")
+    assert "above the lower bound" in ran.out
+    assert "A to via: bound by a acceleration" in ran.out
+    assert f"wrote {frozen}" in ran.out
+    assert "# passed" in frozen.read_text()
+    again = knotwork("plan", frozen, "--json")
+    assert again.code == 0
+    stored = json.loads((tmp_path / "out" / "trajectory.json").read_text())
+    assert json.loads(again.out)["plans"][0]["trajectory"] == stored
+    for scenario in (frozen, tmp_path / "out" / "scenario.yaml"):
+        assert knotwork("check", tmp_path / "out", "-s", scenario).code == 0
+    free = knotwork("check", tmp_path / "out", "-s", swing)
+    assert free.code == 2
+    assert "scenario.yaml" in free.err
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("10", 10), ("10s", 10), ("500ms", 0.5), ("5m", 300), ("2min", 120), ("1h", 3600)],
+)
+def test_a_time_is_read_with_its_unit(
+    text: str, seconds: float, swing: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, budget: float, **__: object) -> NoReturn:
+        raise kw.InputError(f"{budget} s")
+
+    monkeypatch.setattr("knotwork.planning.plan", refused)
+    ran = knotwork("plan", swing, "--budget", text)
+    assert ran.err == f"error: {float(seconds)} s\n"

@@ -14,7 +14,7 @@ import trimesh
 import knotwork as kw
 from knotwork.errors import InputError
 from knotwork.planning.choosing import chosen_times
-from knotwork.planning.timing.budget import Budget
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import load_scenario
 from plans import planned
 

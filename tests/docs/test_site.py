@@ -95,9 +95,7 @@ def models(model: type[StrictModel]) -> Iterator[type[StrictModel]]:
     ("page", "kind", "root"),
     [("scenario", "scenario", Task), ("robot_file", "robot", RobotFile)],
 )
-def test_every_key_of_a_file_is_described(
-    site: Site, page: str, kind: str, root: type[StrictModel]
-) -> None:
+def test_file_keys_are_described(site: Site, page: str, kind: str, root: type[StrictModel]) -> None:
     content = site.page(page)
     for model in models(root):
         start = content.index(f'id="{kind}-{model.__name__.lower()}"')

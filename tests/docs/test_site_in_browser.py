@@ -88,9 +88,7 @@ def test_the_first_page_begins_with_installing_and_the_motion(site: Site, chromi
         ("api/planning", 0, 'lift = [{"joints"'),
     ],
 )
-def test_a_button_copies_what_is_typed(
-    site: Site, chromium: Any, page: str, number: int, copied: str
-) -> None:
+def test_button_copies_text(site: Site, chromium: Any, page: str, number: int, copied: str) -> None:
     tab = opened(site, chromium, page, DESK, permissions=["clipboard-read", "clipboard-write"])
     button = tab.locator("button.copy").nth(number)
     button.focus()

@@ -1,4 +1,4 @@
-"""What is switched on the way: at which moments, and what is refused."""
+"""What is switched on the way: at which moments, what is refused, and what is drawn."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from welding import do, weld
 
+import drawn as page
 import knotwork as kw
 from knotwork.errors import DocumentError
+from knotwork.view import plot_joints, plot_tool
+from plans import arm
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +54,7 @@ def test_moments(plan: kw.Plan) -> None:
     assert begin == at["seam"] + 0.5
     assert times[:3] == [at["approach"] - 0.5, at["seam"], at["seam"] + 0.3]
     assert times[5:] == [end, end + 0.25]
-    motion, robot = plan.trajectory, plan.space.robot
-    assert robot is not None
+    motion, robot = plan.trajectory, arm(plan)
 
     def speed(t: float) -> float:
         _, jacobian = robot.forward_and_jacobian(motion.position(t))
@@ -145,3 +147,34 @@ def test_what_stays_on_and_what_is_on_already_is_warned_of() -> None:
 def test_an_output_has_one_name() -> None:
     with pytest.raises(DocumentError, match=r"outputs: 'gas' and 'arc' are both output 1; give"):
         kw.load_scenario(weld() | {"outputs": {"gas": 1, "arc": 1}})
+
+
+@pytest.fixture(scope="module")
+def welding_plan() -> kw.Plan:
+    return kw.plan(
+        weld(seam=do({"arc": "on", "at": 20}, {"wait": 0.2}, {"b": "x"}) | {"stop": None})
+    )
+
+
+def test_the_strip_has_them(welding_plan: kw.Plan) -> None:
+    strip = page.scene(welding_plan.view())["strip"]
+    assert strip["events"] == [[one.time, one.text] for one in welding_plan.events]
+    assert [one[:3] for one in strip["segments"]] == [
+        [one.start, one.end, one.name] for one in welding_plan.segments
+    ]
+
+
+def test_plots_mark_them_on_their_upper_edge(welding_plan: kw.Plan) -> None:
+    times = [one.time for one in welding_plan.events]
+    for figure in (plot_joints(welding_plan), plot_tool(welding_plan)):
+        drawn = {str(line.get_gid()).split(":")[0]: line for line in figure.axes[0].lines}
+        named = figure.legends[-1].get_title().get_text()
+        assert named == "events: " + ", ".join(
+            dict.fromkeys(one.text for one in welding_plan.events)
+        )
+        assert drawn["event"].get_xdata().tolist() == times
+        for kind in ("tool path", "wait"):
+            spans = [(one.start, one.end) for one in welding_plan.segments if one.kind == kind]
+            found = np.reshape(drawn[kind].get_xdata(), (-1, 3))[:, :2]
+            assert found.tolist() == [list(span) for span in spans]
+        assert "way" not in drawn

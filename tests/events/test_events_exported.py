@@ -126,9 +126,7 @@ def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Pat
 
 
 @pytest.mark.parametrize("name", ["ros2", "pvt", "mat", "scipy"])
-def test_a_file_beside_those_that_can_not_hold_them(
-    plan: kw.Plan, knotwork: Command, file: Path, name: str
-) -> None:
+def test_file_of_events_beside(plan: kw.Plan, knotwork: Command, file: Path, name: str) -> None:
     out = file.with_name("motion.out")
     ran = knotwork("export", file, "-f", name, "-o", out)
     beside = file.with_name("motion.events.json")

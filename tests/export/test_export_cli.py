@@ -116,18 +116,14 @@ def test_what_fails_its_check_is_not_exported(knotwork: Command, tmp_path: Path)
     assert file.exists()
 
 
-def test_a_stored_trajectory_is_checked_if_told_against_what(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_checks_stored_trajectory_against_scenario(knotwork: Command, tmp_path: Path) -> None:
     knotwork("plan", BROKEN, "-o", tmp_path / "p")
     assert knotwork("export", tmp_path / "p", "-f", "ros2").code == 0
     ran = knotwork("export", tmp_path / "p", "-f", "ros2", "-s", BROKEN)
     assert (ran.code, ran.out) == (1, "")
 
 
-def test_a_stored_trajectory_that_was_changed_is_exported_only_with_its_scenario(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_exports_changed_trajectory_only_with_scenario(knotwork: Command, tmp_path: Path) -> None:
     """Without its events a weld went without an arc, with a note."""
     folder = tmp_path / "weld"
     assert knotwork("plan", "ur10_weld", "-o", folder).code == 0
@@ -171,9 +167,7 @@ def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> No
         ("pvt", "modified-hermite"),
     ],
 )
-def test_a_fit_says_what_a_check_of_its_file_says(
-    knotwork: Command, tmp_path: Path, options: tuple[str, ...]
-) -> None:
+def test_fit_reports_as_check(knotwork: Command, tmp_path: Path, options: tuple[str, ...]) -> None:
     """A fit by cubics loses the continuous acceleration, and no more."""
     name, planner, *extra = options
     file = tmp_path / f"m{FORMATS[name].suffix}"
@@ -194,9 +188,7 @@ def test_a_fit_says_what_a_check_of_its_file_says(
         assert "acceleration jumps by" in ran.err
 
 
-def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_refuses_fit_with_larger_errors(knotwork: Command, tmp_path: Path) -> None:
     """Its acceleration is higher than that of the curve, which is at its limits here."""
     task = yaml.safe_load(SCENARIO_FILES["ur5_deburring"].read_text(encoding="utf-8"))
     curve = planned("ur5_deburring", planner="quintic").trajectory
@@ -215,9 +207,7 @@ def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
 
 
 @pytest.mark.parametrize("name", ["csv", "json", "ros2", "pvt"])
-def test_files_that_can_only_be_checked_are_not_exported(
-    knotwork: Command, tmp_path: Path, name: str
-) -> None:
+def test_refuses_files_only_to_be_checked(knotwork: Command, tmp_path: Path, name: str) -> None:
     file = tmp_path / f"m{FORMATS[name].suffix}"
     assert knotwork("export", SCENARIO, "-f", name, "-o", file).code == 0
     ran = knotwork("export", file, "-f", "ros2")

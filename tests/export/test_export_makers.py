@@ -159,9 +159,7 @@ READERS = {
 
 @pytest.mark.parametrize("name", READERS)
 @pytest.mark.parametrize("fit", [None, 1e-4])
-def test_lines_between_points_are_as_far_off_as_the_file_says(
-    motion: JointTrajectory, name: str, fit: float | None
-) -> None:
+def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, fit: float | None) -> None:
     read, digit = READERS[name]
     streamed = "cycle" in export.STRAIGHT[name]
     if streamed and fit is not None:
@@ -239,9 +237,7 @@ def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None
 @pytest.mark.parametrize(
     ("name", "gas", "arc"), [("krl", "1", "2"), ("rapid", "gas", "arc"), ("ls", "1", "2")]
 )
-def test_programs_switch_outputs_where_the_motion_is_then_and_wait_where_it_stands(
-    name: str, gas: str, arc: str
-) -> None:
+def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, arc: str) -> None:
     plan = kw.plan(kw.Task.load("ur10_weld").replace(outputs={"gas": 1, "arc": 2}))
     read, _ = READERS[name]
     text = export.export(plan.trajectory, name)
@@ -260,9 +256,7 @@ def test_programs_switch_outputs_where_the_motion_is_then_and_wait_where_it_stan
         export.export(replace(plan.trajectory, events=(unnamed,)), name)
 
 
-def test_a_tolerance_that_whole_milliseconds_can_not_keep_is_refused(
-    motion: JointTrajectory,
-) -> None:
+def test_refuses_tolerance_below_milliseconds(motion: JointTrajectory) -> None:
     assert export.straight_points(motion, **export.STRAIGHT["krl"], fit=1e-5).error <= 1e-5
     with pytest.raises(InputError, match=r"nearer than 1 ms.* accepted: [\d.e-]+ or more") as found:
         export.to_krl(motion, fit=1e-8)
@@ -305,9 +299,7 @@ def test_rows_for_franka_keep_its_limits_or_are_refused(panda_arm: kw.Robot) -> 
             export.to_franka(abrupt, robot=panda_arm)
 
 
-def test_limits_of_franka_are_the_interface_s_whatever_the_scenario_says(
-    panda_arm: kw.Robot,
-) -> None:
+def test_franka_has_limits_of_its_interface(panda_arm: kw.Robot) -> None:
     home = panda_arm.configuration("home").tolist()
     fast = swing(panda_arm.joint_names, home, 0, 2.4, 1.6)
     assert fast.report.ok
@@ -321,9 +313,7 @@ def test_limits_of_franka_are_the_interface_s_whatever_the_scenario_says(
 
 
 @pytest.mark.parametrize(("end", "span", "allowed"), [(2.6, 4.0, True), (2.74, 2.0, False)])
-def test_an_fr3_is_slower_near_the_ends_of_its_joints(
-    panda_arm: kw.Robot, end: float, span: float, allowed: bool
-) -> None:
+def test_fr3_is_slow_near_ends(panda_arm: kw.Robot, end: float, span: float, allowed: bool) -> None:
     """Towards 2.7501 rad joint 1 may move at sqrt(12 (2.7501 - q)) - 0.3 rad/s."""
     home = panda_arm.configuration("home").tolist()
     names = tuple(f"fr3_joint{i}" for i in range(1, 8))

@@ -126,9 +126,7 @@ def test_joints_in_any_order(tmp_path: Path) -> None:
         ("SEC", "position[{}]", "velocity[{}]"),
     ],
 )
-def test_headings_that_are_understood(
-    tmp_path: Path, time: str, position: str, velocity: str
-) -> None:
+def test_reads_known_headings(tmp_path: Path, time: str, position: str, velocity: str) -> None:
     def metres(text: str) -> str:
         return text.replace("rad", "m")
 
@@ -150,9 +148,7 @@ def test_headings_that_are_understood(
         ("joint_1 [rad/s^2]", 1.0, 2),
     ],
 )
-def test_units_say_what_a_column_is(
-    heading: str, factor: float, order: int, tmp_path: Path
-) -> None:
+def test_units_name_quantity(heading: str, factor: float, order: int, tmp_path: Path) -> None:
     headings = ["joint_1", "joint_1.velocity_rad_per_s", "joint_1.acceleration_rad_per_s2"]
     headings[order] = heading
     values = np.array([[0.0, 0.5, 0.25], [0.4, -0.5, 0.75]])
@@ -176,9 +172,7 @@ def test_units_say_what_a_column_is(
         ("deg", "units: is 'deg'"),
     ],
 )
-def test_units_that_the_values_are_not_read_in(
-    tmp_path: Path, units: object, said: str, wrapped: bool
-) -> None:
+def test_refuses_other_units(tmp_path: Path, units: object, said: str, wrapped: bool) -> None:
     data: dict = {"joint_names": list(NAMES), "time": list(TIME), "positions": Q, "velocities": V}
     data = {"trajectory": message(2), "units": units} if wrapped else data | {"units": units}
     file = tmp_path / "bad.json"
@@ -195,7 +189,7 @@ def test_units_that_the_values_are_not_read_in(
         ("time", TIME, 0.0),
     ],
 )
-def test_times_from_the_start_of_the_task_in_tables(
+def test_times_of_tables_start_with_the_task(
     tmp_path: Path, heading: str, times: list[float], start: float
 ) -> None:
     file = tmp_path / "m.csv"
@@ -229,9 +223,7 @@ def test_comments_blank_lines_and_byte_order_mark(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("key", ["multi_dof_trajectory", "multi_dof_joint_trajectory"])
 @pytest.mark.parametrize("inside", [False, True])
-def test_a_message_that_moves_more_than_its_joints_is_refused(
-    tmp_path: Path, key: str, inside: bool
-) -> None:
+def test_refuses_message_with_other_motions(tmp_path: Path, key: str, inside: bool) -> None:
     """A base that drives meanwhile: the motion of the joints alone is not what the robot does."""
     path = tmp_path / "goal.json"
     empty = {"joint_names": [], "points": []}
@@ -408,9 +400,7 @@ def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
 
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])
 @pytest.mark.parametrize("comma", [False, True])
-def test_decimal_commas_where_commas_divide_nothing(
-    tmp_path: Path, delimiter: str, comma: bool
-) -> None:
+def test_reads_decimal_commas(tmp_path: Path, delimiter: str, comma: bool) -> None:
     file = tmp_path / "motion.csv"
     rows = [["time", *NAMES], *([str(t), *map(str, q)] for t, q in zip(TIME, Q, strict=True))]
     text = "\n".join(delimiter.join(row) for row in rows)
@@ -428,9 +418,7 @@ def test_decimal_commas_where_commas_divide_nothing(
         ("time" + ",lift" * 9_000 + "\n", "is given twice"),
     ],
 )
-def test_a_table_of_any_shape_is_refused_in_little_memory(
-    text: str, says: str, tmp_path: Path
-) -> None:
+def test_refuses_tables_in_little_memory(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text)
     tracemalloc.start()
     try:
@@ -441,9 +429,7 @@ def test_a_table_of_any_shape_is_refused_in_little_memory(
         tracemalloc.stop()
 
 
-def test_more_numbers_than_are_read_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_refuses_too_many_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("knotwork.files.documents.csv_rows.MAX_CSV_CELLS", 20)
     monkeypatch.setattr("knotwork.files.storage.trajectory_file.MAX_STORED_VALUES", 20)
     (tmp_path / "a.csv").write_text("time,lift\n" + "0,0\n" * 10)

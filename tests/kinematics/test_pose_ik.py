@@ -7,12 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import (
-    OutsideLimitsError,
-    RobotError,
-    UnreachablePoseError,
-    WaypointDataError,
-)
+from knotwork.errors import OutsideLimitsError, RobotError, UnreachablePoseError, WaypointDataError
 from knotwork.robot.kinematics import solve_pose_ik, solve_pose_ik_all
 from plain import tool_frames
 from sweeps import examples, first_of, mostly_exhaustive
@@ -188,9 +183,7 @@ def test_refuses_robot_without_tool() -> None:
 
 @examples()
 @given(ANGLE, st.floats(-9, 9), st.floats(-10, 0), st.floats(1, 15))
-def test_takes_nearest_turn_within_limits(
-    angle: float, start: float, lower: float, width: float
-) -> None:
+def test_takes_nearest_valid_turn(angle: float, start: float, lower: float, width: float) -> None:
     turns = angle + 2 * np.pi * np.arange(-5, 6)
     inside = turns[(turns >= lower) & (turns <= lower + width)]
     # On the very limit rounding decides.
@@ -251,9 +244,7 @@ def test_solves_corner_of_limits() -> None:
 
 
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], 1e-4, 1e-8))
-def test_solves_poses_with_nearly_straight_wrist(
-    bent: float,
-) -> None:
+def test_solves_poses_with_nearly_straight_wrist(bent: float) -> None:
     generator = np.random.default_rng(12)
     for name in ("ur5", "kinova"):
         robot = ROBOTS[name]

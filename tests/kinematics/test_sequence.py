@@ -113,9 +113,7 @@ def cost_of(
     st.sampled_from(CHANGES),
     st.floats(0.3, 3.0),
 )
-def test_equals_brute_force_over_sequences(
-    seed: int, sizes: list[int], change: Any, duration: float
-) -> None:
+def test_equals_brute_force(seed: int, sizes: list[int], change: Any, duration: float) -> None:
     layers = layers_of(seed, sizes)
     steps = steps_of(change, len(sizes) - 1, duration)
     chosen = choose_sequence(layers, JOINTS, steps)

@@ -96,9 +96,7 @@ def test_finds_every_branch_near_wrist_singularity(arm: str, bent: float, spheri
 
 
 @pytest.mark.parametrize(("elbow", "bent"), [(1e-4, 1e-5), (1e-3, 1e-6)])
-def test_lists_each_solution_once_near_two_singularities(
-    elbow: float, bent: float, spherical: Robot
-) -> None:
+def test_solutions_once_near_singularities(elbow: float, bent: float, spherical: Robot) -> None:
     """Along the curve of a nearly straight wrist the error is small far beside a solution, too."""
     generator = np.random.default_rng(77)
     for _ in range(4):
@@ -136,9 +134,7 @@ def test_merges_branches_that_meet(elbow: float) -> None:
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("straight", [True, False])
 @pytest.mark.parametrize("count", first_of(3, 12))
-def test_finds_every_branch_along_sequence(
-    arm: str, straight: bool, count: int, spherical: Robot
-) -> None:
+def test_finds_branches_of_sequence(arm: str, straight: bool, count: int, spherical: Robot) -> None:
     """Where the branches of one waypoint start the search at the next, none gets lost."""
     robot = UR5 if arm == "ur5" else spherical
     generator = np.random.default_rng(3)

@@ -10,15 +10,10 @@ import pytest
 import knotwork as kw
 from command_line import Command
 from drawn import mesh_visuals, shape_warnings, tower
+from urdfs import collision, joint, link, robot, visual
 
 STL = "solid a\nfacet normal 0 0 1\nouter loop\n{}endloop\nendfacet\nendsolid a\n".format(
     "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
-)
-URDF = (
-    '<robot name="r"><link name="a"><{kind}><geometry><mesh filename="{mesh}"/></geometry>'
-    '</{kind}></link><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
-    '<child link="b"/><axis xyz="0 0 1"/>'
-    '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>'
 )
 OUTSIDE = {
     "{}/secret/s.stl": "no mesh",
@@ -74,9 +69,7 @@ def said_of(urdf: Path, names: Iterable[str], packages: Sequence[Path] = ()) -> 
     return [said.get(f"link 'l{i}'", "") for i in range(len(listed))]
 
 
-def test_meshes_outside_are_not_taken_unless_the_user_names_their_folder(
-    urdf: Path, tmp_path: Path
-) -> None:
+def test_meshes_outside_need_a_named_folder(urdf: Path, tmp_path: Path) -> None:
     addresses = [name.format(tmp_path) for name in OUTSIDE]
     for name, said in zip(OUTSIDE, said_of(urdf, addresses), strict=True):
         assert OUTSIDE[name] in said
@@ -100,9 +93,7 @@ def test_without_a_package_only_the_folder_of_the_urdf_counts(urdf: Path, tmp_pa
     assert not any(said_of(urdf, names, [tmp_path / "arm"]))
 
 
-def test_a_package_of_ros_may_be_installed_by_links(
-    urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ros_package_of_links(urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As `colcon build --symlink-install` does it: each file of the package is a link."""
     share = tmp_path / "install" / "share" / "hand"
     source = tmp_path / "source" / "hand"
@@ -135,9 +126,7 @@ def test_meshes_are_found_in_the_users_folders(urdf: Path, tmp_path: Path) -> No
     assert "no mesh" in outside
 
 
-def test_names_that_no_file_can_have_and_links_in_a_ring_are_no_meshes(
-    urdf: Path, tmp_path: Path
-) -> None:
+def test_impossible_names_and_rings_of_links_are_no_meshes(urdf: Path, tmp_path: Path) -> None:
     (urdf.parent / "ring.stl").symlink_to("ring.stl")
     names = ("ring.stl", "x" * 5000, "package://" + "x" * 5000, "package://", "")
     assert all("there is no mesh" in said for said in said_of(urdf, names, [tmp_path]))
@@ -154,9 +143,9 @@ def test_the_user_is_told_and_can_allow_the_folder(
         "waypoints:\n  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
         encoding="utf-8",
     )
-    for command, kind in ((["plan"], "collision"), (["view", "--html", "a.html"], "visual")):
-        text = URDF.format(kind=kind, mesh="../../secret/s.stl")
-        urdf.write_text(text, encoding="utf-8")
+    for command, shape in ((["plan"], collision), (["view", "--html", "a.html"], visual)):
+        base = link("a", shape('<mesh filename="../../secret/s.stl"/>'))
+        urdf.write_text(robot(base, link("b"), joint("j", "a", "b")), encoding="utf-8")
         ran = knotwork(*command, "task.yaml")
         said = " ".join((ran.out + ran.err).split())
         assert "link 'a': there is no mesh '../../secret/s.stl'" in said, said

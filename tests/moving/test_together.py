@@ -15,13 +15,19 @@ from command_line import Command
 from knotwork.planning import clearance_between
 from moving.moving_truth import distance, links, sampled
 from moving.test_moving_things import LEFT
+from urdfs import collision, joint, limits, link, robot
 
-BARS = """<robot name="bars"><link name="cell"/>{}</robot>"""
-BAR = """<link name="{0}"><collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.1 0.1"/>
-</geometry></collision></link><link name="{0} tip"/><joint name="{0} turn" type="revolute">
-<parent link="cell"/><child link="{0}"/><origin xyz="{1} 0 0"/><axis xyz="0 0 1"/>
-<limit lower="-4" upper="4" velocity="9" effort="9"/></joint><joint name="{0} end" type="fixed">
-<parent link="{0}"/><child link="{0} tip"/></joint>"""
+WIDE = limits(-4, 4, velocity=9, effort=9)
+
+
+def turning_bar(name: str, x: float, parent: str = "cell") -> str:
+    """Links and joints of a bar of 1 m that turns about its end."""
+    return (
+        link(name, collision('<box size="1 0.1 0.1"/>', "0.5 0 0"))
+        + link(f"{name} tip")
+        + joint(f"{name} turn", parent, name, at=f"{x} 0 0", more=WIDE)
+        + joint(f"{name} end", name, f"{name} tip", "fixed")
+    )
 
 
 @pytest.fixture
@@ -100,7 +106,7 @@ def test_two_arms_of_one_urdf_share_cell(tmp_path: Path, end: float, clear: bool
     """Links of each arm stand once: none where the model of the other has it at rest."""
     turns = {"left": (1.6, 0.9), "right": (1.6, end)}
     urdf = tmp_path / "bars.urdf"
-    urdf.write_text(BARS.format(BAR.format("left", 0) + BAR.format("right", 1.3)))
+    urdf.write_text(robot(link("cell"), turning_bar("left", 0), turning_bar("right", 1.3)))
 
     def task(side: str) -> dict[str, Any]:
         angles = [{"joints": {f"{side} turn": angle}} for angle in turns[side]]
@@ -124,11 +130,6 @@ def test_two_arms_of_one_urdf_share_cell(tmp_path: Path, end: float, clear: bool
         assert found.value == pytest.approx(truth, abs=3e-4)
 
 
-TORSO = """<link name="torso"/><joint name="torso turn" type="revolute"><parent link="cell"/>
-<child link="torso"/><axis xyz="0 0 1"/><limit lower="-4" upper="4" velocity="9" effort="9"/>
-</joint>"""
-
-
 @pytest.mark.parametrize(
     ("left", "right", "words"),
     [
@@ -143,9 +144,9 @@ def test_refuses_arms_on_torso_moved_by_one_motion(
 ) -> None:
     """Else one arm would stand where the other one's torso is not."""
     urdf = tmp_path / "torso.urdf"
-    bars = (BAR.format("left", 0), BAR.format("right", 1.3))
-    arms = [bar.replace('link="cell"', 'link="torso"') for bar in bars]
-    urdf.write_text(BARS.format(TORSO + "".join(arms)))
+    torso = link("torso") + joint("torso turn", "cell", "torso", more=WIDE)
+    bars = (turning_bar("left", 0, "torso"), turning_bar("right", 1.3, "torso"))
+    urdf.write_text(robot(link("cell"), torso, *bars))
 
     def task(side: str, at: float | None) -> kw.Task:
         robot: dict[str, Any] = {"urdf": str(urdf), "tool_frame": f"{side} tip"}

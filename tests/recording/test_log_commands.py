@@ -85,9 +85,7 @@ def test_json_has_all_findings_of_log(knotwork: Command, log: Path, result: Path
     assert all(one["value"] == 3e-4 and "as given" in one["message"] for one in noise)
 
 
-def test_accepts_topic_and_unit(
-    knotwork: Command, tmp_path: Path, deburring: Plan, result: Path
-) -> None:
+def test_topic_and_unit(knotwork: Command, tmp_path: Path, deburring: Plan, result: Path) -> None:
     samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
     samples.position[:] *= 57.29577951308232
     file = write(tmp_path / "log.csv", samples, 4, topic="/arm/state")
@@ -101,18 +99,14 @@ def test_accepts_topic_and_unit(
     assert "'/other'" in other.err
 
 
-def test_plots_show_log_and_plan(
-    knotwork: Command, log: Path, result: Path, tmp_path: Path
-) -> None:
+def test_plots_log_and_plan(knotwork: Command, log: Path, result: Path, tmp_path: Path) -> None:
     file = tmp_path / "joints.svg"
     few = ("--joints", "elbow_joint", "--quantities", "position")
     assert knotwork("plot", log, "--against", result, *few, "-o", file).code == 0
     assert "log.csv" in file.read_text()
 
 
-def test_report_has_findings_of_log(
-    knotwork: Command, log: Path, result: Path, tmp_path: Path
-) -> None:
+def test_report_shows_findings(knotwork: Command, log: Path, result: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     ran = knotwork("report", log, "--against", result, "--html", page)  # of the plan's scenario
     assert ran.code == 0, ran.err

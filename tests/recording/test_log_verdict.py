@@ -105,7 +105,7 @@ def part(whole: Samples, keep: np.ndarray) -> Samples:
 
 
 def holes(report: Report) -> list[tuple[str, str]]:
-    return [(one.verdict, str(one)) for one in report.select(quantity="hole")]
+    return [(one.verdict, str(one)) for one in report.select(quantity="gap")]
 
 
 def test_gap_while_plan_moves_fails(tmp_path: Path, deburring: Plan) -> None:
@@ -192,9 +192,7 @@ def test_incomplete_log_fails(tmp_path: Path, deburring: Plan, first: float, las
 
 
 @pytest.mark.parametrize(("joints", "end"), [([2], 5.0), ([0, 1, 2, 3, 4, 5], 20.0)])
-def test_stuck_channel_fails(
-    tmp_path: Path, deburring: Plan, joints: list[int], end: float
-) -> None:
+def test_stuck_channel(tmp_path: Path, deburring: Plan, joints: list[int], end: float) -> None:
     """What the recorder repeats looks as if the robot stood, and then jumped."""
     samples = record(deburring.trajectory, noise=1e-4)
     held = (samples.time > 4.5) & (samples.time < end)
@@ -241,9 +239,7 @@ def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) 
         ("ur5_palletise", 250.0, 6, 0.5),
     ],
 )
-def test_rounded_positions_pass(
-    tmp_path: Path, scenario: str, rate: float, digits: int, rest: float
-) -> None:
+def test_rounding(tmp_path: Path, scenario: str, rate: float, digits: int, rest: float) -> None:
     made = plan(scenario)
     samples = record(made.trajectory, rate=rate, before=rest, after=rest)
     report = judge(tmp_path, made, samples, digits)

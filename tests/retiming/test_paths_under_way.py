@@ -1,7 +1,8 @@
-"""Tool paths of a motion that runs at another speed or is stopped: their geometry is checked."""
+"""Tool paths and events of a motion that is slowed down, stopped or replaced."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -94,3 +95,99 @@ def test_paths_with_own_clock_are_reported_as_not_checked() -> None:
     (note,) = slow.report.select(quantity="path")
     assert note.verdict == "warning"
     assert "not checked" in note.message
+
+
+LIMITS = {"acceleration": 4.0, "jerk": 40.0}
+
+
+@pytest.fixture(scope="module")
+def seam() -> kw.Plan:
+    """Gas and arc are on from 2.0 s and 2.3 s to 5.3 s; the arm waits at the start for 0.5 s."""
+    inner = [{"gas": "on"}, {"wait": 0.5}, {"arc": "on", "after": 0.3}, {"feed": 3, "after": 0.4}]
+    waypoints = [
+        {"name": "above", "joints": {"a": 0}},
+        {"name": "start", "joints": {"a": 1}, "after": 2, "do": [{"jaw": "close"}, *inner]},
+        {"name": "end", "joints": {"a": 3}, "after": 3, "stop": True, "do": {"arc": "off"}},
+        {
+            "name": "away",
+            "joints": {"a": 4},
+            "after": 2,
+            "do": [{"gas": "off", "before": 1}, {"feed": 0}],
+        },
+    ]
+    outputs = {"arc": 7, "gas": 8}
+    return kw.plan({"limits": LIMITS, "outputs": outputs, "waypoints": waypoints})
+
+
+def test_slower_motion_keeps_segments_and_events(seam: kw.Plan) -> None:
+    slow = seam.scaled({0: 0.5})
+    assert slow.report.ok
+    for one, other in ((seam.segments, slow.segments), (seam.events, slow.events)):
+        assert len(one) == len(other) > 0
+    for was, now in zip(seam.segments, slow.segments, strict=True):
+        assert (now.name, now.kind) == (was.name, was.kind)
+        assert (now.start, now.end) == pytest.approx((2 * was.start, 2 * was.end))
+    for before, after in zip(seam.events, slow.events, strict=True):
+        assert (after.text, after.waypoint, after.output) == (
+            before.text,
+            before.waypoint,
+            before.output,
+        )
+        assert after.time == pytest.approx(2 * before.time)
+    names = [one.name for one in seam.scenario.waypoints]
+    assert [one.name for one in slow.scenario.waypoints] == names
+    assert any(one.group == "Waits" for one in slow.report.findings)
+
+
+@pytest.mark.parametrize("on_path", [True, False])
+def test_signals_stay_on_after_stop(seam: kw.Plan, on_path: bool, tmp_path: Path) -> None:
+    stop = seam.stop(4.0, on_path=on_path)
+    assert [(one.text, one.output, one.time) for one in stop.events] == [
+        ("gas on", 8, 0),
+        ("arc on", 7, 0),
+        ("feed 3", None, 0),
+    ]
+    left = [one.message for one in stop.report.findings if one.verdict == "warning"]
+    for name in ("gas", "arc"):
+        assert f"{name} on at 0.000 s: the motion ends with it on" in left
+    stored = kw.load_trajectory(stop.save(tmp_path)[0])
+    assert stored.events == stop.events
+    table = stop.trajectory.to_csv()
+    assert "arc on" in table
+    assert "start to end" in table or not on_path
+    # gas is off again on the way, later than the stop
+    after = seam.stop(6.2, on_path=on_path)
+    assert [one.text for one in after.events] == ["gas on", "feed 3"]
+
+
+GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "after": 4}]}
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (GOAL, [("gas on", None), ("arc on", None)]),
+        ({**GOAL, "outputs": {"torch": 7}}, [("output 8 on", 8), ("torch on", 7)]),
+        (
+            {
+                "limits": LIMITS,
+                "outputs": {"torch": 7},
+                "waypoints": [
+                    {"joints": {"a": 0}, "do": [{"torch": "off"}, {"x": 1, "after": 1}]},
+                    {"joints": {"a": 1}, "after": 4, "do": {"output": 8, "value": False}},
+                ],
+            },
+            [("output 8 on", 8), ("torch off", 7), ("x 1", None), ("output 8 off", 8)],
+        ),
+    ],
+)
+def test_replacing_task_keeps_signals_on(
+    seam: kw.Plan, task: dict[str, Any], said: list[tuple[str, int | None]]
+) -> None:
+    new = seam.replan(4.0, task)
+    found = [(one.text, one.output) for one in new.events if one.name != "feed"]
+    if task is GOAL:
+        said = [("output 8 on", 8), ("output 7 on", 7)]
+    assert found == said
+    assert any(one.text == "feed 3" and one.time == 0 for one in new.events)
+    assert new.report.ok

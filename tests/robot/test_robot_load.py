@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+import urdfs
 from knotwork import load_robot, robot_names
 from knotwork.errors import DocumentError, InputError, RobotError, UnknownNameError
 from knotwork.files.documents import parse
 from plain import tool_frames
 from shipped import ROBOT_FILES
+from urdfs import limits, link
 
 FURTHER = {"iiwa14": "rtb-data", "kr16": "rtb-data", "ur3e": "airo-models", "ur5e": "airo-models"}
 # Moving the tool in its worst direction at 0.09 m/s (or rad/s) takes joint speeds of 1 rad/s at
@@ -19,26 +21,18 @@ FURTHER = {"iiwa14": "rtb-data", "kr16": "rtb-data", "ur3e": "airo-models", "ur5
 NOT_SINGULAR = 0.09
 
 
-def urdf(*parts: str, name: str = "test") -> str:
-    return f'<robot name="{name}">{"".join(parts)}</robot>'
-
-
-def link(name: str) -> str:
-    return f'<link name="{name}"/>'
+RANGE = limits(-1, 2, velocity=3, effort=4)
 
 
 def joint(name: str, kind: str, parent: str, child: str, extra: str = "") -> str:
-    limit = '<limit lower="-1" upper="2" velocity="3" effort="4"/>' if "limit" not in extra else ""
-    limit = limit if kind in ("revolute", "prismatic") else ""
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="0.1 0 0.2"/><axis xyz="0 1 0"/>{limit}{extra}</joint>'
-    )
+    limited = kind in ("revolute", "prismatic") and "limit" not in extra
+    more = extra + (RANGE if limited else "")
+    return urdfs.joint(name, parent, child, kind, at="0.1 0 0.2", axis="0 1 0", more=more)
 
 
 def chain(kind: str, extra: str = "") -> str:
     """A revolute joint, then the one in question."""
-    return urdf(
+    return urdfs.robot(
         *map(link, "abc"),
         joint("first", "revolute", "a", "b"),
         joint("second", kind, "b", "c", extra),
@@ -63,9 +57,7 @@ def test_shipped_robots() -> None:
             load_robot(name)
 
 
-def test_finds_model_in_package_without_import(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_finds_model_without_import(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     models = tmp_path / "site" / "some_models"
     models.mkdir(parents=True)
     (models / "__init__.py").write_text("raise SystemExit", encoding="utf-8")
@@ -171,7 +163,7 @@ def test_refuses_unsupported_joints(kind: str, extra: str, says: str, write) -> 
 
 def test_plans_prismatic_and_unbounded_joints(write) -> None:
     path = write(
-        urdf(
+        urdfs.robot(
             *map(link, "abcd"),
             joint("slide", "prismatic", "a", "b"),
             joint("spin", "continuous", "b", "c"),
@@ -200,7 +192,7 @@ def test_refuses_joint_without_range(write) -> None:
 
 def test_locked_mimic_joints_follow_master(write) -> None:
     path = write(
-        urdf(
+        urdfs.robot(
             *map(link, "abcd"),
             joint("arm", "revolute", "a", "b"),
             joint("finger", "revolute", "b", "c"),
@@ -215,7 +207,7 @@ def test_locked_mimic_joints_follow_master(write) -> None:
 def test_refuses_followers_of_planned_joints(write, frame) -> None:
     """A link beside the arm that turns with its first joint would be checked as if it stood."""
     path = write(
-        urdf(
+        urdfs.robot(
             *map(link, "abcd"),
             joint("arm", "revolute", "a", "b"),
             joint("crank", "revolute", "a", "c", '<mimic joint="arm"/>'),

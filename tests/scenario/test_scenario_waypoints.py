@@ -1,4 +1,4 @@
-"""Times, stops, joint waypoints and everything else a scenario file can say."""
+"""Times, stops, joint waypoints and names of scenario files, and what a wrong one may mean."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import knotwork as kw
 from knotwork.errors import DocumentError, InputError, UnknownNameError
 from knotwork.task.scenario import JointTarget, Scenario, load_scenario
 from knotwork.task.scenario.joint_space import joint_space
@@ -177,3 +178,59 @@ def test_shipped_files_are_found_by_name_and_others_by_path(tmp_path: Path) -> N
     for path_text in ("a/\0.yaml", "~nobody-of-this-name/x.yaml", f"{'x' * 5000}.yaml"):
         with pytest.raises(InputError, match="there is no file"):
             load_scenario(path_text)
+
+
+ARM = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+HOME = {"start": "home"}
+
+
+def pose(roll: float, x: float = 0.45) -> dict[str, Any]:
+    where = {"position": [x, 0.1, 0.3], "rpy": [roll, 0, 0]}
+    return {"after": 3, "pose": where, "stop": True}
+
+
+def ur5_joints(*values: float) -> dict[str, Any]:
+    names = (f"{name}_joint" for name in ARM)
+    return {"after": 9, "joints": dict(zip(names, values, strict=True))}
+
+
+def task(unit: str, *waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"robot": "ur5", "units": {"angle": unit}, "waypoints": list(waypoints), **HOME, **more}
+
+
+@pytest.mark.parametrize(
+    ("change", "meant"),
+    [
+        ({"robot": "UR5"}, "'ur5'"),
+        ({"frame": "TABLE", "frames": {"Table": {"position": [0, 0, 0]}}}, "'Table'"),
+        ({"PLANNER": "cubic"}, "'planner'"),
+    ],
+)
+def test_names_are_compared_without_their_case(change: dict[str, Any], meant: str) -> None:
+    with pytest.raises(kw.InputError, match=f"did you mean {meant}"):
+        kw.plan({**task("rad", pose(3.14)), **change})
+
+
+def test_a_scenario_is_found_without_its_case() -> None:
+    with pytest.raises(kw.InputError, match="did you mean 'ur5_deburring'"):
+        kw.load_scenario("UR5_Deburring")
+
+
+def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_planned() -> None:
+    first = {**pose(3.14), "name": "first"}
+    first.pop("after")
+    data = task("rad", first, pose(3.14, 0.5))
+    assert not kw.plan(task("rad", pose(3.14))).report.select(quantity="no_start")
+    del data["start"]
+    report = kw.plan(data).report
+    (said,) = report.select(quantity="no_start")
+    assert "\n  Not planned " in str(report)
+    assert " the approach to 'first': the file has no start\n" in str(report)
+    assert said.verdict == "information"
+    assert "the approach to 'first' is neither planned nor checked" in str(said)
+    home = kw.load_robot("ur5").configurations["home"]
+    begin = ur5_joints(*home.tolist())
+    begin.pop("after")
+    at_home = task("rad", begin, pose(3.14))
+    del at_home["start"]
+    assert not kw.plan(at_home).report.select(quantity="no_start")

@@ -1,4 +1,4 @@
-"""Which pairs of bodies are checked: links by the joints of the URDF, names by what they mean."""
+"""Which pairs of bodies are checked, and what is wrong with a scene."""
 
 from __future__ import annotations
 
@@ -6,43 +6,43 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import trimesh
 import yaml
 
 import knotwork as kw
+import urdfs
+from command_line import Command
 from knotwork.verification import Finding
+from urdfs import collision, limits, link, visual
 
 Vector = tuple[float, float, float]
 NOWHERE: Vector = (0.0, 0.0, 0.0)
 
 
-def link(name: str, size: Vector | None = None, at: Vector = NOWHERE) -> str:
-    """A link of a URDF: a box, or nothing to collide."""
-    if size is None:
-        return f'<link name="{name}"/>'
-    shape = f'<geometry><box size="{size[0]} {size[1]} {size[2]}"/></geometry>'
-    origin = f'<origin xyz="{at[0]} {at[1]} {at[2]}"/>'
-    return f'<link name="{name}"><collision>{origin}{shape}</collision></link>'
+def box(name: str, size: Vector, at: Vector = NOWHERE) -> str:
+    """A link that is a box."""
+    return link(name, collision(f'<box size="{spaced(size)}"/>', spaced(at)))
+
+
+def spaced(values: Vector) -> str:
+    return " ".join(map(str, values))
 
 
 def joint(name: str, parent: str, child: str, at: Vector = NOWHERE, *, moves: bool = True) -> str:
-    """A joint of a URDF: fixed, or one that turns about z."""
-    kind, more = ("revolute", '<axis xyz="0 0 1"/>') if moves else ("fixed", "")
-    limit = '<limit lower="-3.1" upper="3.1" velocity="3" effort="9"/>' if moves else ""
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{at[0]} {at[1]} {at[2]}"/>{more}{limit}</joint>'
-    )
+    """A joint that is fixed, or one that turns about z."""
+    kind, more = ("revolute", limits(-3.1, 3.1, velocity=3, effort=9)) if moves else ("fixed", "")
+    return urdfs.joint(name, parent, child, kind, at=spaced(at), more=more)
 
 
-PEDESTAL = link("base", (0.1, 0.1, 0.05), (0, 0, -0.05))
-UPPER = link("upper", (0.4, 0.04, 0.04), (0.2, 0, 0))
-FOREARM = link("forearm", (0.3, 0.04, 0.04), (0.15, 0, 0))
+PEDESTAL = box("base", (0.1, 0.1, 0.05), (0, 0, -0.05))
+UPPER = box("upper", (0.4, 0.04, 0.04), (0.2, 0, 0))
+FOREARM = box("forearm", (0.3, 0.04, 0.04), (0.15, 0, 0))
 ELBOW = joint("elbow", "upper", "forearm", (0.4, 0, 0.1))
 
 
 def robot(folder: Path, parts: list[str], **more: Any) -> str:
     """Write a URDF and a robot file."""
-    (folder / "arm.urdf").write_text(f'<robot name="arm">{"".join(parts)}</robot>')
+    (folder / "arm.urdf").write_text(urdfs.robot(*parts))
     (folder / "arm.yaml").write_text(yaml.safe_dump({"urdf": "arm.urdf", **more}))
     return str(folder / "arm.yaml")
 
@@ -67,15 +67,13 @@ def post(at: Vector) -> list[str]:
     """A post that a fixed joint holds on the base, by way of a plate."""
     return [
         link("plate"),
-        link("post", (0.04, 0.04, 0.4)),
+        box("post", (0.04, 0.04, 0.4)),
         joint("foot", "base", "plate", at, moves=False),
         joint("stand", "plate", "post", moves=False),
     ]
 
 
-def test_what_is_fixed_to_the_base_is_checked_against_the_first_moving_link(
-    tmp_path: Path,
-) -> None:
+def test_first_moving_link_is_checked_against_fixed_parts(tmp_path: Path) -> None:
     parts = [PEDESTAL, UPPER, joint("shoulder", "base", "upper"), *post((0.3, 0, 0))]
     arm = robot(tmp_path, parts, tool_frame="upper")
     report = turn(arm, [0.8], [-0.8])
@@ -87,23 +85,18 @@ def test_what_is_fixed_to_the_base_is_checked_against_the_first_moving_link(
     assert turn(arm, [0.8], [0.3]).ok
 
 
-def test_links_that_always_touch_are_checked_where_one_moves_deeper_into_the_other(
-    tmp_path: Path,
-) -> None:
+def test_touching_links_are_checked_where_one_moves_deeper(tmp_path: Path) -> None:
     """A disc that is always 1 mm in a post, and beside it a fin that is swept 39 mm into it."""
-    disc = '<collision><geometry><cylinder radius="0.3" length="0.04"/></geometry></collision>'
-    fin = (
-        '<collision><origin xyz="0.4 0 0.1"/><geometry><box size="0.2 0.04 0.04"/></geometry>'
-        "</collision>"
-    )
-    swept = f'<link name="upper">{disc}{fin}</link>'
-    parts = [PEDESTAL, swept, joint("shoulder", "base", "upper"), *post((0.319, 0, 0))]
+    disc = collision('<cylinder radius="0.3" length="0.04"/>')
+    fin = collision('<box size="0.2 0.04 0.04"/>', "0.4 0 0.1")
+    swept = [link("upper", disc, fin), joint("shoulder", "base", "upper")]
+    parts = [PEDESTAL, *swept, *post((0.319, 0, 0))]
     report = turn(robot(tmp_path, parts, tool_frame="upper"), [0.8], [-0.8])
     failed = {name for name, one in clearances(report).items() if not one.ok}
     assert {frozenset(name.split(", ")) for name in failed} == {frozenset(("upper", "post"))}
 
 
-FINGER = link("tool", (0.05, 0.04, 0.04))
+FINGER = box("tool", (0.05, 0.04, 0.04))
 HAND = [FINGER, joint("wrist", "forearm", "tool", (0.3, 0, 0), moves=False)]
 ARM = [PEDESTAL, UPPER, FOREARM, joint("shoulder", "base", "upper"), ELBOW]
 POINTER = {"shape": {"box": [0.02, 0.02, 0.3]}}
@@ -158,3 +151,126 @@ def test_an_object_of_any_name_has_a_row_of_its_own(tmp_path: Path) -> None:
     shown = [name for name, one in clearances(report).items() if not one.detail]
     assert "forearm, base" in shown
     assert [name for name in shown if name.endswith(", itself")]
+
+
+TASK = """\
+units: {{length: mm, angle: deg}}
+robot: ur5
+scene: {{objects: {{{objects}}}}}
+start: home
+waypoints:
+  - {{name: here, after: 2, pose: {{position: [450, 0, 300], rpy: [180, 0, 0]}}}}
+"""
+
+
+def half(mesh: trimesh.Trimesh) -> str:
+    """A text STL that ends after the first half of its facets."""
+    text = str(mesh.export(file_type="stl_ascii"))
+    facets = text.split("endfacet\n")
+    return "endfacet\n".join([*facets[: len(mesh.faces) // 2], ""])
+
+
+def run(knotwork: Command, folder: Path, objects: str) -> str:
+    """What `plan` says of a task that can't be planned."""
+    path = folder / "task.yaml"
+    path.write_text(TASK.format(objects=objects))
+    ran = knotwork("plan", path)
+    assert ran.code == 2, ran.out + ran.err
+    return " ".join(ran.err.split())
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        ("mesh: empty.stl", "line 3: scene.objects.part.mesh: mesh"),
+        ("mesh: half.stl", "half.stl can't be read: it is not read whole: its lines 'solid'"),
+        ("mesh: open.stl, exact: true", "is not watertight"),
+        ("mesh: small.stl", "plausibly in another unit; a scale 1000 times as large makes it"),
+        ("mesh: large.stl", "plausibly in another unit; a scale 0.001 times as large makes it"),
+    ],
+)
+def test_refuses_meshes_that_are_no_solid_or_in_another_unit(
+    part: str, says: str, knotwork: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "empty.stl").write_text("solid nothing\nendsolid nothing\n")
+    box = trimesh.creation.box((100, 100, 100))
+    trimesh.Trimesh(box.vertices, box.faces[:-1]).export(tmp_path / "open.stl")
+    (tmp_path / "half.stl").write_text(half(box))
+    box.copy().apply_scale(1e-3).export(tmp_path / "small.stl")
+    box.copy().apply_scale(1e3).export(tmp_path / "large.stl")
+    assert says in run(knotwork, tmp_path, f"part: {{{part}}}")
+
+
+def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
+    (tmp_path / "arm.srdf").write_text("<robot>")
+    robot = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
+    (tmp_path / "arm.yaml").write_text(
+        f"urdf: {robot}\ntool_frame: tool0\ncollision: {{srdf: arm.srdf}}\n"
+    )
+    (tmp_path / "task.yaml").write_text(
+        "robot: arm.yaml\nstart: {shoulder_pan_joint: 0, shoulder_lift_joint: -1, elbow_joint: 1,"
+        " wrist_1_joint: 0, wrist_2_joint: 1, wrist_3_joint: 0}\nwaypoints:\n"
+        "- {pose: {position: [0.4, 0.1, 0.4], rpy: [0, 0, 0]}, after: 3}\n"
+    )
+    ran = knotwork("plan", tmp_path / "task.yaml")
+    assert ran.code == 2
+    assert "arm.srdf is not an SRDF: it is not XML" in ran.err
+    pair = '<disable_collisions link1="{}" link2="{}" reason="Never"/>'
+    pairs = pair.format("base_link", "forearm_link") + pair.format("base_link", "elbow_link")
+    (tmp_path / "arm.srdf").write_text(f"<robot>{pairs}</robot>")
+    ran = knotwork("plan", tmp_path / "task.yaml", "--full")
+    assert "not checked, as the SRDF disables it (never): base_link and forearm_link" in ran.out
+    (tmp_path / "arm.yaml").write_text(
+        f"urdf: {robot}\ntool_frame: tool0\ncollision: {{ignore: [[forearm_link, hand]]}}\n"
+    )
+    ran = knotwork("plan", tmp_path / "task.yaml")
+    assert ran.code == 2
+    assert "collision.ignore[0]" in ran.err
+    assert "hand" in ran.err
+
+
+RANGE = limits(-2, 2, velocity=2, effort=9)
+
+
+def door(shape: str) -> str:
+    """The URDF of a door whose post collides with a shape."""
+    return urdfs.robot(
+        link("post", f"<collision><geometry>{shape}</geometry></collision>"),
+        link("leaf", visual('<box size="1 1 1"/>')),
+        urdfs.joint("hinge", "post", "leaf", at="0 0 1", more=RANGE),
+    )
+
+
+def test_refuses_truncated_mesh_of_link(knotwork: Command, tmp_path: Path) -> None:
+    """One that is not there may be on another computer: that is a warning."""
+    task = tmp_path / "task.yaml"
+    task.write_text(
+        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
+        "- {joints: {hinge: 1}, after: 2}\n"
+    )
+    urdf, mesh = tmp_path / "door.urdf", tmp_path / "wall.stl"
+    urdf.write_text(door('<mesh filename="wall.stl"/>'))
+    box = trimesh.creation.box((1, 1, 1))
+    ran = knotwork("plan", task)
+    assert ran.code == 0, ran.err
+    assert "no mesh 'wall.stl'" in " ".join(ran.out.split())
+    mesh.write_text(half(box))
+    ran = knotwork("plan", task)
+    assert ran.code == 2, ran.out + ran.err
+    said = " ".join(ran.err.split())
+    assert "door.urdf: collision shape of link 'post': mesh" in said
+    assert "wall.stl can't be read: it is not read whole: its lines 'solid'" in said
+    mesh.write_text(str(box.export(file_type="stl_ascii")))
+    assert knotwork("plan", task).code == 0
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_reports_number_of_collision_shapes(knotwork: Command, tmp_path: Path, count: int) -> None:
+    box = '<box size="1 1 1"/>'
+    (tmp_path / "door.urdf").write_text(door(count * box))
+    (tmp_path / "task.yaml").write_text(
+        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
+        "- {joints: {hinge: 1}, after: 2}\n"
+    )
+    said = " ".join(knotwork("plan", tmp_path / "task.yaml").out.split())
+    assert f"link 'post': <collision> has 1 <geometry> with {count} shapes in all" in said

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-from test_scene_files import run
+from test_checked_pairs import run
 
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
@@ -109,9 +109,7 @@ def compare(folder: Path, rounds: int, points: int) -> int:
     ("rounds", "points", "apart"),
     [(4, 40, 15), pytest.param(300, 150, 1000, marks=pytest.mark.exhaustive)],
 )
-def test_the_distance_of_a_cloud_is_that_of_its_nearest_cell(
-    rounds: int, points: int, apart: int, tmp_path: Path
-) -> None:
+def test_cloud_is_as_far_as_a_cell(rounds: int, points: int, apart: int, tmp_path: Path) -> None:
     assert compare(tmp_path, rounds=rounds, points=points) >= apart
 
 
@@ -192,9 +190,7 @@ ROWS = {
         ("{file: good.csv, resolution: 10}, exact: true", "gives exact, which is for a mesh"),
     ],
 )
-def test_refuses_wrong_cloud_with_remedy(
-    points: str, says: str, knotwork: Command, tmp_path: Path
-) -> None:
+def test_refuses_wrong_cloud(points: str, says: str, knotwork: Command, tmp_path: Path) -> None:
     for name, text in ROWS.items():
         (tmp_path / name).write_text(text)
     trimesh.creation.box([9, 9, 9]).export(tmp_path / "mesh.ply")
@@ -226,9 +222,7 @@ def test_detects_cloud_in_path_and_free_space_next_to_it(knotwork: Command, tmp_
     assert "tool, sheet clearance 10.0" in ran.out  # cells reach from 280 to 290 mm, the tip to 300
 
 
-def test_the_drawn_cells_are_those_that_are_checked_or_larger_ones(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_drawn_cells_are_checked_or_larger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     grid = np.mgrid[-3:3, -3:3, -3:3].reshape(3, -1).T * EDGE + EDGE / 2
     cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
     points = {"file": str(tmp_path / "cloud.csv"), "resolution": EDGE}

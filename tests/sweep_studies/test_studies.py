@@ -35,7 +35,7 @@ def test_rows_say_what_plans_say(lifted: Path) -> None:
         assert (row["verdict"] == "passed") == made.report.ok
         assert row["duration"] == made.trajectory.duration
         (speed,) = made.report.select(subject="joint", quantity="velocity")
-        assert row["velocity_use"] == speed.use
+        assert row["velocity_use"] == speed.utilisation
         assert row["clearance"] is None
         if not made.report.ok:
             assert row["reason"] == "velocity"
@@ -240,10 +240,8 @@ CHECKS["faulty"] = faulty
 
 
 @pytest.mark.exhaustive
-def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By a check of one's own in the processes; a row that crashes once is planned again."""
+def test_rows_hang_or_crash_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a check in the processes that plan; a row that crashes once is planned again."""
     (tmp_path / "sitecustomize.py").write_text(FAULTY, encoding="utf-8")
     paths = (str(tmp_path), *sys.path[1:])
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))

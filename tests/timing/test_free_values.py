@@ -53,9 +53,7 @@ def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
         np.testing.assert_allclose(motion.velocity[i], factor * direction, atol=1e-14)
 
 
-def test_given_durations_and_lower_bounds_are_kept(
-    problem: TimingProblem, fastest: TimedMotion
-) -> None:
+def test_keeps_durations_and_lower_bounds(problem: TimingProblem, fastest: TimedMotion) -> None:
     h = np.diff(fastest.time)
     asked = replace(
         problem,
@@ -84,9 +82,7 @@ def test_meets_given_accelerations(problem: TimingProblem) -> None:
     assert solve(first).duration == pytest.approx(motion.time[2], rel=1e-9)
 
 
-def test_a_given_total_makes_the_smoothest_motion(
-    problem: TimingProblem, fastest: TimedMotion
-) -> None:
+def test_given_total_makes_smoothest_motion(problem: TimingProblem, fastest: TimedMotion) -> None:
     found = []
     for stretch in (1.02, 1.2, 1.5):
         asked = replace(

@@ -1,14 +1,22 @@
-"""Least times: every given value met to rounding, every limit kept, no motion below the bound."""
+"""Least times: given values are met, limits of efforts, too, are kept, and bounds are reached."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from timing_cases import assert_kept, random_problem
 
-from knotwork.planning.timing import TimingLimits, TimingProblem, solve
+import knotwork as kw
+from knotwork.planning.timing import Dynamics, TimingLimits, TimingProblem, lower_bound, solve
+from knotwork.planning.timing.timing_problem import part_of
+from knotwork.robot.payload import Payload
+from sweeps import examples
 
 
 def problems() -> Iterator[tuple[int, int, int]]:
@@ -73,3 +81,115 @@ def test_idle_joint_stays_at_rest() -> None:
         acceleration=ends[:, :1],
     )
     assert motion.duration < (1 + 1e-5) * solve(one).duration
+
+
+PARTS = st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=6)
+
+
+@examples(200)
+@given(parts=PARTS, start=st.floats(-1.0, 1.0), scale=st.floats(0.01, 100.0))
+@example(parts=[(1.0, -1.0), (1.0, -0.9999999999999999)], start=1.0, scale=1.0)  # back by 1e-16
+@example(parts=[(1.0, -0.9999999999999999)] * 2, start=1.0, scale=1.0)
+def test_no_motion_is_sooner(parts: list[tuple[float, float]], start: float, scale: float) -> None:
+    """Any motion of accelerations between -1 and 1, its own peak velocity being the limit."""
+    v, q, peak, duration = start, 0.0, abs(start), 0.0
+    for h, a in parts:
+        q += v * h + 0.5 * a * h * h
+        v += a * h
+        peak, duration = max(peak, abs(v)), duration + h
+    limits = TimingLimits([scale * peak + 1e-9], [scale])
+    for known in (slice(0, 2), slice(0, 1), slice(1, 2), slice(0, 0)):
+        velocity = np.full((2, 1), np.nan)
+        velocity[known] = scale * np.array([[start], [v]])[known]
+        problem = TimingProblem(("a",), [[0.0], [scale * q]], velocity, limits)
+        assert lower_bound(problem) <= duration * (1 + 1e-9) + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("move", "ends", "least"),
+    [
+        (1.0, (0.0, 0.0), 2.0),  # up and down
+        (8.0, (0.0, 0.0), 6.0),  # with a stretch at the limit of 2
+        (1.0, (1.0, 1.0), 2.0 * (np.sqrt(2.0) - 1.0)),
+        (-1.0, (0.0, 0.0), 2.0),
+        (-0.25, (0.5, 0.5), 1.0 + 2.0 * np.sqrt(0.5)),  # there and back
+    ],
+)
+def test_lower_bounds_by_hand(move: float, ends: tuple[float, float], least: float) -> None:
+    limits = TimingLimits([2.0], [1.0])
+    problem = TimingProblem(("a",), [[0.0], [move]], [[ends[0]], [ends[1]]], limits)
+    assert lower_bound(problem) == pytest.approx(least)
+
+
+@pytest.mark.parametrize("name", ["planar2", "ur5", "panda"])
+def test_symbolic_efforts_are_those_of_pinocchio(name: str) -> None:
+    import casadi as ca
+
+    robot = kw.load_robot(name).with_gravity([1.0, 2.0, -9.0])
+    if name == "ur5":
+        robot = robot.with_tool(payload=Payload(3.0, [0.01, 0.02, 0.06]))
+    dynamics, d = Dynamics(robot), robot.dof
+    q, v, a = (ca.SX.sym(letter, d) for letter in "qva")
+    effort = ca.Function("effort", [q, v, a], [dynamics.symbolic_effort(q, v, a)])
+    speed = ca.Function("speed", [q, v], [ca.norm_2(dynamics.symbolic_tool_velocity(q, v))])
+    rng = np.random.default_rng(2)
+    for _ in range(5):
+        state = rng.normal(size=(3, d))
+        np.testing.assert_allclose(
+            effort(*state).full().ravel(), robot.torque(*state), rtol=1e-11, atol=1e-11
+        )
+        linear = np.linalg.norm(robot.twist(*state[:2]).linear)
+        assert float(speed(*state[:2])) == pytest.approx(linear, abs=1e-12)
+
+
+def swing(**limits: Any) -> TimingProblem:
+    robot = kw.load_robot("planar2").with_gravity([0.0, -9.81, 0.0])
+    return TimingProblem(
+        robot.joint_names,
+        [[-1.0, 0.5], [0.0, 0.8], [0.6, -0.4]],
+        np.zeros((3, 2)),
+        TimingLimits([3.0, 3.0], [12.0, 12.0], [300.0, 300.0], **limits),
+        dynamics=Dynamics(robot),
+    )
+
+
+def test_keeps_effort_limits_all_the_time() -> None:
+    free = swing()
+    fast = solve(free)
+    times = np.linspace(0.0, fast.duration, 20001)
+
+    def efforts(curve: kw.JointTrajectory, t: np.ndarray) -> np.ndarray:
+        states = (curve.position(t), curve.velocity(t), curve.acceleration(t))
+        return np.abs(free.required_dynamics.effort(*states)).max(axis=0)
+
+    peak = efforts(fast.trajectory, times)
+    still = np.zeros_like(free.position)
+    holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
+    limit = np.maximum(0.85 * peak, 1.1 * holding)
+    asked = replace(free, limits=replace(free.limits, effort=limit))
+    motion = solve(asked)
+    times = np.linspace(0.0, motion.duration, 20001)
+    assert (efforts(motion.trajectory, times) <= limit).all()
+    assert motion.duration > fast.duration
+    assert any(one.quantity == "effort" for one in motion.binding)
+
+
+def test_stopping_motion_is_as_fast_as_its_parts() -> None:
+    free = swing()
+    still = np.zeros_like(free.position)
+    holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
+    asked = replace(free, limits=replace(free.limits, effort=1.1 * holding))
+    parts = [
+        solve(replace(part_of(asked, i, i + 1), acceleration=still[:2])).duration for i in range(2)
+    ]
+    assert solve(asked).duration < 1.02 * sum(parts)
+
+
+def test_keeps_tool_speed_limit_all_the_time() -> None:
+    asked = swing(tool_speed=0.8)
+    motion = solve(asked)
+    robot = asked.required_dynamics.robot
+    bound = kw.verification.tool_speed_bound(robot, motion.trajectory, limit=0.8)
+    assert bound.ok
+    assert bound.proved
+    assert any(one.quantity == "tool speed" for one in motion.binding)

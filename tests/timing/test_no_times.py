@@ -103,7 +103,7 @@ def test_names_infeasible_values(
             2.1,
             (0, True, "duration"),
             3.17,  # to rest, for the jerk
-            "there is a motion that rests",
+            "is enough for a motion that stops at both ends",
         ),
     ],
 )
@@ -190,7 +190,8 @@ def test_reports_overloaded_static_hold() -> None:
         gravity = {"gravity": [0, -9.81, 0], "times": "fastest"}
         return kw.plan({"robot": "planar2", "limits": limits, "waypoints": ends, **gravity})
 
-    said = "no motion keeps all limits: at 'flat' joint 'shoulder' needs"  # none was searched for
+    # none was searched for
+    said = "no motion keeps all limits: to hold the arm still at 'flat', joint 'shoulder' needs"
     with pytest.raises(TimingError, match=said) as heavy:
         planned(5.0)
     assert heavy.value.limit == "effort"
@@ -222,7 +223,9 @@ def test_passes_overloaded_waypoint_in_motion() -> None:
 
 
 def test_reports_overloaded_passage_with_sufficient_effort() -> None:
-    with pytest.raises(TimingError, match="to rest at 'over' joint 'shoulder' needs a") as heavy:
+    with pytest.raises(
+        TimingError, match="to hold the arm still at 'over', joint 'shoulder' needs"
+    ) as heavy:
         over_the_top(4.0)
     error = heavy.value
     assert (error.waypoint, error.joint, error.limit) == (1, "shoulder", "effort")

@@ -1,4 +1,4 @@
-"""One mistyped number does not cost minutes: what is hopeless is told without a search."""
+"""Motions far beyond limits fail without a search, and limits that a robot does not have."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import pytest
 import yaml
 
 import knotwork as kw
+from judge.cases import bumped
+from judge.motion import Motion
 from knotwork.verification import CHECKS
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
@@ -99,3 +101,90 @@ def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> N
     report = kw.plan(task).report
     assert any(one.group == "Collisions" for one in report.failures)
     assert len(motions) == 1
+
+
+ARM = kw.load_robot("ur5")
+TURNED = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
+TURNED["elbow_joint"] += 0.5
+
+
+# As in a file of one's own: the URDF knows no limit of acceleration or jerk.
+WITHOUT_LIMITS = {
+    "name": "bare",
+    "urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf",
+    "base_frame": "base_link",
+    "tool_frame": "tool0",
+    "collision": {"ignore": [["base_link", "upper_arm_link"], ["forearm_link", "wrist_2_link"]]},
+    "configurations": {
+        "home": dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
+    },
+}
+
+
+def moved(seconds: float, **keys: Any) -> dict[str, Any]:
+    """An arm turns its elbow from home."""
+    waypoints = [{"name": "there", "after": seconds, "joints": TURNED}]
+    return {"robot": WITHOUT_LIMITS, "start": "home", "waypoints": waypoints, **keys}
+
+
+def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
+    """A motion of which one joint accelerates to and fro for a moment, by so much [rad/s², s]."""
+    made = plan.trajectory
+    motion = Motion(made.joint_names, made.polynomial.x, made.polynomial.c)
+    middle, height = 0.4 * made.duration + width / 2.0, size * (width / 4.0) ** 2 / 3.0
+    shaken = bumped(motion, 2, middle, width / 2.0, height)
+    return kw.JointTrajectory(
+        made.joint_names, kw.PiecewisePolynomial(shaken.c, shaken.x), joint_units=made.joint_units
+    )
+
+
+@pytest.mark.parametrize(("size", "fails"), [(990.0, False), (1100.0, True)])
+def test_fails_above_an_acceleration_that_no_arm_reaches(size: float, fails: bool) -> None:
+    plan = kw.plan(moved(2.0))
+    report = kw.check(shaken(plan, size, 0.01), plan.scenario)
+    found = report.select(quantity="acceleration_spike")
+    assert len(found) == fails
+    for spike in found:
+        assert spike in report.failures
+        assert spike.name == "elbow_joint"
+        assert spike.value == pytest.approx(size, rel=0.02)
+        assert spike.time == pytest.approx(0.805, abs=0.001)
+
+
+def test_a_stated_limit_decides_instead() -> None:
+    plan = kw.plan(moved(2.0, limits={"acceleration": 1200}))
+    report = kw.check(shaken(plan, 1100.0, 0.01), plan.scenario)
+    assert not report.select(quantity="acceleration_spike")
+
+
+def test_reports_missing_limit_with_peak() -> None:
+    report = kw.plan(moved(2.0)).report
+    (found,) = report.select(quantity="missing_limits")
+    peaks = []
+    for quantity, unit in (("acceleration", "rad/s²"), ("jerk", "rad/s³")):
+        (joint,) = report.select(subject="joint", name="elbow_joint", quantity=quantity)
+        assert joint.value is not None
+        peaks.append(
+            f"{quantity} (peak {abs(joint.value):.4g} {unit}, elbow_joint at {joint.time:.6g} s)"
+        )
+    assert found.message == f"no limit is known for bare of {', '.join(peaks)}"
+    assert "  No limit known " in str(report)
+
+
+def test_stated_limits_are_not_reported_as_missing() -> None:
+    plan = kw.plan(moved(2.0, limits={"acceleration": 10, "jerk": 100}))
+    assert not plan.report.select(quantity="missing_limits")
+    some = kw.plan(moved(2.0, limits={"acceleration": {"elbow_joint": 10}, "jerk": 100}))
+    (found,) = some.report.select(quantity="missing_limits")
+    assert "acceleration of shoulder_pan_joint, shoulder_lift_joint, wrist_1_joint" in str(found)
+
+
+def test_warns_of_chosen_times_without_acceleration_limit() -> None:
+    task = moved(2.0, times="fastest")
+    del task["waypoints"][0]["after"]
+    (found,) = kw.plan(task).report.warnings
+    assert str(found).startswith(
+        "times are chosen, but no acceleration limit is known for bare: only torque bounds it"
+    )
+    given = kw.plan(task | {"limits": {"acceleration": 10}})
+    assert not given.report.warnings

@@ -157,7 +157,7 @@ def test_checks_singular_value_limit() -> None:
 def test_use_of_lower_limit_grows_towards_it() -> None:
     limits = {"singular_value": 0.05}
     (found,) = kw.plan(move(limits=limits)).report.select(quantity="smallest_singular_value")
-    assert found.use == pytest.approx(0.05 / found.value)
+    assert found.utilisation == pytest.approx(0.05 / found.value)
 
 
 def even_turn() -> dict[str, Any]:
@@ -177,7 +177,7 @@ def test_unproved_limit_is_reported_as_sampled() -> None:
     plan = kw.plan(even_turn())
     (found,) = plan.report.select(quantity="tool_speed")
     assert (found.proof, found.excess, found.ok) == ("sampled", 0.0, True)
-    assert (found.margin, found.use) == (None, None)
+    assert (found.margin, found.utilisation) == (None, None)
     assert str(found).endswith("; sampled only: a proof takes more than 20000 evaluations")
     assert plan.report.sampled == (found,)
     met, required = plan.report.counts

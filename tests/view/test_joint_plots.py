@@ -1,4 +1,4 @@
-"""Pictures of joints: what the figure holds, against the plan it shows."""
+"""Pictures of joints and their curves, against the plan and the trajectory."""
 
 from __future__ import annotations
 
@@ -22,13 +22,17 @@ from figures import (
     notes,
     waypoint_names,
 )
+from hypothesis import given
+from hypothesis import strategies as st
 
 import knotwork as kw
 from knotwork import Plan
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
 from knotwork.view import plot_joints
+from knotwork.view.curves import jump_breaks, strokes
 from plans import planned
-from sweeps import mostly_exhaustive
+from sweeps import examples, mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
 
@@ -162,9 +166,7 @@ def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
     assert peak * part in shown or -peak * part in shown
 
 
-def test_one_joint_overlays_planners_told_apart_without_colour(
-    paper_case: Plan, cubic: Plan
-) -> None:
+def test_overlaid_planners_differ_without_colour(paper_case: Plan, cubic: Plan) -> None:
     quintic = planned("paper_case", planner="quintic")
     figure = plot_joints([paper_case, cubic, quintic], quantities=["acceleration"])
     (axis,) = figure.axes
@@ -209,9 +211,7 @@ def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
     assert figure.axes[0].get_facecolor() == (1.0, 1.0, 1.0, 1.0)
 
 
-def test_motions_that_do_not_belong_together_are_an_error(
-    deburring: Plan, paper_case: Plan
-) -> None:
+def test_refuses_motions_of_different_joints(deburring: Plan, paper_case: Plan) -> None:
     for motions, options, says in (
         ([deburring, paper_case], {}, "the joints of the first motion of the picture are"),
         ([], {}, "at least one"),
@@ -222,3 +222,75 @@ def test_motions_that_do_not_belong_together_are_an_error(
     ):
         with pytest.raises(InputError, match=says):
             plot_joints(motions, **options)  # type: ignore[arg-type]
+
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_curve(
+    seed: int, degree: int = 3, pieces: int = 5, joints: int = 2
+) -> PiecewisePolynomial:
+    """A curve that jumps at every break in every derivative."""
+    rng = np.random.default_rng(seed)
+    breaks = np.cumsum(rng.uniform(0.1, 2.0, pieces + 1))
+    return PiecewisePolynomial(rng.normal(size=(degree + 1, pieces, joints)), breaks)
+
+
+def left_value(curve: PiecewisePolynomial, piece: int, order: int, joint: int) -> float:
+    """Value at the end of a piece, from the piece before the break, by NumPy."""
+    polynomial = np.poly1d(curve.c[:, piece, joint]).deriv(order)
+    return float(polynomial(curve.x[piece + 1] - curve.x[piece]))
+
+
+@examples()
+@given(seeds, st.integers(0, 3), st.integers(1, 9))
+def test_points_lie_on_curve_on_both_sides_of_breaks(seed: int, order: int, degree: int) -> None:
+    curve = random_curve(seed, degree)
+    drawn = strokes(curve, 1, order, 2.5)
+    assert (np.diff(drawn.time, axis=1) >= 0).all()
+    inner = drawn.time < curve.x[1:, None]
+    np.testing.assert_allclose(
+        drawn.value[inner], 2.5 * curve(drawn.time[inner], order)[:, 1], rtol=1e-9, atol=1e-9
+    )
+    np.testing.assert_array_equal(drawn.time[:, 0], curve.x[:-1])
+    np.testing.assert_array_equal(drawn.time[:, -1], curve.x[1:])
+    for piece in range(len(curve.x) - 1):
+        expected = 2.5 * left_value(curve, piece, order, 1)
+        assert drawn.value[piece, -1] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@examples()
+@given(seeds, st.integers(0, 3), st.integers(1, 7))
+def test_the_exact_extrema_are_among_the_points(seed: int, order: int, degree: int) -> None:
+    curve = random_curve(seed, degree)
+    drawn = strokes(curve, 0, order, 1.0)
+    extrema = curve.extrema(order)
+    scale = max(1.0, float(extrema.peak[0]))
+    assert float(drawn.value.max()) == pytest.approx(float(extrema.maximum[0]), abs=1e-9 * scale)
+    assert float(drawn.value.min()) == pytest.approx(float(extrema.minimum[0]), abs=1e-9 * scale)
+
+
+def test_rounding_makes_no_jump() -> None:
+    """One cubic, cut into pieces, continues at the cuts but for rounding."""
+    cubic = np.poly1d([0.3, -1.0, 2.0, 1e3])
+    breaks = np.linspace(0.0, 3.0, 8)
+    c = [[cubic.deriv(k)(t) / [1, 1, 2, 6][k] for t in breaks[:-1]] for k in (3, 2, 1, 0)]
+    curve = PiecewisePolynomial(np.array(c)[:, :, None], breaks)
+    assert [jump_breaks(curve, 0, order).size for order in range(4)] == [0, 0, 0, 0]
+
+
+@examples()
+@given(seeds, st.integers(0, 2), st.floats(0.05, 0.95))
+def test_marks_where_curve_is_beyond_limit(seed: int, order: int, part: float) -> None:
+    curve = random_curve(seed, 4)
+    extrema = curve.extrema(order)
+    low, high = float(extrema.minimum[0]), float(extrema.maximum[0])
+    upper = low + part * (high - low)
+    drawn = strokes(curve, 0, order, 1.0)
+    time, value = drawn.beyond(-np.inf, upper)
+    shown = np.isfinite(value)
+    assert shown.any()
+    inner = ~np.isclose(time[:, None], curve.x, rtol=0, atol=1e-9).any(axis=1)
+    own = curve(time[inner], order)[:, 0]
+    clear = np.abs(own - upper) > 1e-6 * max(abs(low), abs(high), 1.0)
+    np.testing.assert_array_equal(shown[inner][clear], (own > upper)[clear])

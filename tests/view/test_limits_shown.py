@@ -41,7 +41,7 @@ def peak(quantity: str) -> float:
 def most_used(plan: kw.Plan) -> Any:
     """The finding on a limit that uses most of it."""
     limits = [one for one in plan.report.findings if one.group in GROUPS and one.limit is not None]
-    return max(limits, key=lambda one: one.use or 0.0)
+    return max(limits, key=lambda one: one.utilisation or 0.0)
 
 
 def shown(plan: kw.Plan) -> Any:
@@ -53,7 +53,7 @@ def shown(plan: kw.Plan) -> Any:
 )
 def test_the_most_that_the_strip_shows_is_the_most_in_the_verdict(name: str) -> None:
     plan = kw.plan(name)
-    assert shown(plan).max() == pytest.approx(most_used(plan).use, rel=1e-6)
+    assert shown(plan).max() == pytest.approx(most_used(plan).utilisation, rel=1e-6)
 
 
 BROKEN = [
@@ -69,11 +69,11 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     plan = deburring(**{key: peak(quantity) / 3.92})
     worst = most_used(plan)
     assert (worst.quantity, plan.report.failures) == (quantity, (worst,))
-    assert worst.use == pytest.approx(3.92, rel=1e-3)
+    assert worst.utilisation == pytest.approx(3.92, rel=1e-3)
     assert "(392 %)" in worst.message
 
     use = shown(plan)
-    assert use.max() == pytest.approx(worst.use, rel=1e-6)
+    assert use.max() == pytest.approx(worst.utilisation, rel=1e-6)
     time = np.linspace(plan.trajectory.start_time, plan.trajectory.end_time, len(use))
     assert time[use.argmax()] == pytest.approx(worst.time, abs=0.6 * time[1])
 
@@ -106,7 +106,7 @@ def test_a_limit_from_below_is_shown_too() -> None:
     (least,) = deburring().report.select(quantity="smallest_singular_value")
     for share in (0.9, 1.5):
         plan = deburring(singular_value=share * least.value)
-        assert shown(plan).max() == pytest.approx(most_used(plan).use, rel=1e-6)
+        assert shown(plan).max() == pytest.approx(most_used(plan).utilisation, rel=1e-6)
         figure = plot_tool(plan)
         row = figure.axes[-1]
         assert row.get_ylabel().replace("\n", " ") == "smallest singular value"

@@ -33,9 +33,9 @@ def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
 def test_a_segment_of_given_times_names_the_limit_nearest_to_it() -> None:
     plan = deburring(tool_speed=250.0)
     (speed,) = plan.report.select(quantity="tool_speed")
-    assert speed.use is not None
+    assert speed.utilisation is not None
     limits = [one[3] for one in strip(plan)["segments"]]
-    assert f"tool speed {100 * speed.use:.0f} %" in limits
+    assert f"tool speed {100 * speed.utilisation:.0f} %" in limits
 
 
 def test_a_broken_limit_is_red_as_long_as_it_is_broken() -> None:

@@ -1,18 +1,23 @@
-"""All of every shipped scenario is in view at first: arm, path, waypoints, objects."""
+"""Everything is in view at first, and what is seen at a time is the same however one came to it."""
 
 from __future__ import annotations
 
+import io
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
 
 import knotwork as kw
 from drawn import numbers, scene
 from plans import arm
 from shipped import QUICK
+from sweeps import first_of
 
 # Of all that is drawn, what lies outside of the pane, whose edges are at 1, and how far; the
 # tip of an arrow may touch an edge
@@ -56,18 +61,103 @@ def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Pa
         for one in data["things"]
         if not is_ground(one, data["size"]) and one.get("carrier", 0) < known  # a belt leads out
     ]
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1280, "height": 800})
     start, end = page.html.split('<script id="data" type="application/json">')
     rest = end[end.index("</script>") :]
     text = json.dumps(data).replace("<", "\\u003c")
     file = tmp_path / "scene.html"
     file.write_text(f'{start}<script id="data" type="application/json">{text}{rest}', "utf-8")
-    tab.goto(file.as_uri() + "#paused")
-    tab.wait_for_selector("html[data-ready=true]", state="attached")
+    tab = tabs.open(file.as_uri() + "#paused", size=(1280, 800))
     for width, height in ((1280, 800), (390, 844)):
         tab.set_viewport_size({"width": width, "height": height})
         tab.wait_for_function("width => innerWidth === width", arg=width)
         for share in (0.0, 0.6):
             tab.evaluate("share => knotwork.seek(share * knotwork.duration())", share)
             assert not tab.evaluate(OUTSIDE), (width, share)
+
+
+TASK = {
+    "robot": "planar2",
+    "tool": {"holds": {"block": {"from": "take", "to": "leave", "box": [0.25, 0.25, 0.25]}}},
+    "scene": {
+        "objects": {
+            "shelf": {"box": [0.4, 0.4, 0.1], "position": [0, -1.2, 0]},
+            "floor": {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -0.5]},
+        }
+    },
+    "waypoints": [
+        {"name": "start", "joints": {"shoulder": 0.9, "elbow": 0.6}},
+        {"name": "take", "joints": {"shoulder": -0.4, "elbow": 0.9}, "after": 1, "stop": True},
+        {"name": "leave", "joints": {"shoulder": 0.4, "elbow": -1.1}, "after": 1, "stop": True},
+        {"name": "end", "joints": {"shoulder": -0.7, "elbow": -0.3}, "after": 1},
+    ],
+}
+FRAMES = """new Promise((done) => {
+  let left = 4;
+  const next = () => (left-- ? requestAnimationFrame(next) : done());
+  next();
+})"""
+
+# Before the block is taken, while it is held, and after.
+SEEKS = [("Home", 0.15), ("End", 0.5), ("Home", 0.5), ("End", 0.85)]
+
+# Pixels: an address has the time to a microsecond.
+ROUNDED = 8
+
+
+class Scene:
+    """A page whose pixels are looked at as the screen has them: `capture_image` would draw."""
+
+    def __init__(self, tabs: Any, address: str, at: str = "paused", **options: Any) -> None:
+        self.tab = tabs.open(f"{address}#{at}", size=(800, 600), **options)
+
+    @property
+    def time(self) -> float:
+        return float(self.tab.evaluate("knotwork.time()"))
+
+    def pixels(self) -> NDArray[np.int64]:
+        """The window, the pointer out of the way."""
+        self.tab.mouse.move(2, 2)
+        self.tab.evaluate("document.activeElement.blur()")
+        self.tab.evaluate(FRAMES)
+        image = Image.open(io.BytesIO(self.tab.screenshot())).convert("RGB")
+        return np.asarray(image).astype(np.int64)
+
+    def click(self, share: float) -> None:
+        """Click the strip at a share of its width."""
+        box = self.tab.locator("#strip").bounding_box()
+        self.tab.mouse.click(box["x"] + share * box["width"], box["y"] + 20)
+
+    def key(self, name: str) -> None:
+        self.tab.keyboard.press(name)
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> str:
+    return kw.plan(TASK).view().save(tmp_path / "block.html").as_uri()
+
+
+def differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> int:
+    """How many pixels differ to the eye."""
+    return int((np.abs(one - other).max(axis=2) > 12).sum())
+
+
+@pytest.mark.parametrize("count", first_of(2, 4))
+def test_paused_scene_shows_time_from_either_side(count: int, tabs: Any, address: str) -> None:
+    """Against pages opened at that time."""
+    opened: dict[float, NDArray[np.int64]] = {}
+
+    def afresh(time: float) -> NDArray[np.int64]:
+        if time not in opened:
+            fresh = Scene(tabs, address, f"t={time:.6f}")
+            assert fresh.time == pytest.approx(time, abs=1e-5)
+            opened[time] = fresh.pixels()
+            fresh.tab.close()
+        return opened[time]
+
+    scene = Scene(tabs, address)
+    for first, share in SEEKS[:count]:
+        scene.key(first)
+        scene.pixels()
+        scene.click(share)
+        assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
+    assert min(differ(*two) for two in pairwise(opened.values())) > 1000

@@ -46,9 +46,7 @@ def press(tab: Any, key: str) -> float:
     return time_in(tab)
 
 
-def test_slider_covers_whole_motion_and_leaves_keys_to_the_player(
-    scene: Any, plan: kw.Plan
-) -> None:
+def test_slider_covers_whole_motion_and_leaves_keys(scene: Any, plan: kw.Plan) -> None:
     duration = plan.trajectory.duration
     for share in (0.25, 0.98, 0.5):
         click_slider(scene, share)

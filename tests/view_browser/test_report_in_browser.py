@@ -1,15 +1,19 @@
-"""The report's page in a real browser: on a screen, on a phone and on paper."""
+"""The report in a browser, on a screen, a phone and paper; tool paths in it and in scenes."""
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import knotwork as kw
+from drawn import scene, thing, vertices
 from knotwork.view import report_page
-from plans import planned
+from plans import arm, planned
+from seams import ON, task
 from walls import through_wall
 
 
@@ -17,10 +21,7 @@ from walls import through_wall
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
     plan = planned("planar2_closed_form", planner="parabolic-blend")
     path = report_page(plan).save(tmp_path / "report.html")
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1000, "height": 700})
-    tab.goto(path.as_uri())
-    tab.wait_for_selector("html.has-still", state="attached")
+    tab = tabs.open(path.as_uri(), "html.has-still", size=(1000, 700))
     assert tab.inner_text(".verdict") == "FAILED"
     for group in ("Tool at the waypoints", "Joints at the waypoints"):
         rows = tab.locator(f"[data-group='{group}'] tbody tr")
@@ -57,14 +58,10 @@ def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> Non
     assert all(picture.is_visible() for picture in tab.locator("#plots svg").all())
 
 
-def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time(
-    tabs: Any, tmp_path: Path
-) -> None:
+def test_view_stays_beside_plots_with_one_cursor(tabs: Any, tmp_path: Path) -> None:
     plan = through_wall()
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1440, "height": 900})
-    tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())
-    tab.wait_for_selector("html.has-still", state="attached")
+    page = report_page(plan).save(tmp_path / "hit.html")
+    tab = tabs.open(page.as_uri(), "html.has-still", size=(1440, 900))
     for link in tab.locator("nav a").all():
         assert tab.locator(link.get_attribute("href") or "").count() == 1
     panels = tab.locator(".cursor").count()
@@ -116,3 +113,75 @@ def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time
     tab.mouse.move(*inside)
     tab.mouse.move(inside[0] + 0.1 * box["width"], inside[1])
     assert shown() - time == pytest.approx(2 * near, abs=0.02)
+
+
+SEAM = task(
+    ON,
+    {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}},
+    {
+        "name": "off",
+        "along": {"arc": {"centre": [480, 50, 60], "normal": [0, 0, -1]}},
+        "speed": 40,
+        "stop": True,
+        "pose": {"position": [510, 50, 60]},
+    },
+)
+
+
+@cache
+def planned_corner(planner: str | None) -> kw.Plan:
+    return kw.plan(SEAM, planner=planner)
+
+
+@cache
+def drawn(planner: str | None) -> Any:
+    return scene(planned_corner(planner).view())
+
+
+def off_seam(points: Any) -> Any:
+    """Distance from the line and the half circle [m], in the axes of the URDF's root."""
+    robot = arm(planned_corner(None))
+    base = robot.base_placement.inverse()
+    x, y, z = (points @ base.rotation.T + base.translation).T
+    line = np.linalg.norm([x - 0.45, y - np.clip(y, -0.1, 0.05), z - 0.06], axis=0)
+    arc = np.hypot(np.hypot(x - 0.48, y - 0.05) - 0.03, z - 0.06)
+    end = np.linalg.norm([x - 0.51, y - 0.05, z - 0.06], axis=0)
+    return np.minimum(line, np.where(y < 0.05, end, arc))
+
+
+@pytest.mark.parametrize("planner", [None, "bspline"])
+def test_the_path_asked_for_is_drawn_as_a_thin_dashed_line(planner: str | None) -> None:
+    data = drawn(planner)
+    points = vertices(thing(data, "path asked for"))
+    thick = 0.0045 * data["size"]
+    assert off_seam(points).max() == pytest.approx(thick, rel=0.02)
+    assert off_seam(points).min() > 0.9 * thick
+    corners = np.array([[0.45, -0.1], [0.45, 0.05], [0.48, 0.08], [0.51, 0.05]])
+    for corner in corners:  # from its start to its end
+        robot = arm(planned_corner(None))
+        at = robot.base_placement.act(np.array([*corner, 0.06]))
+        assert np.linalg.norm(points - at, axis=1).min() < 0.03 * data["size"]
+
+
+def test_a_deviation_is_no_limit_of_a_joint() -> None:
+    data = drawn("bspline")
+    assert {one["name"] for one in data["things"] if one["hidden"]} == {
+        "knots",
+        "collision shapes",
+    }
+    assert not data["legend"]["broken"]
+    assert data["legend"]["path"]
+    (failed,) = planned_corner("bspline").report.select(
+        name="on to turn", quantity="path_deviation"
+    )
+    assert failed.fact in [one["fact"] for one in data["failures"]]
+    wanted = f"on to turn path deviation {1e3 * failed.value:.4g} of 0.1 mm at {failed.at:.3f} s"
+    assert any(label["text"] == wanted for label in data["labels"])
+    assert any(one["line"].startswith(wanted) for one in data["failures"])  # the same words
+
+
+def test_only_waypoints_of_the_scenario_have_labels() -> None:
+    data, plan = drawn(None), planned_corner(None)
+    names = [one["text"] for one in data["labels"] if one["kind"] == "waypoint"]
+    assert names == ["start", "on", "turn", "off"]
+    assert len(plan.joint_waypoints.time) > 4

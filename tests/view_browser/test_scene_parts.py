@@ -16,8 +16,9 @@ from drawn import at_rest, faces, numbers, placed, scene, thing, vertices
 from knotwork.errors import InputError
 from knotwork.view import view_trajectory
 from knotwork.view.page import Page
-from plans import planned
+from plans import arm, planned
 from sweeps import mostly_exhaustive
+from urdfs import joint, link, robot, visual
 
 LEAST_RATE = 60.0  # frames a second
 
@@ -25,15 +26,6 @@ LEAST_RATE = 60.0  # frames a second
 def shape_warnings(page: Page) -> list[str]:
     """What a page warns of but the tool, which a motion alone does not name."""
     return [said for said in page.warnings if "does not name its tool" not in said]
-
-
-ONE_SHAPE = """<robot name="one">
-  <link name="base"><visual><geometry>{shape}</geometry></visual></link>
-  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
-    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
-    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
-  <link name="arm"/>
-</robot>"""
 
 
 @pytest.mark.parametrize(
@@ -45,11 +37,10 @@ ONE_SHAPE = """<robot name="one">
         ('<capsule radius="1" length="2"/>', (2 + 4 / 3) * np.pi, 8 * np.pi),
     ],
 )
-def test_plain_shapes_have_their_volume_and_face_outwards(
-    tmp_path: Path, shape: str, volume: float, area: float
-) -> None:
+def test_shapes_face_outwards(tmp_path: Path, shape: str, volume: float, area: float) -> None:
     path = tmp_path / "one.urdf"
-    path.write_text(ONE_SHAPE.format(shape=shape), encoding="utf-8")
+    base = link("base", visual(shape))
+    path.write_text(robot(base, link("arm"), joint("turn", "base", "arm")), encoding="utf-8")
     (mesh,) = scene(at_rest(kw.load_robot(path).with_tool("arm")))["shapes"][0]
     a, b, c = np.moveaxis(vertices(mesh)[faces(mesh)], 1, 0)
     outwards = np.cross(b - a, c - a)
@@ -160,8 +151,7 @@ def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
 
 def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = planned("kinova_dispense")
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     data = scene(plan.view())
     seconds = data["legend"]["arrow_seconds"]
     arrows = vertices(thing(data, "speeds asked for"))

@@ -10,20 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from serving import needs_signals, serve
+from serving import READY, needs_signals, serve
 
 import knotwork as kw
 from drawn import scene
 from knotwork.view import view_trajectory
-from plans import planned
-
-READY = "html[data-ready=true]"
+from plans import arm, planned
+from shipped import SCENARIO_FILES
 
 
 def hurried(folder: Path) -> Path:
     """The shipped task of the planar arm in too little time."""
-    source = kw.load_scenario("planar2_closed_form").source
-    assert source is not None
+    source = SCENARIO_FILES["planar2_closed_form"]
     task = kw.Task.load(source)
     first, second, *others = task.waypoints
     waypoints = [first, second.replace(after=0.3), *others]
@@ -31,23 +29,18 @@ def hurried(folder: Path) -> Path:
 
 
 @pytest.mark.exhaustive
-def test_two_motions_have_one_clock_and_their_difference(
-    tabs: Any, knotwork: Any, tmp_path: Path, barriers: Any
-) -> None:
+def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barriers: Any) -> None:
     other = hurried(tmp_path)
     page = tmp_path / "both.html"
     ran = knotwork("view", "planar2_closed_form", "--beside", other, "--html", page)
     assert (ran.code, ran.err) == (0, ""), ran.err
-    tab = tabs.new()
-    tab.goto(page.as_uri() + "#t=0.9")
-    tab.wait_for_selector(READY, state="attached")
+    tab = tabs.open(page.as_uri() + "#t=0.9")
     assert tab.evaluate("clock.time") == 0.9
     names = ["planar2_closed_form passed 3.6 s", "hurried FAILED 2.4 s"]
     assert tab.locator("h1").all_inner_texts() == names
     plans = [planned("planar2_closed_form"), kw.plan(other)]
     first, second = plans
-    robot, at = first.space.robot, 0.5 * first.trajectory.duration
-    assert robot is not None
+    robot, at = arm(first), 0.5 * first.trajectory.duration
     tab.evaluate("at => seek(at)", at)
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
@@ -104,9 +97,7 @@ def test_two_motions_have_one_clock_and_their_difference(
         (("planar2_closed_form", "--beside", "planar2_closed_form", "--watch"), "--watch"),
     ],
 )
-def test_what_does_not_go_together_is_refused(
-    arguments: tuple[str, ...], words: str, knotwork: Any
-) -> None:
+def test_refuses_these_together(arguments: tuple[str, ...], words: str, knotwork: Any) -> None:
     ran = knotwork("view", *arguments, "--no-open")
     assert ran.code == 2
     assert words in ran.err
@@ -122,10 +113,8 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     shown = study["verdict"].index("passed")
     with serve("view", tmp_path / "study", "--no-open") as serving:
         try:
-            tab = tabs.new()
-            tab.context.set_offline(False)
-            tab.goto(serving.address)
-            tab.wait_for_selector("#row:text('row 0:')")  # nothing is blank before a click
+            # nothing is blank before a click
+            tab = tabs.open(serving.address, "#row:text('row 0:')", online=True)
             for row in (shown, refused):
                 x, y = tab.evaluate("row => layout().place(row)", row)
                 tab.locator("#map").click(position={"x": x, "y": y})
@@ -144,9 +133,7 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
 
 
 @pytest.mark.exhaustive
-def test_a_map_that_is_one_file_names_the_command_for_its_motions(
-    tabs: Any, knotwork: Any, tmp_path: Path
-) -> None:
+def test_map_in_one_file_names_command(tabs: Any, knotwork: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "waypoints[1].after": [1.5, 1.9]}
     folder, page = tmp_path / "study", tmp_path / "map.html"
@@ -177,9 +164,7 @@ LAST_TIME = """data => new Promise(done => {
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
     motion = planned("planar2_closed_form").trajectory
     page = view_trajectory(kw.load_robot("planar2"), motion).save(tmp_path / "arm.html")
-    tab = tabs.new(accept_downloads=True)
-    tab.goto(page.as_uri() + "#paused")
-    tab.wait_for_selector(READY, state="attached")
+    tab = tabs.open(page.as_uri() + "#paused", accept_downloads=True)
     tab.select_option("#rate", "2")
     tab.click("#shown summary")
     with tab.expect_download() as found:

@@ -143,8 +143,8 @@ def _cell(score: Score, name: str, factor: float) -> str:
     value = getattr(score, name)
     if value is None:
         return "inf" if "jerk" in name else "-"
-    if isinstance(value, Peak) and value.use is not None:
-        percent = 100 * value.use
+    if isinstance(value, Peak) and value.utilisation is not None:
+        percent = 100 * value.utilisation
         return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %"
     return _short(factor * (value.value if isinstance(value, Peak) else value))
 

@@ -35,7 +35,7 @@ def print_plan(plan: Plan) -> None:
     """Print a plan in full: tables of waypoints, limits and all other findings."""
     trajectory, scenario = plan.trajectory, plan.scenario
     origin = trajectory.planner
-    if plan.left_out:
+    if plan.unsupported_options:
         origin += f" ({describe_left_out(plan)})"
     if isinstance(scenario.knots, str):
         origin += f", knots {scenario.knots}"

@@ -29,13 +29,13 @@ _WORD_STYLES: dict[str, dict[str, Any]] = {
 def print_short_plan(plan: Plan) -> None:
     """Print the verdict on a plan and the tightest cases."""
     print_short(plan.report)
-    if plan.left_out:
+    if plan.unsupported_options:
         echo(f"planned {describe_left_out(plan)}")
 
 
 def describe_left_out(plan: Plan) -> str:
     """Name the options of the scenario that its replaced planner ignores."""
-    options = ", ".join(plan.left_out)
+    options = ", ".join(plan.unsupported_options)
     return f"without the scenario's {options}, which {plan.trajectory.planner} does not take"
 
 

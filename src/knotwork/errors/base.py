@@ -84,21 +84,21 @@ def suggest_name(name: object, available: Iterable[object]) -> str:
 def format_value(value: Any) -> str:
     """Format a value for an error as one line of YAML."""
     try:
-        text = _flow(value, 3)
+        text = _format_flow(value, 3)
     except ValueError:  # Python writes at most several thousand digits
         return "an integer of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _flow(value: Any, depth: int) -> str:
+def _format_flow(value: Any, depth: int) -> str:
     if isinstance(value, dict | list | tuple):
         if depth == 0:
             return "..."
         if isinstance(value, dict):
             items = itertools.islice(value.items(), 20)
-            inner = ", ".join(f"{key}: {_flow(item, depth - 1)}" for key, item in items)
+            inner = ", ".join(f"{key}: {_format_flow(item, depth - 1)}" for key, item in items)
             return f"{{{inner}}}"
-        return f"[{', '.join(_flow(item, depth - 1) for item in value[:20])}]"
+        return f"[{', '.join(_format_flow(item, depth - 1) for item in value[:20])}]"
     plain = {None: "null", True: "true", False: "false"}
     return plain[value] if value is None or isinstance(value, bool) else repr(value)
 

@@ -175,7 +175,8 @@ class SingularityError(TaskError):
             where: Location of its definition.
             units: Units of speeds.
         """
-        smallest, along = f"smallest singular value {smallest_singular_value:.3g}", _axes(direction)
+        smallest = f"smallest singular value {smallest_singular_value:.3g}"
+        along = _name_axes(direction)
         if fast_joints:
             needed = ", ".join(joint.text(units) for joint in fast_joints)
             fraction = min(joint.plausible / joint.speed for joint in fast_joints)
@@ -228,7 +229,7 @@ class FastJoint(NamedTuple):
         return f"{self.name} at {units.text(self.speed, self.unit, '.4g')} ({limit})"
 
 
-def _axes(twist: Sequence[float]) -> str:
+def _name_axes(twist: Sequence[float]) -> str:
     """Name the base axes along and about which a twist is, for example `along z`."""
     parts, size = [], math.hypot(*twist)
     for verb, vector in (("along", twist[:3]), ("about", twist[3:])):

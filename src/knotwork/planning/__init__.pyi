@@ -1,8 +1,8 @@
 from . import comparison as comparison
 from . import timing as timing
 from .check_trajectory import check_alone as check_alone
+from .check_trajectory import clearance_between as clearance_between
 from .following import follow_path as follow_path
-from .motion_clearance import clearance_between as clearance_between
 from .planned_motion import Plan as Plan
 from .planning import plan as plan
 from .replanning import scenario_from as scenario_from

@@ -68,7 +68,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
             break
     if best is None:
         raise first_error or AssertionError("a sequence without a plan has an error")
-    best = replace(best, sequences=tried)
+    best = replace(best, tried_sequences=tried)
     if failed_pairs(best.report.findings):
         return _with_detour(planner, best, tried)
     if tried == 1:
@@ -93,7 +93,7 @@ def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     ends, late, notes = _detour_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
-        from knotwork.planning.choosing.timing_task import with_clear_motions
+        from knotwork.planning.choosing.segments import with_clear_motions
 
         ends = [i for i in ends if i not in timed]
         try:

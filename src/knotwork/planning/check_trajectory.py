@@ -1,4 +1,4 @@
-"""Checks of a motion without a task: limits, collisions and continuity."""
+"""Checks of a motion without its task, and of the clearance between two motions."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, Places, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.robot import load_robot
-from knotwork.task import Task
-from knotwork.task.places import read_document
+from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.si_units import si_factors
-from knotwork.verification import Report, check
+from knotwork.task.task_source import read_document
+from knotwork.verification import Finding, Report, check
+from knotwork.verification.collisions import nearest_to
 
 SCENE_KEYS = (
     *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
@@ -118,3 +119,43 @@ def _limits(source: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
         accepted = "a file with limits, or YAML such as '{acceleration: 8, jerk: 400}'"
         raise InputError(f"limits are {source!r}; accepted: {accepted}")
     return limits
+
+
+def clearance_between(
+    trajectory: JointTrajectory,
+    scenario: Scenario,
+    other: Mapping[str, Any],
+    *,
+    space: JointSpace | None = None,
+) -> Finding:
+    """Prove that the motions of two robots are clear of each other, or find their contact.
+
+    A contact has a location and a time.
+
+    Args:
+        trajectory: The motion.
+        scenario: Its task, with the margin and rules of collisions.
+        other: The other robot, with the keys of `scene: {robots: …}`, such as `scenario`, `motion`,
+            `in`, `position` and `delay`.
+        space: The scenario's joints and robot, if loaded already.
+
+    Returns:
+        The pair with the minimum clearance: `ok`, `value` [m], `time` [s] and `message`.
+
+    Raises:
+        InputError: A scenario or a motion is wrong, or the other motion fails its own check.
+
+    >>> plan, other = kw.plan("ur5_deburring"), {"scenario": "ur5_deburring", "in": "block"}
+    >>> clearance_between(plan.trajectory, plan.scenario, other).ok
+    False
+    """
+    robot = OtherRobot(**other)
+    name = Path(robot.scenario).stem
+    scene = scenario.given.scene
+    with_other = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
+    resolved_scene = resolve_task(scenario.given.replace(scene=with_other), scenario.places).scene
+    space = space if space is not None else joint_space(scenario)
+    nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
+    if nearest is None:
+        raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that can collide")
+    return nearest

@@ -1,4 +1,4 @@
-"""Changes of a plan in execution: speed override and stop."""
+"""Plans of a motion that is executed at another speed, or stopped."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
-from knotwork.planning.remaining_scene import on_moving_frames, scene_from
+from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
-from knotwork.task.places import moved_paths
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
-from knotwork.verification.path_checks import path_geometry
-from knotwork.verification.waypoint_checks import tool_at_arrivals
+from knotwork.verification.path_checks import check_path_geometry
+from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -43,11 +43,11 @@ PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
-"""Planning options of a task, which a given motion does not need."""
+"""Keys of a task that only planning needs; an executed motion is given."""
 
 
 class _ExecutedMotion(NamedTuple):
-    """A task, or a part of it, with another timing or path.
+    """A planned motion executed with another clock, or left early by a stop.
 
     Attributes:
         planned: The plan.
@@ -66,7 +66,7 @@ class _ExecutedMotion(NamedTuple):
 
 
 class _ReachedWaypoint(NamedTuple):
-    """A waypoint of an executed motion.
+    """A waypoint that an executed motion reaches, or one of its ends.
 
     Attributes:
         time: Time in this motion [s].
@@ -80,7 +80,7 @@ class _ReachedWaypoint(NamedTuple):
 
 
 def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
-    """A motion at another speed: see `Plan.scaled`."""
+    """Execute a plan at another speed: see `Plan.scaled`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     moving = on_moving_frames(scenario.given)
     if moving:
@@ -94,7 +94,7 @@ def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
 
 
 def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
-    """A stop of a motion: see `Plan.stop`."""
+    """Stop a plan: see `Plan.stop`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
     if find_first_rest(trajectory.polynomial, at) == at:
@@ -123,11 +123,11 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
 
 
 def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
-    """The executed motion through the waypoints that it reaches, with its report.
+    """The plan of an executed motion through the waypoints that it reaches, checked.
 
     Args:
         executed: The motion.
-        known: Findings to report.
+        known: Findings to report as well.
     """
     planned, motion, clock = executed.planned, executed.motion, executed.clock
     arrivals = _arrivals(executed)
@@ -155,10 +155,10 @@ def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
         joint_waypoints=waypoints,
         trajectory=trajectory,
         report=report,
-        left_out=(),
+        unsupported_options=(),
         solution=None,
         chosen=None,
-        sequences=1,
+        tried_sequences=1,
     )
 
 
@@ -178,13 +178,13 @@ def _geometry(
     fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
     at_rest = replace(execution, arrivals=fixed)
     return [
-        *tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
-        *path_geometry(motion, planned.scenario, planned.space, execution),
+        *check_tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
+        *check_path_geometry(motion, planned.scenario, planned.space, execution),
     ]
 
 
 def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
-    """Waypoints of an executed motion, in order of time: its ends, and those that it passes."""
+    """The ends of an executed motion and the waypoints that it passes, in order of time."""
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
     passed = [
@@ -192,10 +192,12 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
         for i, waypoint in enumerate(executed.planned.scenario.waypoints)
         if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
     ]
-    old = executed.planned.scenario.times[passed]
-    new = np.full(len(old), start) if executed.clock is None else invert_clock(executed.clock, old)
+    planned = executed.planned.scenario.times[passed]
+    actual = np.full(len(planned), start)
+    if executed.clock is not None:
+        actual = invert_clock(executed.clock, planned)
     arrivals = []
-    for i, time in zip(passed, new.tolist(), strict=True):
+    for i, time in zip(passed, actual.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
         arrivals.append(_ReachedWaypoint(at, executed.planned.scenario.waypoints[i].name, i))
     if not arrivals or arrivals[0].time != start:
@@ -206,7 +208,7 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
 
 
 def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) -> Task:
-    """The task of an executed motion: its states at the waypoints that it reaches."""
+    """A task of which the executed motion is a solution: its states at the reached waypoints."""
     scenario, space = executed.planned.scenario, executed.planned.space
     motion = executed.motion
     names = arrivals[0].name, arrivals[-1].name

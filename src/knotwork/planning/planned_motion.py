@@ -40,13 +40,13 @@ class Plan:
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: Findings of the check.
-        left_out: Options of the scenario that are not supported by a planner given in place of its
-            own.
-        solution: Choice of the solutions of the poses.
+        unsupported_options: Scenario options that were ignored, because the planner passed to
+            `plan` does not support them.
+        solution: IK solution chosen for each pose.
         chosen: Chosen values of a scenario with free times; `scenario` then has them as numbers.
             `None` if no value was free.
-        sequences: Number of planned sequences of solutions. The last one is collision-free, or all
-            collide.
+        tried_sequences: Number of IK sequences planned until one was collision-free; if none was,
+            all collided.
     """
 
     scenario: Scenario
@@ -54,10 +54,10 @@ class Plan:
     joint_waypoints: JointWaypoints
     trajectory: JointTrajectory
     report: Report
-    left_out: tuple[str, ...] = ()
+    unsupported_options: tuple[str, ...] = ()
     solution: TaskSolution | None = None
     chosen: ChosenTimes | None = None
-    sequences: int = 1
+    tried_sequences: int = 1
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -74,7 +74,7 @@ class Plan:
         return self.trajectory.segments
 
     def __repr__(self) -> str:
-        """The report in short."""
+        """Summary of the report."""
         return str(self.report)
 
     def _repr_html_(self) -> str:
@@ -131,7 +131,7 @@ class Plan:
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, each whole.
 
-        The report states the SHA-256 of the other two under `files`, and the path of the scenario
+        The report states the SHA-256 of the other files under `files`, and the path of the scenario
         under `scenario_file`. If times were chosen, or if the scenario has no file, `scenario.yaml`
         is written as well. It has numbers in place of free times, and keeps comments.
 
@@ -160,7 +160,7 @@ class Plan:
         if self._scenario_file(Path(folder)) == "scenario.yaml":
             from knotwork.planning.choosing import saved_text
 
-            # whose name differs from that of the new file
+            # a task without a name would take that of scenario.yaml
             scenario = self.scenario if self.chosen is None else self.chosen.scenario
             named = replace(scenario, given=scenario.given.replace(name=scenario.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))

@@ -74,7 +74,7 @@ def supported_options(
     """
     base, ruled = planner_and_rule(planner)
     same = base == planner_and_rule(original)[0]
-    left_out = tuple(
+    unsupported = tuple(
         name
         for name in options.requested
         if name not in PLANNER_SPECS[base].supports
@@ -83,7 +83,7 @@ def supported_options(
         or (name == "accelerations" and not same and not isinstance(options.accelerations, str))
     )
     defaults = PlannerOptions()
-    return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
+    return replace(options, **{name: getattr(defaults, name) for name in unsupported}), unsupported
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,14 +94,14 @@ class Interpolation:
         scenario: The task, with the planner that was given instead of its own.
         space: Its joints.
         options: Options of the planner, in SI.
-        left_out: Names of the scenario's options that the planner does not support.
+        unsupported: Names of the scenario's options that the planner does not support.
         replaced: Whether a planner was given.
     """
 
     scenario: Scenario
     space: JointSpace
     options: PlannerOptions
-    left_out: tuple[str, ...]
+    unsupported: tuple[str, ...]
     replaced: bool
 
     @classmethod
@@ -111,7 +111,7 @@ class Interpolation:
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
-        original, left_out = scenario.task.planner, tuple[str, ...]()
+        original, unsupported = scenario.task.planner, tuple[str, ...]()
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
         task = scenario.task.model_copy(update={"planner": planner or original})
@@ -119,8 +119,8 @@ class Interpolation:
         space = joint_space(scenario)
         options = planner_options(scenario, space)
         if scenario.task.planner != original:
-            options, left_out = supported_options(options, original, scenario.task.planner)
-        return cls(scenario, space, options, left_out, planner is not None)
+            options, unsupported = supported_options(options, original, scenario.task.planner)
+        return cls(scenario, space, options, unsupported, planner is not None)
 
     @property
     def knots_along_paths(self) -> Any:

@@ -38,7 +38,7 @@ def plan(
             same keys, or a loaded scenario.
         planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
-            `Plan.left_out` names them.
+            `Plan.unsupported_options` names them.
         budget: Computing time for free times [s], by default unlimited. Segments that are not
             solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
@@ -56,7 +56,7 @@ def plan(
     if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
     from knotwork.planning.choosing import fix_arrival_times
-    from knotwork.planning.timing.budget import Budget
+    from knotwork.planning.timing.timed_motion import Budget
 
     unknowns = scenario.unknowns
     fixed_arrivals = tuple(

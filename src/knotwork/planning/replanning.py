@@ -1,24 +1,29 @@
-"""Another task that begins during the execution of a motion."""
+"""Tasks that begin during the execution of a motion, with the scene from that time on."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
-from knotwork.planning.remaining_scene import held_at
-from knotwork.task import Action, EndAcceleration, PlainTask, Task
-from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
+from knotwork.task import Action, EndAcceleration, PlainTask, SceneObject, Task
+from knotwork.task.scenario import GraspedObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
+from knotwork.task.scene_shapes import SHAPES
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_part import plain
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 
 def scenario_from(
@@ -49,7 +54,7 @@ def scenario_from(
                     f"has the joints {', '.join(names)}; the motion that it continues has "
                     f"{', '.join(motion.joint_names)}"
                 )
-    return replace(resolved, under_way=(motion, at))
+    return replace(resolved, continued_motion=(motion, at))
 
 
 def _task_from(
@@ -92,3 +97,116 @@ def _task_from(
     if isinstance(task.end_acceleration, EndAcceleration):
         ends["end"] = task.end_acceleration.end
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
+
+
+def held_at(scenario: Scenario, at: float) -> list[str]:
+    """Names of the objects held at a time [s]."""
+    held, times = scenario.scene.held, scenario.times
+    return [item.name for item in held if times[item.take] <= at < times[item.leave]]
+
+
+def on_moving_frames(task: Task) -> list[int]:
+    """Indices of the waypoints of a task in moving frames."""
+    frames = task.frames
+
+    def moves(name: str | None) -> bool:
+        while name in frames:
+            if frames[name].moves is not None:
+                return True
+            name = frames[name].parent
+        return False
+
+    names = (getattr(waypoint, "frame", None) or task.frame for waypoint in task.waypoints)
+    return [i for i, name in enumerate(names) if moves(name)]
+
+
+def scene_from(
+    scenario: Scenario,
+    robot: Robot | None,
+    motion: JointTrajectory,
+    span: tuple[float, float],
+    ends: tuple[str, str],
+) -> Task:
+    """The task with its scene from a time on, which becomes time 0.
+
+    Objects that are held at that time are held from the first waypoint on. Objects released before
+    or taken later belong to the scene. Moving frames and robots continue.
+
+    Args:
+        scenario: The scenario of the motion.
+        robot: Its robot.
+        motion: The planned motion.
+        span: Time interval of the planned motion that is executed [s].
+        ends: Names of the waypoints at these times.
+    """
+    task, (first, last) = scenario.given, span
+    times = [waypoint.time for waypoint in scenario.waypoints]
+    holds: dict[str, Any] = {}
+    objects: dict[str, Any] = {}
+
+    def shift_appearance(item: Any, i: int | None) -> Any:
+        """An object that appears at waypoint i; `None` if that is later."""
+        since = first if i is None else times[i]
+        appears = scenario.waypoints[i].name if i is not None and first < since else None
+        return None if last < since else item.replace(appears=appears)
+
+    for item in scenario.scene.objects:
+        objects[item.name] = shift_appearance(task.scene.objects[item.name], item.appears)
+    for held in scenario.scene.held:
+        take, leave = held.take, held.leave
+        grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
+        if times[take] < last - SAME_WAYPOINT_TIME and first < times[leave]:
+            holds[held.name] = shift_appearance(grasp, held.appears).replace(
+                take=grasp.take if first < times[take] else ends[0],
+                leave=grasp.leave if times[leave] <= last else ends[1],
+            )
+            continue
+        i = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
+        near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
+        pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
+        put_down = _put_down(scenario, held, i, pose, near=near)
+        objects[held.name] = shift_appearance(put_down, held.appears)
+    tool = None if task.tool is None else task.tool.replace(holds=holds or None)
+    present = {name: item for name, item in objects.items() if item}
+    robots = {
+        name: other.replace(delay=other.delay - first) for name, other in task.scene.robots.items()
+    }
+    scene = task.scene.replace(objects=present or None, robots=robots or None)
+    return task.replace(
+        tool=tool,
+        frames=_frames_from(task, first) or None,
+        # without a robot there is no scene, not even an empty one
+        scene=scene if present or robots else None,
+    )
+
+
+def _frames_from(task: Task, start: float) -> dict[str, Any]:
+    """The frames of a task, with those that move a time later [s]."""
+    return {
+        name: frame
+        if frame.moves is None
+        else frame.replace(moves=frame.moves.replace(at=frame.moves.at - start))
+        for name, frame in task.frames.items()
+    }
+
+
+def _put_down(
+    scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
+) -> SceneObject:
+    """A held object at its pose where the tool takes or releases it, at waypoint i."""
+    task, carrier = scenario.given, held.carriers[i == held.leave]
+    grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
+    placed, parent = pose * held.shape.placement, "base"
+    if carrier is not None:
+        waypoint = task.waypoints[scenario.index[i]]
+        parent = getattr(waypoint, "frame", None) or task.frame or "base"
+        placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
+    shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
+    place = plain(placed)
+    place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()
+    return SceneObject(
+        **{key: value for key, value in shape.items() if value is not None},
+        **place,
+        parent=parent,
+        allow=[*held.allow, *(["tool"] if near else [])],
+    )

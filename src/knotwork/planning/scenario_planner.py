@@ -12,7 +12,7 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
 from knotwork.planning.task_to_joint import Infeasibility, SequenceStep, TaskSolution, solve_task
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.event_reader import found_ways, segments
+from knotwork.task.scenario.event_reader import find_clear_motions, segments
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, check
@@ -20,7 +20,7 @@ from knotwork.verification import Finding, check
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
     from knotwork.planning.timing import Progress
-    from knotwork.planning.timing.budget import Budget
+    from knotwork.planning.timing.timed_motion import Budget
 
 FEASIBILITY = "Feasibility"
 """Group of findings that hold for every motion through the joint waypoints."""
@@ -64,7 +64,7 @@ class ScenarioPlanner:
         if self.scenario.unknowns is None:
             chosen = self._interpolation
             return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
-        from knotwork.planning.choosing.timing_task import knots_of
+        from knotwork.planning.choosing.segments import knots_of
 
         space = joint_space(self.scenario)
         return solve_task(self.scenario, space, knots_of(self.scenario), avoided)
@@ -77,9 +77,7 @@ class ScenarioPlanner:
         if scenario.unknowns is None or time is None:
             raise AssertionError("no time of the scenario is free")
         budget = None if time.seconds is None else max(time.remaining(), 1e-3)
-        return choose_times(
-            scenario, scenario.unknowns, budget=budget, progress=self.progress, solution=solution
-        )
+        return choose_times(scenario, budget=budget, progress=self.progress, solution=solution)
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
@@ -100,8 +98,8 @@ class ScenarioPlanner:
         interpolation, waypoints = self._interpolation, solution.waypoints
         scenario, space = interpolation.scenario, interpolation.space
         trajectory = interpolation.trajectory(waypoints)
-        detours = [*found_ways(scenario)] if interpolation.options.chosen else []
-        starts = {i for indices, _ in detours for i in indices[:-1]}
+        clear_motions = [*find_clear_motions(scenario)] if interpolation.options.chosen else []
+        starts = {i for indices, _ in clear_motions for i in indices[:-1]}
         trajectory = replace(
             trajectory,
             events=tuple(event.event for event in scenario.events),
@@ -117,13 +115,21 @@ class ScenarioPlanner:
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
-        if detours:
+        if clear_motions:
             from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
 
-            known += clear_motion_findings(detours, scenario, space, trajectory)
+            known += clear_motion_findings(clear_motions, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
-        left_out = interpolation.left_out
-        return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
+        return Plan(
+            scenario,
+            space,
+            waypoints,
+            trajectory,
+            report,
+            unsupported_options=interpolation.unsupported,
+            solution=solution,
+            chosen=chosen,
+        )
 
 
 def _velocity_finding(limit: Infeasibility, units: Units) -> Finding:

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.robot.joint_limits import LimitTables, limit_tables
+from knotwork.robot.joint_limits import LimitTables, expand_limits
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
@@ -135,7 +135,7 @@ class Description:
 
     def with_limits(self, limits: Mapping[str, Any], planned: Sequence[str]) -> Description:
         """Override limits; see `Robot.with_limits`."""
-        new, old = limit_tables(limits, planned, self.urdf, self.name), self.limits
+        new, old = expand_limits(limits, planned, self.urdf, self.name), self.limits
         merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
         return replace(self, limits={**old, **merged})
 

@@ -17,7 +17,7 @@ from pydantic import model_validator
 from knotwork.errors import InputError
 from knotwork.files.documents import StrictModel, Text
 from knotwork.files.documents.values import Interval, Positive, Vector3, optional
-from knotwork.robot.urdf_rules import child_elements, elements_by_name, link_of
+from knotwork.robot.urdf_rules import child_elements, elements_by_name, read_link
 from knotwork.waypoints import FloatArray
 
 CELL = "cell"
@@ -105,7 +105,7 @@ def add_axes(
     names["link"].add(CELL)
     _append_element(robot, "link", name=CELL)
     if not any(axis.carries == ROBOT for _, axis in axes):
-        _joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
+        _append_joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
     for name, axis in axes:
         if axis.urdf is None:
             _add_joint(robot, name, axis, root, names)
@@ -138,8 +138,8 @@ def _add_joint(
         names["link"].add(link)
         _append_element(robot, "link", name=link)
     kind = "prismatic" if axis.slides else "revolute" if axis.range else "continuous"
-    joint = _joint(robot, name, kind, (axis.parent, link), xyz=axis.position, rpy=axis.rpy)
-    _append_element(joint, "axis", xyz=_text(axis.slides or axis.turns or ()))
+    joint = _append_joint(robot, name, kind, (axis.parent, link), xyz=axis.position, rpy=axis.rpy)
+    _append_element(joint, "axis", xyz=_format_numbers(axis.slides or axis.turns or ()))
     lower, upper = map(repr, axis.range or (0.0, 0.0))
     _append_element(
         joint, "limit", velocity=str(axis.velocity or 0), effort="0", lower=lower, upper=upper
@@ -181,7 +181,7 @@ def _add_urdf(
                 _rename(part, key, called[key])
         robot.appendChild(element)
     new_root = called["link"][root]
-    _joint(
+    _append_joint(
         robot,
         f"{name} to {new_root}",
         "fixed",
@@ -209,25 +209,25 @@ def invert_to_root(robot: Element, link: str) -> None:
     """
     import pinocchio as pin  # the keys of robot files do not need it
 
-    above = {link_of(element, "child"): element for element in child_elements(robot, "joint")}
+    above = {read_link(element, "child"): element for element in child_elements(robot, "joint")}
     while link in above:
         joint, child = above[link], link
-        link = link_of(joint, "parent")
-        step, axis = f"{link} from {child}", _attribute(joint, "axis", "xyz", "1 0 0")
-        turn = pin.rpy.rpyToMatrix(_attribute(joint, "origin", "rpy"))
-        inverse = pin.SE3(turn, _attribute(joint, "origin", "xyz")).inverse()
+        link = read_link(joint, "parent")
+        step, axis = f"{link} from {child}", _read_numbers(joint, "axis", "xyz", "1 0 0")
+        turn = pin.rpy.rpyToMatrix(_read_numbers(joint, "origin", "rpy"))
+        inverse = pin.SE3(turn, _read_numbers(joint, "origin", "xyz")).inverse()
         for old in child_elements(joint):
             if old.tagName in ("parent", "child", "origin", "axis"):
                 joint.removeChild(old)
         _append_element(joint, "parent", link=child)
         _append_element(joint, "child", link=step)
-        _append_element(joint, "axis", xyz=_text(-axis))
+        _append_element(joint, "axis", xyz=_format_numbers(-axis))
         _append_element(robot, "link", name=step)
         rpy = pin.rpy.matrixToRpy(inverse.rotation)
-        _joint(robot, step, "fixed", (step, link), xyz=inverse.translation, rpy=rpy)
+        _append_joint(robot, step, "fixed", (step, link), xyz=inverse.translation, rpy=rpy)
 
 
-def _joint(
+def _append_joint(
     robot: Element,
     name: str,
     kind: str,
@@ -236,7 +236,7 @@ def _joint(
     rpy: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
 ) -> Element:
     joint = _append_element(robot, "joint", name=name, type=kind)
-    _append_element(joint, "origin", xyz=_text(xyz), rpy=_text(rpy))
+    _append_element(joint, "origin", xyz=_format_numbers(xyz), rpy=_format_numbers(rpy))
     for end, link in zip(("parent", "child"), ends, strict=True):
         _append_element(joint, end, link=link)
     return joint
@@ -251,10 +251,10 @@ def _append_element(carrier: Element, tag: str, **attributes: str) -> Element:
     return element
 
 
-def _text(numbers: Sequence[float] | FloatArray) -> str:
+def _format_numbers(numbers: Sequence[float] | FloatArray) -> str:
     return " ".join(repr(float(number)) for number in numbers)
 
 
-def _attribute(joint: Element, tag: str, name: str, default: str = "0 0 0") -> FloatArray:
+def _read_numbers(joint: Element, tag: str, name: str, default: str = "0 0 0") -> FloatArray:
     values = [element.getAttribute(name) for element in child_elements(joint, tag)]
     return np.array([float(part) for part in ((values and values[0]) or default).split()])

@@ -53,10 +53,10 @@ def select_chain(description: Description) -> JointChain:
         if link is not None and link not in urdf.links:
             raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot!r}")
     if tool_frame is None:
-        moving = [i for i in range(1, full.njoints) if _why_not_serial(urdf, i) is None]
+        moving = [i for i in range(1, full.njoints) if _explain_unsupported(urdf, i) is None]
         moving = [i for i in moving if full.names[i] not in locked]
     else:
-        moving = _moving_joints(urdf, robot, base, tool_frame, locked)
+        moving = _find_moving_joints(urdf, robot, base, tool_frame, locked)
     if len(moving) > MAX_JOINTS:
         raise RobotError(
             robot,
@@ -65,9 +65,11 @@ def select_chain(description: Description) -> JointChain:
         )
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
-    reference, values = _reference(urdf, robot, still, {**description.rest, **locked})
+    reference, values = _find_locked_configuration(
+        urdf, robot, still, {**description.rest, **locked}
+    )
     names = tuple(full.names[i] for i in moving)
-    masters = {full.names[i]: _masters(urdf, full.names[i], locked) for i in still}
+    masters = {full.names[i]: _list_mimicked(urdf, full.names[i], locked) for i in still}
     return JointChain(
         model=_reduce_model(full, still, reference),
         joint_names=names,
@@ -77,7 +79,7 @@ def select_chain(description: Description) -> JointChain:
     )
 
 
-def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
+def _list_mimicked(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
     """List the joints that a joint mimics, directly or through others, up to a locked one."""
     masters: list[str] = []
     while name in urdf.mimics and name not in locked and len(masters) < len(urdf.mimics):
@@ -98,7 +100,7 @@ def _reduce_model(full: Any, still: list[int], reference: Any) -> Any:
     return reduced
 
 
-def _why_not_serial(urdf: Urdf, index: int) -> str | None:
+def _explain_unsupported(urdf: Urdf, index: int) -> str | None:
     """Explain why a joint is not supported; `None` if it is."""
     name = urdf.model.names[index]
     if name in urdf.mimics:
@@ -109,7 +111,7 @@ def _why_not_serial(urdf: Urdf, index: int) -> str | None:
     return None
 
 
-def _moving_joints(
+def _find_moving_joints(
     urdf: Urdf, robot: str, base: str, tool: str, locked: Mapping[str, float]
 ) -> list[int]:
     full = urdf.model
@@ -132,7 +134,7 @@ def _moving_joints(
         message = f"no joint moves tool frame {tool!r} relative to base frame {base!r}{why}"
         raise RobotError(robot, message, joint=tool)
     for i in moving:
-        why_not = _why_not_serial(urdf, i)
+        why_not = _explain_unsupported(urdf, i)
         if why_not is not None:
             raise RobotError(
                 robot,
@@ -144,7 +146,7 @@ def _moving_joints(
     return moving
 
 
-def _reference(
+def _find_locked_configuration(
     urdf: Urdf, robot: str, still: list[int], locked: Mapping[str, float]
 ) -> tuple[Any, dict[str, float]]:
     """Find the configuration of the whole model at which joints are locked, and its values."""
@@ -152,7 +154,7 @@ def _reference(
     reference = pin.neutral(full)
     values: dict[str, float] = {}
     # Independent joints come first, because joints that mimic them need their positions.
-    for i in sorted(still, key=lambda i: len(_masters(urdf, full.names[i], locked))):
+    for i in sorted(still, key=lambda i: len(_list_mimicked(urdf, full.names[i], locked))):
         name, joint = full.names[i], full.joints[i]
         wanted = locked.get(name)
         if joint.nq != 1:

@@ -16,7 +16,7 @@ from knotwork.waypoints import FloatArray
 LimitTables = Mapping[str, Mapping[str, Any]]
 
 
-def limit_tables(
+def expand_limits(
     limits: Mapping[str, Any], joints: Sequence[str], urdf: Urdf, robot: str
 ) -> LimitTables:
     """Check limits, and expand a number to all joints of the URDF.
@@ -64,7 +64,7 @@ def _check_limit(kind: str, value: Any, robot: str, joint: str | None = None) ->
         raise RobotError(robot, f"{name} is {value!r}; {accepted}", joint=joint)
 
 
-def chain_limits(
+def collect_limits(
     urdf: Urdf,
     tables: LimitTables,
     joints: Sequence[str],
@@ -107,7 +107,7 @@ def chain_limits(
             position[1, i] = full.upperPositionLimit[joint.idx_q]
         lower, upper = position[:, i]
         if planned and not lower < upper:
-            raise _no_range(robot, name, lower, upper)
+            raise _empty_range_error(robot, name, lower, upper)
         for kind, array in magnitudes.items():
             if name in tables.get(kind, {}):
                 array[i] = tables[kind][name]
@@ -123,7 +123,7 @@ def chain_limits(
     return position[0], position[1], magnitudes
 
 
-def _no_range(robot: str, joint: str, lower: float, upper: float) -> RobotError:
+def _empty_range_error(robot: str, joint: str, lower: float, upper: float) -> RobotError:
     return RobotError(
         robot,
         f"position limits of joint {joint!r} are [{lower:g}, {upper:g}], which leaves it no range; "

@@ -14,7 +14,7 @@ from knotwork.files.documents import Document, read, resources, validate
 from knotwork.robot.description import Description
 from knotwork.robot.external_axes import Axes
 from knotwork.robot.file import RobotFile
-from knotwork.robot.joint_limits import limit_tables
+from knotwork.robot.joint_limits import expand_limits
 from knotwork.robot.robot import Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
@@ -38,12 +38,12 @@ def robot_names() -> list[str]:
 
 
 def further_robots() -> list[tuple[str, list[str]]]:
-    """Packages for `pip` that are not installed, with the shipped robots whose models they have."""
+    """Packages for `pip` that are not installed, each with the shipped robots that need it."""
     robots: dict[str, list[str]] = {}
     for name in resources.names("robots"):
         text = (resources.folder("robots") / f"{name}.yaml").read_text(encoding="utf-8")
         match = _SHIPPED_MODEL.search(text)
-        if match and _module_folder(match[1]) is None:
+        if match and _find_module_folder(match[1]) is None:
             robots.setdefault(_INSTALLED_AS[match[1]], []).append(name)
     return sorted(robots.items())
 
@@ -73,37 +73,37 @@ def load_robot(
     """
     if isinstance(reference, Document):
         folder = reference.file.parent if reference.file is not None else None
-        return _from_document(reference, relative_to or folder or Path())
+        return _load_document(reference, relative_to or folder or Path())
     if isinstance(reference, Mapping):
-        return _from_document(Document(dict(reference)), relative_to or Path())
+        return _load_document(Document(dict(reference)), relative_to or Path())
     if not isinstance(reference, (str, Path)):
         raise InputError(
             f"a robot is given by name, path or mapping, not by a {type(reference).__name__}"
         )
-    path = _find(reference, relative_to)
+    path = _find_file(reference, relative_to)
     if path.suffix not in _SUFFIXES:
         name = path.stem
         return Robot(Description(name=name, source=path, urdf=read_urdf(path, name)))
-    return _from_document(read(path), path.parent)
+    return _load_document(read(path), path.parent)
 
 
-def _find(reference: str | Path, relative_to: Path | None) -> Path:
+def _find_file(reference: str | Path, relative_to: Path | None) -> Path:
     text = str(reference)
     if text.startswith(EXAMPLE_ROBOT_DATA):
-        return _file(text, Path(), text, "URDF")
+        return _require_file(text, Path(), text, "URDF")
     if relative_to is not None and resources.is_path(reference):
         reference = relative_to / os.path.expanduser(reference)
     return resources.find("robots", reference)
 
 
-def _from_document(document: Document, folder: Path) -> Robot:
+def _load_document(document: Document, folder: Path) -> Robot:
     content = validate(RobotFile, document)
     name = content.name
     if name is None:
         whole_file = document.file is not None and not document.prefix
         name = document.file.stem if whole_file and document.file else Path(content.urdf).stem
-    path = _file(content.urdf, folder, name, "URDF")
-    urdf = read_urdf(path, name, _axes(content, document, folder, name))
+    path = _require_file(content.urdf, folder, name, "URDF")
+    urdf = read_urdf(path, name, _resolve_axes(content, document, folder, name))
     _check_names(content, document, urdf)
     srdf = content.collision.srdf
     robot = Robot(
@@ -116,12 +116,12 @@ def _from_document(document: Document, folder: Path) -> Robot:
             tool_frame=content.tool_frame,
             locked=content.locked,
             configurations=content.configurations,
-            limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
+            limits=expand_limits(dict(content.limits), list(urdf.types), urdf, name),
             package_paths=tuple(
-                _path(folder_name, folder, name) for folder_name in content.package_paths
+                _resolve_path(folder_name, folder, name) for folder_name in content.package_paths
             ),
             ignored_pairs=tuple((pair[0], pair[1]) for pair in content.collision.ignore),
-            srdf=None if srdf is None else _file(srdf, folder, name, "SRDF"),
+            srdf=None if srdf is None else _require_file(srdf, folder, name, "SRDF"),
         )
     )
     if robot.tool_frame is not None:
@@ -130,13 +130,13 @@ def _from_document(document: Document, folder: Path) -> Robot:
     return robot
 
 
-def _axes(content: RobotFile, document: Document, folder: Path, robot: str) -> Axes:
-    """External axes, with the paths of their URDFs."""
+def _resolve_axes(content: RobotFile, document: Document, folder: Path, robot: str) -> Axes:
+    """Resolve the paths of the URDFs of external axes."""
     axes = []
     for name, axis in content.external_axes.items():
         if axis.urdf is not None:
             try:
-                path = _file(axis.urdf, folder, robot, "URDF")
+                path = _require_file(axis.urdf, folder, robot, "URDF")
             except InputError as error:
                 error.locate(document.where(("external_axes", name, "urdf")))
                 raise
@@ -146,7 +146,7 @@ def _axes(content: RobotFile, document: Document, folder: Path, robot: str) -> A
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
-    """Check that named joints and frames exist; errors have the line."""
+    """Check that named joints and frames exist. Errors have the line."""
     for field in ("base_frame", "tool_frame"):
         link = getattr(content, field)
         if link is not None and link not in urdf.links:
@@ -182,24 +182,24 @@ def _check_configuration(robot: Robot, name: str) -> None:
             )
 
 
-def _file(reference: str, folder: Path, robot: str, kind: str) -> Path:
-    """The file of a reference, `"URDF"` or `"SRDF"`."""
-    path = _path(reference, folder, robot)
+def _require_file(reference: str, folder: Path, robot: str, kind: str) -> Path:
+    """Find the file of a reference, and check that it exists; `kind` is `"URDF"` or `"SRDF"`."""
+    path = _resolve_path(reference, folder, robot)
     if not os.path.isfile(path):
         raise RobotError(robot, f"there is no {kind} file {path}")
     return path
 
 
-def _path(reference: str, folder: Path, robot: str) -> Path:
-    """Path of a reference, relative to a folder or in an installed Python package."""
+def _resolve_path(reference: str, folder: Path, robot: str) -> Path:
+    """Find the path of a reference, relative to a folder or in an installed Python package."""
     if reference.startswith(EXAMPLE_ROBOT_DATA):
         inside = reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
-        return example_robot_data(robot) / inside
+        return find_example_robot_data(robot) / inside
     path = folder / os.path.expanduser(reference)
     match = _IN_PACKAGE.fullmatch(reference)
     if match is None or path.exists():
         return path
-    module = _module_folder(match[1])
+    module = _find_module_folder(match[1])
     if module is None:
         name = _INSTALLED_AS.get(match[1], match[1])
         raise RobotError(
@@ -210,13 +210,13 @@ def _path(reference: str, folder: Path, robot: str) -> Path:
     return module / match[2].lstrip("/")
 
 
-def _module_folder(module: str) -> Path | None:
-    """Folder of an installed Python package, without importing it."""
+def _find_module_folder(module: str) -> Path | None:
+    """Find the folder of an installed Python package, without importing it."""
     return next((path for folder in sys.path if (path := Path(folder) / module).is_dir()), None)
 
 
-def example_robot_data(robot: str) -> Path:
-    """Folder `robots` of the installed package example-robot-data, without importing it.
+def find_example_robot_data(robot: str) -> Path:
+    """Find the folder `robots` of the package example-robot-data, without importing it.
 
     Raises:
         RobotError: The package is not installed.

@@ -26,7 +26,7 @@ class Payload(ReadOnlyArrays):
 
     Raises:
         InputError: A value is not finite, the mass is negative, or the inertia is impossible: see
-            `payload_fault`.
+            `find_payload_fault`.
 
     >>> Payload(2.0, [0, 0, 0.06], np.diag([0.01, 0.01, 0.004])).mass
     2.0
@@ -40,7 +40,7 @@ class Payload(ReadOnlyArrays):
         inertia = self.inertia
         moments = read_only(np.zeros((3, 3)) if inertia is None else inertia, (3, 3), "inertia")
         mass = float(read_only(self.mass, (), "mass"))
-        fault = payload_fault(mass, None if inertia is None else moments)
+        fault = find_payload_fault(mass, None if inertia is None else moments)
         if fault is not None:
             raise InputError("payload: {} {}; give {}".format(*fault))
         centre = read_only(self.centre_of_mass, (3,), "centre of mass")
@@ -53,7 +53,7 @@ class Payload(ReadOnlyArrays):
         return b"".join(np.asarray(value).tobytes() for value in vars(self).values())
 
 
-def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, str] | None:
+def find_payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, str] | None:
     """Explain why a mass and inertia are impossible.
 
     Args:

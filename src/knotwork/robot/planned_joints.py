@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.description import Description
-from knotwork.robot.joint_limits import chain_limits
+from knotwork.robot.joint_limits import collect_limits
 from knotwork.waypoints import FloatArray, read_only
 
 
@@ -37,7 +37,7 @@ class PlannedJoints:
         self.names = (*names, *(joint.name for joint in extra))
         self.units = (*units, *(joint.unit for joint in extra))
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.lower, self.upper, limits = chain_limits(
+        self.lower, self.upper, limits = collect_limits(
             description.urdf,
             description.limits,
             names,

@@ -103,7 +103,7 @@ class UrdfShapes:
             for parent in child_elements(joint, "parent"):
                 name = parent.getAttribute("link")
                 origins = self.carried.setdefault(names.get(name, name), [])
-                origins.append(_origin(joint)[1])
+                origins.append(_read_origin(joint)[1])
 
     def link_shapes(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
         """Give a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
@@ -122,11 +122,11 @@ class UrdfShapes:
                     continue
             colour, fault = None, ""
             try:
-                colour = _colour(item, materials)
+                colour = _read_colour(item, materials)
             except InputError as error:
                 fault = f"{error}; it is drawn grey"
             try:
-                shape, (rotation, translation) = _shape(shapes[0]), _origin(item)
+                shape, (rotation, translation) = _read_shape(shapes[0]), _read_origin(item)
             except InputError as error:
                 faults.append(str(error))
                 continue
@@ -135,14 +135,14 @@ class UrdfShapes:
         return valid, faults
 
 
-def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
+def _read_colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
     colour = None
     for material in child_elements(item, "material"):
         named = materials.get(material.getAttribute("name"))
         definition = material if child_elements(material, "color") else named
         if definition is not None:
             element = child_elements(definition, "color")[0]
-            red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
+            red, green, blue, *opacity = _read_numbers(element, "rgba", 3, 4)
             colour = (red, green, blue, opacity[0] if opacity else 1.0)
             if not all(0.0 <= part <= 1.0 for part in colour):
                 text = format_value(element.getAttribute("rgba"))
@@ -150,18 +150,20 @@ def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
     return colour
 
 
-def _shape(element: Element) -> LinkShape:
+def _read_shape(element: Element) -> LinkShape:
     kind = element.tagName
     if kind not in _SIZES:
         raise InputError(f"there is no shape <{kind}>; drawn are {', '.join(_SIZES)}")
-    size = [number for name, n in _SIZES[kind].items() for number in _numbers(element, name, n)]
+    size = [
+        number for name, n in _SIZES[kind].items() for number in _read_numbers(element, name, n)
+    ]
     if any(number <= 0.0 for number in size):
         raise InputError(f"{kind} has sizes {format_value(size)}; each must be greater than 0")
     mesh, scale = "", np.ones(3)
     if kind == "mesh":
         mesh = element.getAttribute("filename")
         if element.hasAttribute("scale"):
-            scale = np.array(_numbers(element, "scale", 3))
+            scale = np.array(_read_numbers(element, "scale", 3))
         if not scale.all():
             raise InputError(
                 f"mesh {format_value(mesh)} has scale {format_value(scale.tolist())}; none may be 0"
@@ -169,7 +171,7 @@ def _shape(element: Element) -> LinkShape:
     return LinkShape(kind, tuple(size), mesh, scale=scale)
 
 
-def _numbers(
+def _read_numbers(
     element: Element, name: str, min_count: int, max_count: int | None = None
 ) -> list[float]:
     """Numbers of an attribute.
@@ -195,14 +197,14 @@ def _numbers(
     return numbers
 
 
-def _origin(element: Element) -> tuple[FloatArray, FloatArray]:
+def _read_origin(element: Element) -> tuple[FloatArray, FloatArray]:
     """Rotation and translation of an element's origin.
 
     Raises:
         InputError: Values are not numbers.
     """
     for origin in child_elements(element, "origin"):
-        xyz = _numbers(origin, "xyz", 3) if origin.hasAttribute("xyz") else [0.0] * 3
-        rpy = _numbers(origin, "rpy", 3) if origin.hasAttribute("rpy") else [0.0] * 3
+        xyz = _read_numbers(origin, "xyz", 3) if origin.hasAttribute("xyz") else [0.0] * 3
+        rpy = _read_numbers(origin, "rpy", 3) if origin.hasAttribute("rpy") else [0.0] * 3
         return np.asarray(pin.rpy.rpyToMatrix(np.array(rpy))), np.array(xyz)
     return np.eye(3), np.zeros(3)

@@ -25,8 +25,8 @@ from knotwork.robot.urdf_rules import (
     check_tree,
     child_elements,
     elements_by_name,
-    link_of,
-    plain_text,
+    read_link,
+    reduce_to_tree,
 )
 
 # Limit of unbounded joints while the URDF is parsed; infinity in the arrays.
@@ -83,7 +83,7 @@ class Urdf(NamedTuple):
 
 
 def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> Urdf:
-    """Read a URDF file, cached by its text; the result is never changed.
+    """Read a URDF file. The result is cached by the file's text, so it must not be changed.
 
     Args:
         path: The file.
@@ -103,7 +103,7 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
 
 
 def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
-    """For each joint of a robot's URDF the joints that carry it, including itself."""
+    """Find the joints that carry each joint of a robot's URDF, including itself."""
     tree = read_urdf(urdf.files[0].path, robot, urdf.axes).model
     return {
         name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
@@ -129,14 +129,14 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
             for (name, file), text in zip(placed, texts[1:], strict=True)
         }
         for (_, file), (tree, _) in zip(placed, trees.values(), strict=True):
-            _build(plain_text(tree), file, robot)  # so that errors name the correct file
+            _build_model(reduce_to_tree(tree), file, robot)  # so that errors name the correct file
         try:
             files += add_axes(root, axes, base, trees)
             base = check_tree(root)
         except InputError as error:
             raise RobotError(robot, f"external_axes: {error}") from error
     parents = {
-        link_of(element, "child"): link_of(element, "parent")
+        read_link(element, "child"): read_link(element, "parent")
         for element in child_elements(root, "joint")
     }
     if seen_from:
@@ -146,8 +146,8 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
     for name in unbounded:
-        _bound(joints[name])
-    model = _build(plain_text(root), path, robot)
+        _set_wide_limits(joints[name])
+    model = _build_model(reduce_to_tree(root), path, robot)
     links = tuple(elements_by_name(root, "link"))
     carriers = set(parents.values())
     return Urdf(
@@ -159,7 +159,7 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
         leaves=tuple(link for link in links if link not in carriers),
         types=types,
         unbounded=unbounded,
-        mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
+        mimics={name: mimic for name, e in joints.items() if (mimic := _read_mimic(e)) is not None},
         axes=axes,
         added=tuple(
             n for n, kind in types.items() if n not in elements["joint"] and kind != "fixed"
@@ -168,20 +168,20 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
 
 
 def _parse_tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
-    """Root element of a URDF with a valid tree of links, and its root link."""
+    """Parse a URDF, and check its tree of links; return its root element and its root link."""
     try:
         document = parse_xml(text.encode(), MAX_URDF_ELEMENTS)
     except InputError as error:
         raise RobotError(robot, f"{path} is not a URDF: {error}") from error
-    root = _root(document, text, path, robot)
+    root = _require_robot_element(document, text, path, robot)
     try:
         return root, check_tree(root)
     except InputError as error:
         raise RobotError(robot, f"{path} is not a valid URDF: {error}") from error
 
 
-def _root(document: Document, text: str, path: Path, robot: str) -> Element:
-    """Root element of a URDF; an error with a remedy for a file of another format."""
+def _require_robot_element(document: Document, text: str, path: Path, robot: str) -> Element:
+    """Return the root element of a URDF; the error for another format has a remedy."""
     root = document.documentElement
     name = "" if root is None else root.tagName
     if name in _OTHER_FORMATS:
@@ -200,7 +200,7 @@ def _root(document: Document, text: str, path: Path, robot: str) -> Element:
     return root
 
 
-def _mimic(joint: Element) -> Mimic | None:
+def _read_mimic(joint: Element) -> Mimic | None:
     elements = child_elements(joint, "mimic")
     if not elements:
         return None
@@ -209,7 +209,7 @@ def _mimic(joint: Element) -> Mimic | None:
     return Mimic(mimic.getAttribute("joint"), float(multiplier or 1), float(offset or 0))
 
 
-def _bound(joint: Element) -> None:
+def _set_wide_limits(joint: Element) -> None:
     """Turn an unbounded joint into a revolute one with wide limits.
 
     Pinocchio represents a continuous joint by cosine and sine. A curve through waypoints needs the
@@ -229,7 +229,7 @@ def _bound(joint: Element) -> None:
     limit.setAttribute("upper", _WIDE_LIMIT)
 
 
-def _build(text: str, path: Path, robot: str) -> Any:
+def _build_model(text: str, path: Path, robot: str) -> Any:
     captured: list[str] = []
     try:
         with _capture_stderr(captured):

@@ -31,8 +31,8 @@ def child_elements(element: Element, tag: str = "") -> list[Element]:
     return [node for node in nodes if isinstance(node, Element) and tag in ("", node.tagName)]
 
 
-def link_of(joint: Element, end: str) -> str:
-    """Name of the link at an end of a joint, `"parent"` or `"child"`; empty if there is none."""
+def read_link(joint: Element, end: str) -> str:
+    """Read the link at an end of a joint, `"parent"` or `"child"`; empty if there is none."""
     elements = child_elements(joint, end)
     return elements[0].getAttribute("link") if elements else ""
 
@@ -53,22 +53,22 @@ def check_tree(root: Element) -> str:
     links, joints = child_elements(root, "link"), child_elements(root, "joint")
     if len(links) > MAX_LINKS:
         raise InputError(f"it has {len(links)} links; at most {MAX_LINKS} are read")
-    names = _names(links, "link")
-    _names(joints, "joint")
+    names = _check_names(links, "link")
+    _check_names(joints, "joint")
     above: dict[str, str] = {}
     for joint in joints:
         name = joint.getAttribute("name")
         if name == "universe":
             raise InputError("a joint is named 'universe', which Pinocchio reserves for its root")
         for end in ("parent", "child"):
-            link = link_of(joint, end)
+            link = read_link(joint, end)
             if link not in names:
                 fault = f"{link!r}, which is not a link" if link else "not given"
                 raise InputError(f"the {end} of joint {name!r} is {fault}")
-        child = link_of(joint, "child")
+        child = read_link(joint, "child")
         if child in above:
             raise InputError(f"link {child!r} is the child of two joints; only one is accepted")
-        above[child] = link_of(joint, "parent")
+        above[child] = read_link(joint, "parent")
     roots = [name for name in names if name not in above]
     if len(roots) > 1:
         some = ", ".join(map(repr, roots[:5]))
@@ -81,8 +81,8 @@ def check_tree(root: Element) -> str:
     return roots[0]
 
 
-def _names(elements: list[Element], kind: str) -> dict[str, None]:
-    """Names in the order of the file, as the keys of a mapping."""
+def _check_names(elements: list[Element], kind: str) -> dict[str, None]:
+    """Check that names are given once each; return them in order, as keys of a mapping."""
     names: dict[str, None] = {}
     for element in elements:
         name = element.getAttribute("name")
@@ -130,7 +130,7 @@ def _check_inertia(link: Element) -> None:
 
 def _check_not_negative(element: Element, attribute: str, name: str, minimum: float = 0.0) -> None:
     text = element.getAttribute(attribute)
-    if not minimum <= _number(text) < math.inf:
+    if not minimum <= _parse_number(text) < math.inf:
         raise InputError(f"{name} is {format_value(text)}; it must be a number from 0 on")
 
 
@@ -140,7 +140,7 @@ def _check_axis(joint: Element) -> None:
         return
     for axis in child_elements(joint, "axis"):
         text = axis.getAttribute("xyz")
-        if not 0.0 < math.hypot(*map(_number, text.split())) < math.inf:
+        if not 0.0 < math.hypot(*map(_parse_number, text.split())) < math.inf:
             name = joint.getAttribute("name")
             raise InputError(
                 f"the axis of joint {name!r} is {format_value(text)}; it must be a direction, such "
@@ -148,16 +148,16 @@ def _check_axis(joint: Element) -> None:
             )
 
 
-def _number(text: str) -> float:
-    """The number of a text, or NaN."""
+def _parse_number(text: str) -> float:
+    """Parse a number; NaN for other text."""
     try:
         return float(text)
     except ValueError:
         return math.nan
 
 
-def plain_text(root: Element) -> str:
-    """A URDF reduced to the tree of links, without shapes and data of other programs."""
+def reduce_to_tree(root: Element) -> str:
+    """Reduce a URDF to the tree of links, without shapes and data of other programs."""
     for name in list(root.attributes.keys()):
         if name != "name":
             root.removeAttribute(name)

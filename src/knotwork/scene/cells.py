@@ -1,4 +1,4 @@
-"""Cells of a point cloud: all grid cubes that hold points, as solids."""
+"""Cells of a point cloud: the grid cubes that hold its points, as solids."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Cells:
 
 @lru_cache(maxsize=32)
 def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
-    """The cells of the points of a file.
+    """Read a point cloud, and collect the cells that hold its points.
 
     Args:
         path: The file.

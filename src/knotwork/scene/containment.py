@@ -20,7 +20,7 @@ def is_one_inside_other(first: Placed, second: Placed) -> bool:
     for outer, inner in ((first, second), (second, first)):
         if outer.solid.triangles is None or inner.solid.plane is not None:
             continue
-        points = _points(inner.solid) @ inner.rotation.T + inner.origin
+        points = _sample_parts(inner.solid) @ inner.rotation.T + inner.origin
         points = (points - outer.origin) @ outer.rotation
         if any(_is_inside(outer.solid, point) for point in points):
             return True
@@ -56,7 +56,7 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
     return not nested
 
 
-def _points(solid: Solid) -> FloatArray:
+def _sample_parts(solid: Solid) -> FloatArray:
     """Give a point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
     if solid.triangles is not None and solid.parts is not None:
         _, first = np.unique(solid.parts, return_index=True)

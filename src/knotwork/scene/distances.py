@@ -77,10 +77,11 @@ class DistanceMeter:
             max_distance: Upper bound of relevant distances [m]. For exact meshes and cells that are
                 farther offset, the result is between this and the distance.
         """
-        if _cells_second(first, second):
+        if _must_be_swapped(first, second):
             first, second = second, first
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
-            first, second = _in_axes_of(second, first), Placed(second.solid, np.eye(3), np.zeros(3))
+            first = _express_in_axes(second, first)
+            second = Placed(second.solid, np.eye(3), np.zeros(3))
         self._first.setTransform(first.rotation, first.origin)
         self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
@@ -126,7 +127,7 @@ class DistanceMeter:
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids; arguments as for `distance`."""
-        if _cells_second(first, second):
+        if _must_be_swapped(first, second):
             swapped = self.nearest(second, first)
             return Nearest(swapped.distance, swapped.points[::-1], -swapped.normal)
         distance = self.distance(first, second)
@@ -141,12 +142,12 @@ class DistanceMeter:
         return Nearest(distance, points, normal)
 
 
-def _cells_second(first: Placed, second: Placed) -> bool:
+def _must_be_swapped(first: Placed, second: Placed) -> bool:
     """Whether the second of two solids has cells and the first has not: Coal swaps their points."""
     return second.solid.cells is not None and first.solid.cells is None
 
 
-def _in_axes_of(frame: Placed, solid: Placed) -> Placed:
+def _express_in_axes(frame: Placed, solid: Placed) -> Placed:
     """Express a solid in the axes of another; Coal's bounds of rotated ellipsoids are too small."""
     turn = frame.rotation.T
     return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))

@@ -26,7 +26,7 @@ SHEET_THICKNESS = 1e-4
 """Thickness added to a sheet on both sides [m]."""
 
 
-def convex_hull(points: FloatArray) -> Any:
+def make_convex_hull(points: FloatArray) -> Any:
     """Convex hull of points [m], shape (n, 3), for Coal; larger by about 0.05 % at most.
 
     It is exact if each corner has at most `MAX_NEIGHBOURS` neighbours. Flat bodies are thickened by
@@ -40,7 +40,7 @@ def convex_hull(points: FloatArray) -> Any:
     points = _thicken_sheet(points)
     if len(points) <= MAX_COAL_POINTS:
         try:
-            return coal.ConvexBase.convexHull(_vectors(points), True, "Qt")
+            return coal.ConvexBase.convexHull(_to_coal_vectors(points), True, "Qt")
         except Exception:  # Boost.Python forwards any exception of Coal
             pass  # a corner has too many neighbours
     from scipy.spatial import ConvexHull, QhullError
@@ -52,8 +52,8 @@ def convex_hull(points: FloatArray) -> Any:
         for width in WIDTHS.tolist():
             hull = ConvexHull(corners, qhull_options=f"Qt W{width:.3g}")
             if np.bincount(hull.simplices.ravel()).max() <= MAX_NEIGHBOURS:
-                enlarged = _enlarged(hull, at) * size @ axes.T
-                return coal.Convex(_vectors(enlarged), _triangles(hull))
+                enlarged = _enlarge_hull(hull, at) * size @ axes.T
+                return coal.Convex(_to_coal_vectors(enlarged), _to_coal_triangles(hull))
             corners = corners[hull.vertices]
     except (QhullError, RuntimeError) as error:
         raise InputError(f"the convex hull of {len(points)} points can't be made") from error
@@ -68,8 +68,8 @@ def _thicken_sheet(points: FloatArray) -> FloatArray:
     return points
 
 
-def _enlarged(hull: Any, points: FloatArray) -> FloatArray:
-    """Corners of a hull, scaled about its largest ball until all points are inside, shape (m, 3).
+def _enlarge_hull(hull: Any, points: FloatArray) -> FloatArray:
+    """Scale the corners of a hull about its largest ball until all points are inside, shape (m, 3).
 
     With the ball's radius r, scaling by 1 + e/r moves each facet outwards by e at least.
     """
@@ -83,8 +83,8 @@ def _enlarged(hull: Any, points: FloatArray) -> FloatArray:
     return np.asarray(middle + (hull.points[hull.vertices] - middle) * (1.0 + outside / radius))
 
 
-def _triangles(hull: Any) -> Any:
-    """The hull's triangles in Coal's type, counter-clockwise seen from outside."""
+def _to_coal_triangles(hull: Any) -> Any:
+    """Convert the hull's triangles to Coal's type, counter-clockwise seen from outside."""
     a, b, c = hull.points[hull.simplices.T]
     turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     corner_of = np.zeros(len(hull.points), dtype=int)
@@ -96,8 +96,8 @@ def _triangles(hull: Any) -> Any:
     return triangles
 
 
-def _vectors(points: FloatArray) -> Any:
-    """Points in Coal's type."""
+def _to_coal_vectors(points: FloatArray) -> Any:
+    """Convert points to Coal's type."""
     vectors = coal.StdVec_Vec3s()
     vectors.extend(list(points))
     return vectors

@@ -14,7 +14,7 @@ from knotwork.robot import Robot
 from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scene.bodies import Body
-from knotwork.scene.meshes.locating import find_mesh, ros_folders
+from knotwork.scene.meshes.locating import find_mesh, list_ros_folders
 from knotwork.scene.solids import make_solid
 from knotwork.task.scenario import PlacedShape
 
@@ -56,7 +56,7 @@ def read_link_bodies(robot: Robot) -> LinkBodies:
         for frame in _link_frames(robot)
     )
     files = tuple((file, _last_change(file.path)) for file in robot.urdf_files)
-    key = _Key(files, tuple(placed), (tuple(robot.package_paths), ros_folders()), robot)
+    key = _Key(files, tuple(placed), (tuple(robot.package_paths), list_ros_folders()), robot)
     links = _read_bodies(key)
     if links.missing or any(_last_change(path) != time for path, time in links.meshes):
         _read_bodies.cache_clear()
@@ -81,7 +81,7 @@ def _last_change(path: Path) -> int | None:
 def _read_bodies(key: _Key) -> LinkBodies:
     """Read the collision shapes of a robot's links."""
     robot = key.robot
-    urdf_shapes, ros = UrdfShapes(robot.urdf_files), ros_folders()
+    urdf_shapes, ros = UrdfShapes(robot.urdf_files), list_ros_folders()
     bodies, missing, bare = [], [], []
     meshes: dict[Path, int | None] = {}
     for frame in _link_frames(robot):

@@ -80,7 +80,7 @@ class Pairing:
         if first.joint == second.joint:
             return MOVE_TOGETHER if first.joint else NEITHER_MOVES
         kinds = {first.kind, second.kind}
-        if kinds <= {"link", "tool"} and not self.scene.rules.itself:
+        if kinds <= {"link", "tool"} and not self.scene.collisions.itself:
             return SELF_CHECK_OFF
         reason = self.given.get(frozenset((first.identity, second.identity)))
         keeps_clear = first.tool_keeps_clear or second.tool_keeps_clear

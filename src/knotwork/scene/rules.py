@@ -37,7 +37,7 @@ def resolve_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Pl
                 fault = f"names {name!r} itself"
                 raise names.wrong((*place, "allow"), fault, "names of bodies that may touch it")
             reasons[frozenset((identity, other))] = ALLOWED
-    for i, pair in enumerate(scene.rules.ignore):
+    for i, pair in enumerate(scene.collisions.ignore):
         at = ("collisions", "ignore", i)
         meant = names.meant(pair, at)
         if pair[0] == pair[1] or len(meant) != len(set(meant)):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from knotwork.errors import InputError
 from knotwork.scene.cells import Cells, read_cells
-from knotwork.scene.hulls import convex_hull
+from knotwork.scene.hulls import make_convex_hull
 from knotwork.scene.meshes.mesh_files import read_mesh, read_points
 from knotwork.task.scenario import PlacedShape
 from knotwork.waypoints import FloatArray
@@ -101,11 +101,11 @@ def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
             raise InputError(f"{shape.path} can't be read: {error.strerror}") from error
         if shape.kind == "points":
             cells = read_cells(shape.path, changed, shape.scale[0], shape.resolution)
-            geometry, hull = _octree(cells)
+            geometry, hull = _make_octree(cells)
         elif shape.exact:
-            geometry, triangles, parts, hull = _exact(shape.path, changed, shape.scale)
+            geometry, triangles, parts, hull = _read_exact_mesh(shape.path, changed, shape.scale)
         else:
-            geometry = _hull(shape.path, changed, shape.scale)
+            geometry = _read_hull(shape.path, changed, shape.scale)
     elif shape.kind == "half_space":
         normal = turn @ np.array(shape.size[:3])
         plane = np.array([*normal, shape.size[3] + normal @ shift])
@@ -174,19 +174,19 @@ def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=256)
-def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
+def _read_hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
     """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
-    return convex_hull(read_points(path) * np.array(scale))
+    return make_convex_hull(read_points(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
-def _octree(cells: Cells) -> tuple[Any, Any]:
+def _make_octree(cells: Cells) -> tuple[Any, Any]:
     """Convert cells to Coal's type, and make their convex hull."""
-    return cells.octree(), convex_hull(cells.outermost)
+    return cells.octree(), make_convex_hull(cells.outermost)
 
 
 @lru_cache(maxsize=32)
-def _exact(
+def _read_exact_mesh(
     path: Path, changed: int, scale: tuple[float, float, float]
 ) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
     """Read an exact mesh: Coal's mesh, corners and part of each triangle, and the hull."""
@@ -213,4 +213,4 @@ def _exact(
     mesh.endModel()
     joined = coo_array((np.ones(len(edges)), edges.T), shape=(len(points), len(points)))
     part = np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
-    return mesh, points[faces], part[faces[:, 0]], convex_hull(points)
+    return mesh, points[faces], part[faces[:, 0]], make_convex_hull(points)

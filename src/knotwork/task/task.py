@@ -24,7 +24,6 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.actions import Output, one_name_each
 from knotwork.task.open_values import ChosenMotion, Way, Weights
-from knotwork.task.places import moved_paths, read_document
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
 from knotwork.task.task_options import (
@@ -36,6 +35,7 @@ from knotwork.task.task_options import (
     Tolerances,
 )
 from knotwork.task.task_part import TaskPart
+from knotwork.task.task_source import moved_paths, read_document
 from knotwork.task.task_waypoints import (
     KINDS,
     JointWaypoint,

@@ -12,8 +12,8 @@ from knotwork.verification.finding import Finding
 
 MAX_GROUP_TEXTS = 2
 """Maximum number of texts of a group."""
-NOTABLE_USE = 0.01
-"""Minimum use of a limit that gets its own row."""
+NOTABLE_UTILISATION = 0.01
+"""Minimum utilisation of a limit that gets its own row."""
 NARROWEST_LINE = 20
 BRIEF_INDENT = "  "
 _NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -88,25 +88,27 @@ def brief_texts_by_group(groups: Mapping[str, list[Finding]]) -> dict[str, list[
 
 
 def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
-    """The finding nearest its limit, with its use of the limit, or else its margin.
+    """The finding nearest its limit, with its utilisation, or else its margin.
 
     Without limits, the largest value of each quantity.
     """
     numbers = [finding for finding in findings if finding.value is not None]
     undecided = [finding for finding in numbers if finding.verdict == "undecided"]
     if undecided:
-        worst = max(undecided, key=lambda finding: finding.use or 0.0)
+        worst = max(undecided, key=lambda finding: finding.utilisation or 0.0)
         return [f"{len(undecided)} undecided: {describe(worst, units)}"]
-    if unused := without_use(findings):
+    if unused := without_utilisation(findings):
         return [describe(finding, units) for finding in unused]
     if limited := with_limits(numbers):
-        return [use_text(max(limited, key=lambda finding: finding.use or 0.0), units)]
+        return [
+            utilisation_text(max(limited, key=lambda finding: finding.utilisation or 0.0), units)
+        ]
     return ["sampled only" if any(finding.only_sampled for finding in numbers) else "not judged"]
 
 
-def use_text(finding: Finding, units: Units) -> str:
-    """Text of a finding's use of its limit, and its subject."""
-    return f"{100.0 * (finding.use or 0.0):.0f} %: {describe(finding, units)}"
+def utilisation_text(finding: Finding, units: Units) -> str:
+    """Utilisation of a finding's limit, and its subject, as text."""
+    return f"{100.0 * (finding.utilisation or 0.0):.0f} %: {describe(finding, units)}"
 
 
 def describe(finding: Finding, units: Units) -> str:
@@ -146,13 +148,15 @@ def worst_short_text(findings: Sequence[Finding], units: Units) -> str:
 
 
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
-    """Whether all findings have limits and use less than `NOTABLE_USE` of them."""
+    """Whether all findings have limits and use less than `NOTABLE_UTILISATION` of them."""
     if any(finding.brief for finding in findings):
         return False
     numbers = [finding for finding in findings if finding.value is not None]
-    uses = [0.0 if finding.value == finding.limit == 0.0 else finding.use for finding in numbers]
+    utilisations = [
+        0.0 if finding.value == finding.limit == 0.0 else finding.utilisation for finding in numbers
+    ]
     return all(finding.required for finding in numbers) and all(
-        use is not None and use < NOTABLE_USE for use in uses
+        part is not None and part < NOTABLE_UTILISATION for part in utilisations
     )
 
 
@@ -196,26 +200,28 @@ def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
 def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     """Group findings by quantity and kind of subject, the worst of each group first.
 
-    The worst finding has the largest use of its limit, or else the smallest margin.
+    The worst finding has the largest utilisation, or else the smallest margin.
     """
     kinds: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.group, finding.subject, finding.quantity), []).append(finding)
     for kind in kinds.values():
-        worst = max(kind, key=lambda finding: (finding.use or 0.0, -(finding.margin or 0.0)))
+        worst = max(
+            kind, key=lambda finding: (finding.utilisation or 0.0, -(finding.margin or 0.0))
+        )
         kind.insert(0, kind.pop(kind.index(worst)))
     return list(kinds.values())
 
 
-def without_use(findings: Sequence[Finding]) -> list[Finding]:
-    """The findings to print of a group without use of limits.
+def without_utilisation(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings that represent a group in which no utilisation is defined.
 
     If limits are zero, it is the finding nearest its limit. Without limits, it is the largest value
     of each quantity. Otherwise there is none.
     """
     numbers = [finding for finding in findings if finding.value is not None]
     limited = with_limits(numbers)
-    if any(finding.use is None for finding in limited):
+    if any(finding.utilisation is None for finding in limited):
         return [min(limited, key=lambda finding: finding.margin or 0.0)]
     if any(finding.limit is not None for finding in numbers):
         return []

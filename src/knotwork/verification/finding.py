@@ -172,11 +172,11 @@ class Finding:
         return "" if self.time is None else f"{self.time:.3f}"
 
     @property
-    def use(self) -> float | None:
+    def utilisation(self) -> float | None:
         """Value relative to the limit; `None` if undefined.
 
-        If only samples keep a limit, the use is unknown: `None`. It is infinite at a jump, and for
-        a negative value with a lower limit.
+        It is also `None` if only samples keep the limit. It is infinite at a jump, and for a
+        negative value with a lower limit.
         """
         if self.value is None or not self.limit:
             return None

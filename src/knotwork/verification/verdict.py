@@ -18,9 +18,9 @@ from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
 from knotwork.verification.brief import (
     BRIEF_INDENT,
-    NOTABLE_USE,
+    NOTABLE_UTILISATION,
     group_lines,
-    use_text,
+    utilisation_text,
     worst_lines,
     wrap,
 )
@@ -166,19 +166,19 @@ class Report:
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
-        """The finding with the largest use of its limit for each requirement met, in this order.
+        """The finding with the largest utilisation for each requirement met, in this order.
 
         >>> report = kw.plan("ur5_deburring").report
-        >>> [f"{finding.title} {finding.use:.0%}" for finding in report.tightest[:2]]
+        >>> [f"{finding.title} {finding.utilisation:.0%}" for finding in report.tightest[:2]]
         ['tool speed 81%', 'position 77%']
         """
         met = [
             finding
             for finding in self.findings
-            if finding.verdict == "met" and finding.use is not None and not finding.detail
+            if finding.verdict == "met" and finding.utilisation is not None and not finding.detail
         ]
         worst: dict[tuple[str, str], Finding] = {}
-        for finding in sorted(met, key=lambda finding: -(finding.use or 0.0)):
+        for finding in sorted(met, key=lambda finding: -(finding.utilisation or 0.0)):
             worst.setdefault((finding.subject, finding.quantity), finding)
         return tuple(worst.values())
 
@@ -197,8 +197,10 @@ class Report:
         '102 of 102 met; tightest 81 %: ...'
         """
         met, required = self.counts
-        tight = [item for item in self.tightest if (item.use or 0.0) >= NOTABLE_USE]
-        tightest = f"; tightest {use_text(tight[0], self.units)}" if tight and self.ok else ""
+        tight = [item for item in self.tightest if (item.utilisation or 0.0) >= NOTABLE_UTILISATION]
+        tightest = (
+            f"; tightest {utilisation_text(tight[0], self.units)}" if tight and self.ok else ""
+        )
         return f"{met} of {required} met{self.reservations}{tightest}"
 
     def brief(self, width: int = REPORT_WIDTH) -> list[str]:

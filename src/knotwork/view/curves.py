@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.critical_points import critical_points, horner
+from knotwork.curves.polynomial.critical_points import find_critical_points, horner
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.waypoints import FloatArray
 
@@ -73,7 +73,7 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
     pieces = span.size
     count = min(max(CURVE_POINTS // pieces, MIN_POINTS), MAX_POINTS) if degree > 1 else 2
     regular = np.broadcast_to(np.linspace(0.0, 1.0, count)[:, None], (count, pieces))
-    fraction = np.sort(np.concatenate((regular, critical_points(unit))), axis=0)
+    fraction = np.sort(np.concatenate((regular, find_critical_points(unit))), axis=0)
     time = np.minimum(curve.x[:-1] + fraction * span, curve.x[1:])
     time[-1] = curve.x[1:]
     value = horner(unit, fraction)

@@ -14,9 +14,9 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
-    NOTABLE_USE,
+    NOTABLE_UTILISATION,
     brief_texts_by_group,
-    without_use,
+    without_utilisation,
     worst_failures,
 )
 from knotwork.view.joint_plots import plot_joints
@@ -91,8 +91,12 @@ def report_page(plan: PlanLike) -> Page:
 def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
     failing = worst_failures(report.failures)[:MAX_ROWS]
-    used = [finding for finding in report.tightest if (finding.use or 0.0) >= NOTABLE_USE]
-    unused = [finding for group in report.groups.values() for finding in without_use(group)]
+    used = [
+        finding
+        for finding in report.tightest
+        if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
+    ]
+    unused = [finding for group in report.groups.values() for finding in without_utilisation(group)]
     rows: dict[tuple[str, str], Finding] = {}
     for finding in (*failing, *used[:MAX_ROWS], *unused):
         rows.setdefault((finding.subject, finding.quantity), finding)

@@ -40,7 +40,7 @@ def limit_shares(
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
     for finding in findings:
-        most = np.inf if finding.use is None and not finding.ok else finding.use
+        most = np.inf if finding.utilisation is None and not finding.ok else finding.utilisation
         if finding.group not in LIMITS or finding.limit is None or most is None:
             continue
         values, lower, upper = np.zeros(time.shape), -np.inf, finding.limit

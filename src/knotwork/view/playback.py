@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.curves.trajectory.sampling import sample_times
+from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.robot import Robot
 from knotwork.units import Units
 from knotwork.view.base_joints import base_joints
@@ -28,7 +28,7 @@ def arm_frames(shown: ShownMotion) -> dict[str, Any]:
     """
     curve, robot = shown.curve, shown.robot
     start, end = float(curve.x[0]), float(curve.x[-1])
-    time = sample_times(start, end, min(FRAME_RATE, MAX_FRAMES / (end - start)))
+    time = make_sample_times(start, end, min(FRAME_RATE, MAX_FRAMES / (end - start)))
     position = np.hstack((curve(time), known_positions(shown.model, time)))
     arm: dict[str, Any] = {
         "start": start,

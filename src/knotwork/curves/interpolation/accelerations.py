@@ -117,7 +117,7 @@ def solve_knot_accelerations(
 
 
 def _knot_sums(data: Waypoints, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
-    """A and B of all intervals, with knots at the given distances from their ends."""
+    """Make the sums for A and B of all intervals, from the distances of knots to their ends."""
     x, y, v = data.x, data.y, data.dydx
     h = np.diff(x)
     p, b = after / h, before / h

@@ -70,7 +70,7 @@ def plan_modified_hermite(
                 "chosen", f"section {i} begins before the end of the previous section"
             )
         parts += _gap_pieces(waypoints, known, done, rows[0], options)
-        parts.append(_section_pieces(waypoints, known, rows, knots, section, i))
+        parts.append(_section_pieces(waypoints, known, rows, knots, section=section, i=i))
         done = rows[-1]
     parts += _gap_pieces(waypoints, known, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
@@ -78,14 +78,14 @@ def plan_modified_hermite(
 
 
 def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
-    """Replace unknown values."""
+    """Replace unknown values of some rows."""
     known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
 
 
 def _locate_section(
     waypoints: JointWaypoints, section: ChosenSection, i: int
 ) -> tuple[IndexArray, IndexArray]:
-    """The waypoints of a chosen section, and the index of the knot at each."""
+    """Find the waypoints of a chosen section, and the index of the knot at each."""
     t, x = waypoints.time, section.times
     if section.acceleration.shape[1:] != waypoints.position.shape[1:]:
         raise OptionError("chosen", f"section {i} has accelerations of other joints")
@@ -114,7 +114,7 @@ def _locate_section(
 def _gap_pieces(
     waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Knots and coefficients of the curve between chosen sections, if there is a gap."""
+    """Make the knots and coefficients of the curve between chosen sections, if there is a gap."""
     if first == last:
         return []
     rows = slice(first, last + 1)
@@ -136,7 +136,7 @@ def _section_pieces(
     section: ChosenSection,
     i: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Knots and coefficients of a chosen section."""
+    """Make the knots and coefficients of a chosen section."""
     x, a = section.times.copy(), section.acceleration.copy()
     x[knots] = waypoints.time[rows]
     a[[0, -1]] = known[rows[[0, -1]]]

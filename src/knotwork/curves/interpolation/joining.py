@@ -1,4 +1,4 @@
-"""Curves through waypoints, from coefficients."""
+"""Joining of polynomials to a curve through waypoints."""
 
 from __future__ import annotations
 

@@ -95,11 +95,11 @@ def place_knots(
             raise UnknownNameError("knot rule", rule, KNOT_RULES)
         rule = BalancedKnots() if rule == "balanced" else rule
     if isinstance(rule, BalancedKnots):
-        left, right = _balanced_knots(x, rule.c, known)
+        left, right = _place_balanced_knots(x, rule.c, known)
     elif isinstance(rule, str):
-        left, right = _paper_knots(x, known)
+        left, right = _place_paper_knots(x, known)
     else:
-        left, right = _validated_knots(x, rule, known)
+        left, right = _check_knots(x, rule, known)
     left[0], right[-1] = x[0], x[-1]
     if not known[0]:
         right[0] = x[0]
@@ -109,7 +109,7 @@ def place_knots(
     return left, right
 
 
-def _paper_knots(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+def _place_paper_knots(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
     left, right = x.copy(), x.copy()
     right[:-1] += PAPER_INNER[0] * h
@@ -121,7 +121,7 @@ def _paper_knots(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, F
     return left, right
 
 
-def _balanced_knots(
+def _place_balanced_knots(
     x: FloatArray, c: float, known: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
@@ -143,7 +143,7 @@ def _balanced_knots(
     return x - before, x + after
 
 
-def _validated_knots(
+def _check_knots(
     x: FloatArray, knots: ArrayLike, known: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     n = x.size

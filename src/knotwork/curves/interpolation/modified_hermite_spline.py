@@ -77,9 +77,9 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         end_acceleration: EndAcceleration = None,
         acceleration: ArrayLike | None = None,
     ) -> None:
-        times = checked_times(_real(x, "x"))
-        values, own_axis = _along_time(y, times.size, axis, "y")
-        derivatives, _ = _along_time(dydx, times.size, axis, "dydx")
+        times = checked_times(_require_real(x, "x"))
+        values, own_axis = _move_time_axis(y, times.size, axis, "y")
+        derivatives, _ = _move_time_axis(dydx, times.size, axis, "dydx")
         if values.shape != derivatives.shape:
             raise WaypointDataError(
                 f"y and dydx must have the same shape; with the time axis first they have "
@@ -89,7 +89,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         flat = times.size, math.prod(trailing)
         given = np.full(flat, np.nan)
         if acceleration is not None:
-            array, _ = _along_time(acceleration, times.size, axis, "acceleration", unknown=True)
+            array, _ = _move_time_axis(acceleration, times.size, axis, "acceleration", unknown=True)
             if array.shape != values.shape:
                 raise WaypointDataError(
                     f"acceleration must have the shape of y; with the time axis first they have "
@@ -140,7 +140,7 @@ def _check_range(a: FloatArray, c: FloatArray) -> None:
         )
 
 
-def _real(values: ArrayLike, name: str) -> NDArray[Any]:
+def _require_real(values: ArrayLike, name: str) -> NDArray[Any]:
     """Take real numbers as an array.
 
     Raises:
@@ -152,11 +152,11 @@ def _real(values: ArrayLike, name: str) -> NDArray[Any]:
     return array
 
 
-def _along_time(
+def _move_time_axis(
     values: ArrayLike, n: int, axis: int, name: str, *, unknown: bool = False
 ) -> tuple[FloatArray, int]:
     """Check data and move their time axis to the front; return the axis counted from 0."""
-    array = _real(values, name)
+    array = _require_real(values, name)
     if not -array.ndim <= axis < array.ndim:
         raise WaypointDataError(f"{name} has shape {array.shape}; there is no axis {axis} in it")
     axis %= array.ndim

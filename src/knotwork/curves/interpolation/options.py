@@ -22,7 +22,7 @@ ACCELERATION_RULES = ("zero", "estimated")
 class PlannerOptions:
     """Options of the planners. An option that a planner does not support is an error.
 
-    Each planner's `PlannerSpec` names the options that it supports. Arrays are kept as tuples;
+    Each planner's `PlannerSpec` names the options that it supports. Arrays are kept as tuples, so
     options can be compared.
 
     >>> options = kw.interpolation.PlannerOptions(knots="balanced", end_acceleration="zero")
@@ -38,7 +38,7 @@ class PlannerOptions:
         accelerations: Accelerations at the waypoints: `None` for the planner's default,
             `"zero"`, `"estimated"` from the neighbouring waypoints, or an array of shape (n, d)
             [rad/s² or m/s²].
-        chosen: Segments whose motion was chosen beforehand, in order of time, or `None`.
+        chosen: Sections whose motion was chosen beforehand, in order of time, or `None`.
 
     Raises:
         OptionError: `accelerations` is neither an accepted name nor finite numbers.
@@ -63,7 +63,7 @@ class PlannerOptions:
                     + suggest_name(self.accelerations, (*ACCELERATION_RULES, "an array")),
                 )
         else:
-            put("accelerations", _as_tuples(_numbers("accelerations", self.accelerations)))
+            put("accelerations", _as_tuples(_require_numbers("accelerations", self.accelerations)))
 
     @property
     def requested(self) -> tuple[str, ...]:
@@ -80,8 +80,8 @@ def _as_tuples(value: Any) -> Any:
     return value
 
 
-def _numbers(option: str, values: Any) -> Any:
-    """Numbers as an array; `None` stays `None`.
+def _require_numbers(option: str, values: Any) -> Any:
+    """Return numbers as an array, and `None` as it is.
 
     Raises:
         OptionError: Values are not real numbers, or not finite.

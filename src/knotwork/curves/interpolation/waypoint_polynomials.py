@@ -11,7 +11,7 @@ in where the values come from:
 | quintic, septic, nonic | waypoints | options: zero, estimated, given | zero |
 | 3-5-3 | waypoints | of the outer cubics, else options | |
 | bspline | ends; inner ones make accelerations continuous | | |
-| 4-3-4 | likewise | ends; inner ones of that curve | |
+| 4-3-4 | as bspline | ends; inner ones of that curve | |
 
 If preset values do not suit the positions and velocities, the velocity oscillates between the
 waypoints. Higher degrees have higher peaks: from rest to rest, with zeros preset, the peak velocity

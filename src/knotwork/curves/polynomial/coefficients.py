@@ -31,7 +31,7 @@ def checked_order(nu: Any, name: str = "derivative order nu") -> int:
     return int(nu)
 
 
-def _of_bounded_degree(c: FloatArray) -> FloatArray:
+def _limit_degree(c: FloatArray) -> FloatArray:
     """Return coefficients without leading zeros above the maximum degree.
 
     Raises:
@@ -99,6 +99,6 @@ def checked_coefficients(c: ArrayLike, breaks: FloatArray, axis: int) -> FloatAr
             f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
             "every coefficient must be finite"
         )
-    result = _of_bounded_degree(np.array(coefficients, dtype=float, order="C"))
+    result = _limit_degree(np.array(coefficients, dtype=float, order="C"))
     _check_magnitudes(result, breaks)
     return result

@@ -45,7 +45,7 @@ def horner(c: FloatArray, s: FloatArray) -> FloatArray:
 
 
 def differentiate(c: FloatArray) -> FloatArray:
-    """Coefficients of the derivative of polynomials c[k, ...], highest power first."""
+    """Differentiate polynomials with coefficients c[k, ...], highest power first."""
     powers = np.arange(c.shape[0] - 1, 0, -1.0)
     return np.asarray(c[:-1] * powers.reshape(-1, *[1] * (c.ndim - 1)))
 
@@ -58,7 +58,7 @@ def to_bernstein(degree: int) -> FloatArray:
     )
 
 
-def critical_points(c: FloatArray) -> FloatArray:
+def find_critical_points(c: FloatArray) -> FloatArray:
     """Points that include all inner extrema of polynomials on [0, 1].
 
     Degrees up to three are solved in closed form. For higher degrees, the roots of each derivative
@@ -80,24 +80,24 @@ def critical_points(c: FloatArray) -> FloatArray:
     scale = np.abs(slope).max(axis=0)
     slope /= np.where(scale > 0.0, scale, 1.0)
     if degree == 2:
-        return _linear_root(slope)
+        return _find_linear_root(slope)
     if degree == 3:
-        return _quadratic_roots(slope)
-    return _bracketed_roots(slope, critical_points(slope))
+        return _find_quadratic_roots(slope)
+    return _find_bracketed_roots(slope, find_critical_points(slope))
 
 
-def _in_piece(s: FloatArray) -> FloatArray:
+def _clip_to_piece(s: FloatArray) -> FloatArray:
     """Replace values outside [0, 1] and NaN by 0."""
     return np.where((s >= 0.0) & (s <= 1.0), s, 0.0)
 
 
-def _linear_root(c: FloatArray) -> FloatArray:
+def _find_linear_root(c: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return _in_piece(-c[1:] / c[:1])
+        return _clip_to_piece(-c[1:] / c[:1])
 
 
-def _quadratic_roots(c: FloatArray) -> FloatArray:
-    """Roots of c[0] s² + c[1] s + c[2]; the first coefficient may vanish.
+def _find_quadratic_roots(c: FloatArray) -> FloatArray:
+    """Find the roots of c[0] s² + c[1] s + c[2]. The first coefficient may be zero.
 
     One root would lose digits by cancellation, so it follows from the product of both. A
     discriminant slightly below zero is a double root of the slope up to rounding, which is not an
@@ -107,10 +107,10 @@ def _quadratic_roots(c: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         root = np.sqrt(b * b - 4.0 * a * constant)
         q = -0.5 * (b + np.copysign(root, b))
-        return np.sort(_in_piece(np.stack((q / a, constant / q))), axis=0)
+        return np.sort(_clip_to_piece(np.stack((q / a, constant / q))), axis=0)
 
 
-def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
+def _find_bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
     """One point for each interval between the cuts: the root of c there, if it exists.
 
     Args:
@@ -126,16 +126,16 @@ def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
     point = np.where(np.abs(at_low) <= np.abs(at_high), low, high)
     is_bracketed = np.sign(at_low) * np.sign(at_high) < 0.0
     columns = np.broadcast_to(c[:, None], (len(c), *low.shape))[:, is_bracketed]
-    point[is_bracketed] = _newton(
+    point[is_bracketed] = _refine_roots(
         columns, low[is_bracketed], high[is_bracketed], at_high[is_bracketed] > 0.0
     )
     return point
 
 
-def _newton(
+def _refine_roots(
     c: FloatArray, low: FloatArray, high: FloatArray, rising: NDArray[np.bool_]
 ) -> FloatArray:
-    """Roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
+    """Find roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
 
     A Newton step is used if it stays in the bracket and is at most half of the previous step.
     Otherwise the bracket is bisected, so that multiple roots converge as well.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.curves.polynomial.critical_points import critical_points, horner
+from knotwork.curves.polynomial.critical_points import find_critical_points, horner
 from knotwork.waypoints import FloatArray
 
 BLOCK_PIECES = 8192
@@ -47,7 +47,7 @@ class Extrema:
         )
 
 
-def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
+def find_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     """Find the extrema of a piecewise polynomial.
 
     Args:
@@ -85,7 +85,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
 
 
 def locate_extremum_candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and times at the ends and critical points of pieces, in time order.
+    """Locate the ends and critical points of pieces: values and times, in time order.
 
     Args:
         x: Breaks, shape (m+1,).
@@ -97,7 +97,7 @@ def locate_extremum_candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray
     span, unit = np.diff(x)[:, None], np.array(c)
     for low in range(1, len(c)):  # powers of the span may overflow
         unit[:low] *= span
-    inner = critical_points(unit)
+    inner = find_critical_points(unit)
     local = np.empty((len(inner) + 2, *c.shape[1:]))
     local[0] = 0.0
     np.multiply(inner, span, out=local[1:-1])

@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray
 def correct_accelerations(
     span: FloatArray, a: FloatArray, position: FloatArray, velocity: FloatArray
 ) -> FloatArray:
-    """Make the minimum-norm change of inner accelerations that meets both ends of each interval.
+    """Change inner accelerations, in minimum norm, so that each interval ends at its waypoint.
 
     Args:
         span: Durations of the pieces [s], shape (n - 1, pieces).
@@ -53,7 +53,7 @@ def correct_accelerations(
 def cubics_from_accelerations(
     span: FloatArray, a: FloatArray, position: FloatArray, velocity: FloatArray
 ) -> FloatArray:
-    """Coefficients of the cubics, shape (4, (n - 1) pieces, d), highest power first.
+    """Compute the coefficients of the cubics, shape (4, (n - 1) pieces, d), highest power first.
 
     Args as of `correct_accelerations`; only positions and velocities at interval starts are used.
     """

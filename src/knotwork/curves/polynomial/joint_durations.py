@@ -49,7 +49,7 @@ def feasible_durations(
 def _peaked_duration(
     D: FloatArray, a: FloatArray, b: FloatArray, V: FloatArray, A: FloatArray
 ) -> FloatArray:
-    """Duration with a peak of velocity, not negative and at most V, between the ends."""
+    """Duration of a motion that accelerates to a peak velocity between 0 and V, and brakes."""
     squares = 0.5 * (a * a + b * b)
     peak = np.minimum(np.sqrt(np.maximum(A * D + squares, 0.0)), V)
     rest = np.maximum(D - (peak * peak - squares) / A, 0.0)

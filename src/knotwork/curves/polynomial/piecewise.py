@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.curves.polynomial.critical_points import horner
-from knotwork.curves.polynomial.extrema import Extrema, piecewise_extrema
+from knotwork.curves.polynomial.extrema import Extrema, find_extrema
 from knotwork.errors import InputError, TimeRangeError
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
@@ -250,7 +250,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         """
         nu = checked_order(nu)
         if nu not in self._extrema:
-            flat = piecewise_extrema(self._x, self._order(nu))
+            flat = find_extrema(self._x, self._order(nu))
             arrays = (flat.minimum, flat.minimum_time, flat.maximum, flat.maximum_time)
             for values in arrays:
                 values.setflags(write=False)

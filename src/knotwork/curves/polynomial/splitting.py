@@ -1,4 +1,4 @@
-"""Insertion of breaks into curves, and parts of curves."""
+"""Insertion of breaks into curves, and cutting of curves."""
 
 from __future__ import annotations
 

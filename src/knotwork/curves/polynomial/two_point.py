@@ -10,7 +10,7 @@ from knotwork.waypoints import FloatArray
 
 
 def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -> FloatArray:
-    """Coefficients of the polynomials that take given derivatives 0 … k-1 at both ends.
+    """Compute the polynomials that take given derivatives 0 … k-1 at both ends.
 
     With s = (t - t0)/h from 0 to 1, a piece is p(s) = D(s) + s^k Q(s). D is its Taylor polynomial
     at s = 0. Q, of degree k - 1, removes the residual of D at s = 1. If the residual has the Taylor
@@ -60,5 +60,5 @@ def _closing_weights(k: int) -> list[list[int]]:
 
 
 def raise_degree(c: FloatArray, degree: int) -> FloatArray:
-    """Coefficients of polynomials, written with a higher degree."""
+    """Write coefficients of polynomials with a higher degree."""
     return np.concatenate((np.zeros((degree + 1 - c.shape[0], *c.shape[1:])), c))

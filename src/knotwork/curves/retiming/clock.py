@@ -19,7 +19,7 @@ BISECTIONS = 60
 
 
 def make_rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
-    """Rates over time (C1 smooth): two parabolas between values, with zero slope at each value.
+    """Make the rate over time (C1 smooth): two parabolas between values, with zero slope at each.
 
     Args:
         times: Strictly increasing [s], shape (n,), n >= 2.
@@ -46,7 +46,7 @@ class Profile(NamedTuple):
     rates: FloatArray
 
     def clock(self, start: float, duration: float) -> PiecewisePolynomial:
-        """The time of a motion over time (C2 smooth).
+        """Make the clock of a motion: its time over execution time (C2 smooth).
 
         The clock ends with the motion, or with the profile if that ends at 0.
 
@@ -58,12 +58,12 @@ class Profile(NamedTuple):
         if rates[-1] > 0.0:  # the last override stays until the motion ends
             end = times[-1] + 2.0 * duration / rates[-1]
             times, rates = np.append(times, end), np.append(rates, rates[-1])
-        shown = make_rate_curve(times, rates).antiderivative()
-        if float(shown(times[-1])) > duration:
-            shown = cut_curve(shown, 0.0, float(invert_clock(shown, np.array([duration]))[0]))
-        c = np.array(shown.c)
+        clock = make_rate_curve(times, rates).antiderivative()
+        if float(clock(times[-1])) > duration:
+            clock = cut_curve(clock, 0.0, float(invert_clock(clock, np.array([duration]))[0]))
+        c = np.array(clock.c)
         c[-1] += start
-        return PiecewisePolynomial(c, shown.x)
+        return PiecewisePolynomial(c, clock.x)
 
 
 def check_profile(profile: Mapping[float, float]) -> Profile:
@@ -95,7 +95,7 @@ def check_profile(profile: Mapping[float, float]) -> Profile:
 
 
 def invert_clock(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
-    """Times at which a clock first reaches given values.
+    """Find the times at which a clock first reaches given values.
 
     Args:
         clock: A curve that never decreases.
@@ -104,11 +104,11 @@ def invert_clock(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
     Returns:
         Times, shape (n,).
     """
-    shown = clock(clock.x)
-    piece = np.clip(np.searchsorted(shown, at, side="left") - 1, 0, len(shown) - 2)
+    clock_values = clock(clock.x)
+    piece = np.clip(np.searchsorted(clock_values, at, side="left") - 1, 0, len(clock_values) - 2)
     low, high = clock.x[piece], clock.x[piece + 1]
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         late = clock(middle) >= at
         low, high = np.where(late, low, middle), np.where(late, middle, high)
-    return np.where(at <= shown[0], clock.x[0], high)
+    return np.where(at <= clock_values[0], clock.x[0], high)

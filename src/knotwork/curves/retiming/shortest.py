@@ -43,7 +43,7 @@ def find_shortest_stop(
     acceleration: FloatArray,
     jerk: FloatArray,
 ) -> PiecewisePolynomial | None:
-    """The minimum-time clock with a rate from 1 to 0, within [0, 1] (C2 smooth).
+    """Find the minimum-time clock whose rate goes from 1 to 0, within [0, 1] (C2 smooth).
 
     Args:
         curve: Positions, trailing shape (d,).
@@ -91,7 +91,7 @@ class _StopProgram:
         return PiecewisePolynomial(c, length * STOP_BREAKS)
 
     def _sample_points(self, unknowns: FloatArray) -> FloatArray:
-        """Points in [0, 1] on both sides of the ends of all parts, and of the curve's pieces."""
+        """Sample points in [0, 1] on both sides of the ends of parts and of the curve's pieces."""
         clock = self.clock(unknowns)
         inner = self.curve.x[(self.curve.x > self.start) & (self.curve.x < self.end)]
         inner = inner[inner < clock(unknowns[-1])]
@@ -102,7 +102,7 @@ class _StopProgram:
     def _accelerations_and_jerks(
         self, unknowns: FloatArray, points: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Accelerations and jerks at points in [0, 1], and at constant rates, shape (2, m, d).
+        """Compute accelerations and jerks at points in [0, 1], and at constant rates, (2, m, d).
 
         With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
         q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve.
@@ -117,7 +117,7 @@ class _StopProgram:
         return steady + np.stack((q1 * ds, 3.0 * q2 * s * ds + q1 * ds2)), steady
 
     def best_change(self, unknowns: FloatArray, region: float, guess: float) -> FloatArray | None:
-        """The best change of the unknowns within a trust region, by the linearised limits."""
+        """Find the best change of the unknowns within a trust region, by the linearised limits."""
         from scipy.optimize import linprog
 
         bend, length = unknowns[:-1], unknowns[-1]

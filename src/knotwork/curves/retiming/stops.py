@@ -39,7 +39,7 @@ SAME_BREAK = 1e-9
 def stop_joints(
     q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> PiecewisePolynomial:
-    """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
+    """Stop each joint in minimum time from a state (C2 smooth, cubics), which leaves the path.
 
     The acceleration changes to a peak, stays there if the peak is at the limit, and changes to
     zero. If the peak p stays below the limit, both ramps together must cancel the velocity:
@@ -68,7 +68,7 @@ def stop_joints(
     times = sort_distinct(corners)
     times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
     if len(times) < 2:
-        raise InputError("the motion stands still at this moment; it can't be stopped")
+        raise InputError("the motion is at rest at this time, so it can't be stopped")
     columns = zip(corners.T, heights.T, strict=True)
     ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
     slopes = np.diff(ramps, axis=0) / np.diff(times)[:, None]
@@ -86,7 +86,7 @@ def stop_on_path(
     jerk: FloatArray,
     tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
-    """The minimum-time stop on the path (C2 smooth, cubics), with a speed override of at most 1.
+    """Find the minimum-time stop on the path (C2 smooth, cubics), with an override of at most 1.
 
     If the curve comes to rest earlier, that is the stop.
 
@@ -130,7 +130,7 @@ def stop_on_path(
 
 
 def find_first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
-    """The first time after a given one at which a curve is at rest, or `None`."""
+    """Find the first time after a given one at which a curve is at rest, or `None`."""
     times = np.append(at, curve.x[curve.x > at])
     moves = np.zeros(len(times), bool)
     for nu in (1, 2):
@@ -149,7 +149,7 @@ def _min_duration(
 
 
 def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
-    """A clock extended to an earlier start with a rate of 1."""
+    """Extend a clock to an earlier start, with a rate of 1."""
     if begin == at:
         return clock
     first = np.zeros((len(clock.c), 1))
@@ -172,7 +172,7 @@ def keeps_joint_limits(
 
 
 def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
-    """The exact composition q(τ(t)) of a curve q and a clock τ, as smooth as both.
+    """Compose a curve q and a clock τ exactly to q(τ(t)), which is as smooth as both.
 
     Args:
         curve: Values over the clock's values, trailing shape (d,).
@@ -181,8 +181,8 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
     Returns:
         A curve over the clock's time; its degree is the product of both.
     """
-    shown = clock(clock.x[[0, -1]])
-    inner = curve.x[(curve.x > shown[0]) & (curve.x < shown[1])]
+    start, end = clock(clock.x[[0, -1]])
+    inner = curve.x[(curve.x > start) & (curve.x < end)]
     times = invert_clock(clock, inner)
     fine = split_at(clock, _drop_breaks(times, clock.x))
     middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
@@ -203,7 +203,7 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
 def approximate_by_cubics(
     curve: PiecewisePolynomial, tolerance: float, through: Sequence[float] = ()
 ) -> tuple[PiecewisePolynomial, FloatArray]:
-    """A curve of cubics (C2 smooth) that deviates from a C2 smooth one by at most a tolerance.
+    """Approximate a C2 smooth curve by cubics (C2 smooth), to within a tolerance.
 
     At every break of the curve, and at given times, position, velocity and acceleration are equal.
     Between them the modified cubic Hermite method places knots. Steps are halved until the
@@ -240,7 +240,7 @@ def approximate_by_cubics(
 
 
 def _drop_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
-    """The times that are not breaks, except for rounding."""
+    """Drop the times that are breaks within rounding."""
     after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
     gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
     return np.asarray(times[gap > SAME_BREAK * np.ptp(breaks)])

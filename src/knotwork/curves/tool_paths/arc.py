@@ -189,10 +189,10 @@ class Arc(Curve):
         r = to_number(radius, "radius")
         if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADIUS_TOLERANCE)):
             raise geometry_error(
-                "radius is {radius}, but start and end are {apart} apart; it must be at least "
+                "radius is {radius}, but start and end are {distance} apart; it must be at least "
                 "{minimum}",
                 radius=r,
-                apart=distance,
+                distance=distance,
                 minimum=0.5 * distance,
             )
         axis = _unit_normal(normal, chord / distance, "the way from start to end")

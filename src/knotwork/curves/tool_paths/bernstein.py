@@ -15,7 +15,7 @@ from knotwork.waypoints import FloatArray
 
 
 def bernstein_values(degree: int, u: FloatArray) -> FloatArray:
-    """Values of the Bernstein polynomials of a degree, shape (degree + 1, *u.shape)."""
+    """Evaluate all Bernstein polynomials of a degree, shape (degree + 1, *u.shape)."""
     v = 1.0 - u
     return np.array([math.comb(degree, i) * u**i * v ** (degree - i) for i in range(degree + 1)])
 
@@ -26,7 +26,7 @@ def bernstein_sums(values: FloatArray) -> FloatArray:
 
 
 def restrict_to_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> FloatArray:
-    """Bernstein coefficients of polynomials on [u0, u1] instead of [0, 1].
+    """Restrict polynomials to [u0, u1]: their Bernstein coefficients there.
 
     By the algorithm of de Casteljau: coefficient j of degree n takes n - j steps at u0, j at u1.
 

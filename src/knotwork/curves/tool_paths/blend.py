@@ -81,7 +81,7 @@ class Blend(PolynomialCurve):
 def _find_direction(
     corner: FloatArray, point: FloatArray, name: str, distance: float
 ) -> FloatArray:
-    """Direction from the corner to a point on one of the lines.
+    """Find the direction from the corner to a point on one of the lines.
 
     Raises:
         PathError: The point is nearer than the blend distance.

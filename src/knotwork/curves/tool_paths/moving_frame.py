@@ -61,7 +61,7 @@ class FrameDerivatives(NamedTuple):
     change: FloatArray
 
     def with_placement(self, placement: pin.SE3) -> FrameDerivatives:
-        """The motion of a frame fixed in this one."""
+        """Motion of a frame fixed in this one."""
         return FrameDerivatives(*(X @ placement.homogeneous for X in self))
 
     def compose(self, inner: FrameDerivatives) -> FrameDerivatives:
@@ -79,13 +79,13 @@ class FrameDerivatives(NamedTuple):
         inverse = R.transpose(0, 2, 1)
         linear = multiply(dR, r) + dp + multiply(R, v)
         angular = _skew_vector(dR @ inverse) + multiply(R, w)
-        faster = multiply(ddR, r) + ddp + 2.0 * multiply(dR, v) + multiply(R, a)
-        spin = _skew_vector(ddR @ inverse) + multiply(dR, w) + multiply(R, b)
+        linear_acceleration = multiply(ddR, r) + ddp + 2.0 * multiply(dR, v) + multiply(R, a)
+        angular_acceleration = _skew_vector(ddR @ inverse) + multiply(dR, w) + multiply(R, b)
         return ToolMotion(
             multiply(R, r) + p,
             R @ tool.rotation,
             np.hstack((linear, angular)),
-            np.hstack((faster, spin)),
+            np.hstack((linear_acceleration, angular_acceleration)),
         )
 
     def relative_motion(
@@ -143,10 +143,10 @@ class MovingFrame:
         return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
 
     def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
-        """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
+        """Motion at times (k,) [s] of the frame, or of another placement in the last axes."""
         times = np.asarray(t, dtype=float)
-        nothing = np.zeros((len(times), 4, 4))
-        frame = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
+        zeros = np.zeros((len(times), 4, 4))
+        frame = FrameDerivatives(zeros + np.eye(4), zeros, zeros)
         for joints in self.joints:
             frame = frame.with_placement(joints.placement)
             rows = (joints.curve(times, order).T for order in range(3))
@@ -184,13 +184,13 @@ class MovingFrame:
 
 
 def add_weave(frame: MovingFrame | None, weave: ExtendedCurve) -> MovingFrame:
-    """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
+    """Add a motion to a frame, or to the base: in base axes with all joints at 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
     return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
 
 
 def _skew_vector(matrices: FloatArray) -> FloatArray:
-    """The vectors of the skew-symmetric parts of matrices."""
+    """Extract the vectors of the skew-symmetric parts of matrices."""
     return (
         np.stack([matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)], 1) / 2
     )

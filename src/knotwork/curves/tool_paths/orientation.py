@@ -8,8 +8,8 @@ construction scheme for unit quaternion curves with simple high order derivative
 where fi is the sum of the quintic Bernstein polynomials i to 5. This is a chain of five joints
 about the axes vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20):
 with a, α the rotation per unit of u and its derivative in the axes of R0, v1 = a/5 and v2 = a/5 +
-α/20. Likewise v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 is
-the remaining rotation. As f1 + … + f5 = 5 u, the rotation is uniform if all axes are the same.
+α/20. At u = 1, v5 = b/5 and v4 = b/5 - exp(v5) β/20, with b and β in the axes of R1. v3 is the
+remaining rotation. As f1 + … + f5 = 5 u, the rotation is uniform if all axes are the same.
 """
 
 from __future__ import annotations

@@ -15,9 +15,9 @@ SAME_ARC_LENGTH = 1e-9
 
 
 def track_arc_length(
-    path: ToolPath, places: FloatArray, guess: FloatArray, within: tuple[float, float]
+    path: ToolPath, positions: FloatArray, guess: FloatArray, within: tuple[float, float]
 ) -> FloatArray:
-    """Arc lengths of the points of a path nearest to a moving point, including turns.
+    """Track the arc length of the point of a path that is nearest to a moving point.
 
     Each search starts from its guess. If the result jumps along the path, the search starts from
     the previous point instead. Where a path closes, crosses itself or comes near itself, the guess
@@ -25,7 +25,7 @@ def track_arc_length(
 
     Args:
         path: The path.
-        places: Positions of the point in order of time [m], shape (k, 3).
+        positions: Positions of the point in order of time [m], shape (k, 3).
         guess: Arc lengths from which to search [m], shape (k,).
         within: Interval of the arc lengths [m].
 
@@ -42,8 +42,8 @@ def track_arc_length(
     >>> track_arc_length(path, half_and_back, s, (0, path.length)).round(2)
     array([0.  , 0.79, 1.57, 2.36, 3.14, 2.36, 1.57, 0.79, 0.  ])
     """
-    s: FloatArray = np.clip(path.nearest(places, guess), *within)
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    s: FloatArray = np.clip(path.nearest(positions, guess), *within)
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     jumps = (
         np.flatnonzero(
             np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + SAME_ARC_LENGTH * path.length
@@ -52,7 +52,7 @@ def track_arc_length(
     )
     k = int(jumps[0]) if jumps.size else len(s)
     while k < len(s):
-        nearest = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
+        nearest = np.clip(path.nearest(positions[k : k + 1], s[k - 1 : k]), *within)[0]
         if (
             abs(nearest - s[k]) <= SAME_ARC_LENGTH * path.length
         ):  # the guess is again on the branch of the point

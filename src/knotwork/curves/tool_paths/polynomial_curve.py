@@ -124,8 +124,8 @@ class PolynomialCurve(Curve):
         s: FloatArray = np.clip(np.asarray(guess, dtype=float), 0.0, self.length)
         going, state = np.arange(s.size), self.derivatives(s, 2)
         for _ in range(MAX_NEWTON_STEPS):
-            place, tangent, bend = state
-            off = place - points[going]
+            position, tangent, bend = state
+            off = position - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             step = np.clip(s[going] + step, 0.0, self.length) - s[going]

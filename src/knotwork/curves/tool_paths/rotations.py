@@ -14,7 +14,7 @@ HALF_TURN_GAP = np.sqrt(8.0)
 
 
 def rotation_matrices(vectors: FloatArray) -> FloatArray:
-    """Rotation matrices of rotation vectors [rad], shape (k, 3) to (k, 3, 3).
+    """Compute the rotation matrices of rotation vectors [rad], shape (k, 3) to (k, 3, 3).
 
     R = I + sin(θ)/θ K + 2 sin²(θ/2)/θ² K², with K the vector's cross product (Rodrigues).
     """
@@ -34,7 +34,7 @@ def rotation_matrices(vectors: FloatArray) -> FloatArray:
 
 
 def multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Matrices, shape (n, 3, 3), times vectors, shape (n, 3)."""
+    """Multiply matrices, shape (n, 3, 3), by vectors, shape (n, 3)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
@@ -44,7 +44,7 @@ def rotation_vector(R: FloatArray) -> FloatArray:
 
 
 def transport_axes(start: FloatArray, axes: FloatArray) -> FloatArray:
-    """Rotations with given z axes, each the shortest rotation from the previous one.
+    """Turn a rotation along given z axes, each time by the shortest rotation.
 
     Args:
         start: Rotation before the first of them, shape (3, 3).

@@ -24,7 +24,7 @@ JUNCTION_ANGLE = 1e-6
 
 
 def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatArray]:
-    """Arguments of `OrientationCurve` for joined ones; see `OrientationCurve.joined`."""
+    """Join the arrays of several orientation curves, for `OrientationCurve.joined`."""
     parts = [OrientationStretch(stretch) for stretch in stretches]
     for i, (before, after) in enumerate(itertools.pairwise(parts)):
         check_junction(i, before, after)
@@ -46,7 +46,7 @@ def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatA
 
 
 class OrientationStretch:
-    """Arrays of an `OrientationCurve`, modified at its two ends."""
+    """Arrays of an `OrientationCurve`, to be modified at its two ends."""
 
     def __init__(self, curve: Any) -> None:
         self.curve = curve
@@ -109,5 +109,5 @@ def check_junction(i: int, before: OrientationStretch, after: OrientationStretch
     if angle > JUNCTION_ANGLE:
         raise PathError(
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
-            f"stretch {i} and the start of stretch {i + 1}; they must meet"
+            f"stretch {i} and the start of stretch {i + 1}; both must be the same"
         )

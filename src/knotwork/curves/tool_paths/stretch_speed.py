@@ -58,7 +58,7 @@ def speed_for_duration(
 
     if not known:
         return length / duration
-    lowest, highest = _feasible_speeds(length, known, acceleration)
+    lowest, highest = _find_feasible_speeds(length, known, acceleration)
     shortest = time(highest)
     longest = time(lowest) if lowest > 0.0 else math.inf
     if not shortest * (1.0 - RAMP_TOLERANCE) <= duration <= longest * (1.0 + RAMP_TOLERANCE):
@@ -71,7 +71,9 @@ def speed_for_duration(
     return _bisect(lambda v: time(v) > duration, lowest, highest)
 
 
-def _feasible_speeds(length: float, known: list[float], acceleration: float) -> tuple[float, float]:
+def _find_feasible_speeds(
+    length: float, known: list[float], acceleration: float
+) -> tuple[float, float]:
     """Minimum and maximum speed [m/s] for which ramps to the known speeds fit."""
     squares = [v**2 for v in known]
     change = 0.75 * abs(squares[0] - squares[-1])

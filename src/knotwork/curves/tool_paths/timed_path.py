@@ -99,7 +99,7 @@ class TimedPath:
     def _pieces(
         self, t: FloatArray, at: ArrayLike | None, side: str
     ) -> tuple[FloatArray, FloatArray]:
-        """Times since the start, and the intervals in which they are evaluated."""
+        """Find the times since the start, and the intervals in which they are evaluated."""
         chosen = t if at is None else np.broadcast_to(np.asarray(at, dtype=float), t.shape)
         outside = ~((chosen >= self.start_time) & (chosen <= self.end_time))
         if outside.any():

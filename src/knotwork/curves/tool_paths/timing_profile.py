@@ -1,7 +1,7 @@
 """Speed along a path: constant on each stretch, with smooth ramps between speeds.
 
 A ramp is v = v0 + (v1 - v0)(3 u² - 2 u³), u = t/T. Its acceleration is zero at both ends and at
-most 1.5 |v1 - v0| / T; its length is (v0 + v1) T / 2.
+most 1.5 |v1 - v0| / T. Its length is (v0 + v1) T / 2.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Timing:
 
 
 def make_dwell(duration: float, speed: float) -> Timing:
-    """The timing of a tool that stays at the start of a path.
+    """Make the timing of a tool that stays at the start of a path.
 
     Args:
         duration: Duration [s].
@@ -119,7 +119,7 @@ def speed_profile(
     end_speed: float | None = None,
     stops: Collection[int] = (),
 ) -> Timing:
-    """Time a path with a speed for each stretch.
+    """Make the timing of a path with a speed for each stretch.
 
     Between two speeds, the ramp is in the faster stretch.
 
@@ -143,7 +143,7 @@ def speed_profile(
     (array([[0.15, 2.  ]]), 2.15)
     """
     check_acceleration(acceleration)
-    length, speed = _checked_stretches(lengths, speeds)
+    length, speed = _check_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
     # at a junction the lower of two speeds, and zero at a stop
@@ -151,14 +151,16 @@ def speed_profile(
     joint[[i for i in stops if i < count - 1]] = 0.0
     outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
     first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
-    met = [float(first), *joint.tolist(), float(last)]
+    junction_speeds = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
     breaks, coefficients, times, full, durations = [0.0], [], [0.0], [], []
-    for i, ends in enumerate(pairwise(met)):
+    for i, ends in enumerate(pairwise(junction_speeds)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         stretch, v = i if count > 1 else None, float(speed[i])
-        shrink = _shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
-        pieces = _stretch(totals[i : i + 2], v, ends, acceleration / shrink)
+        shrink = _find_shortening(
+            stretch, float(length[i]), v, ends, fixed=fixed, acceleration=acceleration
+        )
+        pieces = _make_pieces(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
         for end, (T, c) in zip(starts[1:], pieces, strict=True):
@@ -186,8 +188,8 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
     )
 
 
-def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Lengths [m] and speeds [m/s] of stretches, positive, shape (n,) each, n >= 1."""
+def _check_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Check lengths [m] and speeds [m/s] of stretches: positive, shape (n,) each, n >= 1."""
     count = len(np.atleast_1d(np.asarray(lengths)))
     length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
     for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
@@ -201,19 +203,19 @@ def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArra
     return length, speed
 
 
-def _stretch(
+def _make_pieces(
     s: FloatArray, v: float, ends: tuple[float, float], acceleration: float
 ) -> list[tuple[float, list[float]]]:
-    """Durations and coefficients of arc length of ramp, full speed and ramp from s[0] to s[1]."""
+    """Make the pieces of a stretch from s[0] to s[1]: durations and coefficients of arc length."""
     # Speeds that are equal within rounding have no ramp, because it would be too short.
     v0, v1 = (v if math.isclose(v, end, rel_tol=RAMP_TOLERANCE) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
     even = (float(s[1] - s[0]) - sum(covered)) / v
     return [
-        (T0, _ramp(v0, v, T0, float(s[0]))),
+        (T0, _make_ramp(v0, v, T0, float(s[0]))),
         (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
-        (T1, _ramp(v, v1, T1, float(s[1]) - covered[1])),
+        (T1, _make_ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
 
 
@@ -230,7 +232,7 @@ def checked_speed(speed: float, name: str) -> float:
     return float(speed)
 
 
-def _shortening(
+def _find_shortening(
     stretch: int | None,
     length: float,
     v: float,
@@ -238,7 +240,7 @@ def _shortening(
     fixed: tuple[bool, bool],
     acceleration: float,
 ) -> float:
-    """Factor, 1 or just below, by which the ramps of a stretch are shortened.
+    """Find the factor, 1 or just below, by which the ramps of a stretch are shortened.
 
     Raises:
         RampError: The ramps are longer than the stretch.
@@ -249,7 +251,8 @@ def _shortening(
         return 1.0
     if needed <= length * (1.0 + RAMP_TOLERANCE):
         return length / needed
-    highest, min_acceleration = _highest_speed(length, ends, fixed, acceleration), part / length
+    highest = _find_highest_speed(length, ends, fixed, acceleration)
+    min_acceleration = part / length
     if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
         highest = None
     named = "the path" if stretch is None else f"stretch {stretch}"
@@ -266,12 +269,12 @@ def _shortening(
     )
 
 
-def _highest_speed(
+def _find_highest_speed(
     length: float, ends: tuple[float, float], fixed: tuple[bool, bool], acceleration: float
 ) -> float | None:
-    """Maximum feasible speed of a stretch.
+    """Find the maximum feasible speed of a stretch; `None` if no speed is feasible.
 
-    Speeds at fixed ends stay, and neighbours adapt to it.
+    Speeds at fixed ends are kept, and neighbours adapt to it.
     """
     (low, _), (high, high_fixed) = sorted(zip(ends, fixed, strict=True))
     reach = 4.0 * acceleration * length / 3.0
@@ -280,7 +283,7 @@ def _highest_speed(
     return None if high_fixed else math.sqrt(low**2 + reach)
 
 
-def _ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:
-    """Coefficients of arc length on a ramp, highest power first."""
+def _make_ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:
+    """Make the coefficients of arc length on a ramp, highest power first."""
     change = v1 - v0
     return [-0.5 * change / T**3, change / T**2, 0.0, v0, offset] if T > 0.0 else []

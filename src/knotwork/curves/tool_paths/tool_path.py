@@ -122,7 +122,7 @@ class ToolPath:
                 )
 
     def _merge_breaks(self, s: FloatArray) -> FloatArray:
-        """Sorted arc lengths without those within rounding of a curve's ends."""
+        """Sort arc lengths, and drop those within rounding of a curve's ends."""
         exact = np.append(self.starts, self.length)
         nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]
         return sort_distinct(
@@ -134,7 +134,7 @@ class ToolPath:
         return np.clip(index, 0, len(self.curves) - 1)
 
     def _by_curve(self, index: NDArray[np.intp]) -> Iterator[tuple[int, slice | NDArray[np.intp]]]:
-        """Each curve that occurs, with its rows."""
+        """Give each curve that occurs, with its rows."""
         if index.size and (index == index[0]).all():
             yield int(index[0]), slice(None)
             return
@@ -222,25 +222,25 @@ class ToolPath:
         return best
 
     def gaps(
-        self, places: FloatArray, rotations: FloatArray, s: FloatArray, *, axis: bool = False
+        self, positions: FloatArray, rotations: FloatArray, s: FloatArray, *, axis: bool = False
     ) -> tuple[FloatArray, FloatArray]:
         """Deviation of poses from those of the path.
 
         Args:
-            places: Positions [m], shape (k, 3).
+            positions: Positions [m], shape (k, 3).
             rotations: Rotations, shape (k, 3, 3).
             s: Arc lengths of the poses of the path [m], shape (k,).
             axis: Whether only the z axes of the rotations count.
 
         Returns:
             Distances [m] and Frobenius norms of the difference of the rotations, see
-            `rotations.angle_of`; shape (k,) each.
+            `rotations.rotation_angle`; shape (k,) each.
         """
-        distance = np.linalg.norm(places - self.position(s), axis=1)
-        apart = rotations - self.rotation(s)
+        distance = np.linalg.norm(positions - self.position(s), axis=1)
+        difference = rotations - self.rotation(s)
         if axis:  # a unit vector turned by φ moves by 2 sin(φ/2), and a rotation by √8 sin(φ/2)
-            return distance, math.sqrt(2.0) * np.linalg.norm(apart[:, :, 2], axis=1)
-        return distance, np.linalg.norm(apart, axis=(1, 2))
+            return distance, math.sqrt(2.0) * np.linalg.norm(difference[:, :, 2], axis=1)
+        return distance, np.linalg.norm(difference, axis=(1, 2))
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the norm of d²P/dτ², with arc length linear in τ from s0 at 0 to s1 at 1.

@@ -14,7 +14,7 @@ from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory.exportable import Exportable
 from knotwork.curves.trajectory.motion_events import Event, Load, Segment
-from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, sample_times
+from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.waypoints import (
@@ -216,7 +216,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
     @property
     def breaks(self) -> FloatArray:
-        """Times at which the polynomials meet, including both ends [s], shape (m,)."""
+        """Breaks between the polynomials, including both ends [s], shape (m,)."""
         return self.polynomial.x
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> FloatArray:
@@ -265,8 +265,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     def sample(self, rate: float, *, max_samples: int = MAX_SAMPLES) -> Samples:
         """Sample the trajectory at a fixed rate, including its start and its end.
 
-        The samples are 1/rate apart, from the start on. The last one is exactly at the end time, so
-        the last step may be shorter, but not shorter than a millionth of a period.
+        Samples are at intervals of 1/rate from the start on. The last one is exactly at the end
+        time, so the last step may be shorter, but not shorter than a millionth of a period.
 
         Args:
             rate: Samples per second [Hz].
@@ -281,7 +281,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         >>> samples.time, samples.velocity.shape
         (array([0.  , 0.25, 0.5 , 0.75, 1.  ]), (5, 1))
         """
-        time = sample_times(self.start_time, self.end_time, rate, max_samples)
+        time = make_sample_times(self.start_time, self.end_time, rate, max_samples)
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
 
     def extrema(self, quantity: int | str = 0) -> Extrema:

@@ -49,10 +49,10 @@ class Samples(Knots):
     jerk: FloatArray
 
 
-def sample_times(
+def make_sample_times(
     start: float, end: float, rate: float, max_samples: int = MAX_SAMPLES
 ) -> FloatArray:
-    """Times 1/rate apart from the start on, and the end; see `JointTrajectory.sample`."""
+    """Make times at intervals of 1/rate from the start on, and the end time."""
     rate = require_number(rate, "the sample rate", "Hz", positive=True)
     duration = end - start
     periods = duration * rate

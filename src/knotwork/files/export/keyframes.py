@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.curves.trajectory.sampling import sample_times
+from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number
 from knotwork.files.export.table import DEFAULT_RATE
@@ -40,7 +40,7 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: floa
     lead = require_number(lead, "lead", "s")
     if lead < 0.0:
         raise InputError(f"lead is {lead:g} s; accepted: kv/kp of the actuators, 0 or more")
-    time = sample_times(motion.start_time, motion.end_time, rate, MOST_KEYFRAMES)
+    time = make_sample_times(motion.start_time, motion.end_time, rate, MOST_KEYFRAMES)
     root = Element("mujoco", model="knotwork_motion")
     names = SubElement(root, "custom")
     SubElement(names, "text", name="joints", data=" ".join(motion.joint_names))

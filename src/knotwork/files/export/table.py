@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.curves.trajectory.sampling import sample_times
+from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_flag
 from knotwork.files.export.labels import labels_at
@@ -140,7 +140,7 @@ def _samples(
     """Times of samples, joint values there, and a note on them."""
     columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
     columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
-    time = sample_times(
+    time = make_sample_times(
         motion.start_time, motion.end_time, rate, max_samples=MOST_TABLE_VALUES // columns
     )
     joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}

@@ -1,13 +1,7 @@
 """Choice of the unknowns of a scenario: durations, speeds and knots, as numbers in its place."""
 
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
-from knotwork.planning.choosing.freezing import frozen_text, saved_text
+from knotwork.planning.choosing.chosen_values import frozen_text, saved_text
 from knotwork.planning.choosing.moving_frame_arrivals import fix_arrival_times
 
-__all__ = [
-    "ChosenTimes",
-    "choose_times",
-    "fix_arrival_times",
-    "frozen_text",
-    "saved_text",
-]
+__all__ = ["ChosenTimes", "choose_times", "fix_arrival_times", "frozen_text", "saved_text"]

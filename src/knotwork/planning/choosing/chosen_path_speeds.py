@@ -17,7 +17,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     SpeedBound,
     round_speed,
 )
-from knotwork.planning.choosing.timing_task import TimingTask, knots_of
+from knotwork.planning.choosing.segments import TimingTask, knots_of
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
@@ -31,7 +31,7 @@ CORRECTED_PLANS = 3
 """Number of planned motions after which speeds are lowered."""
 
 MIN_GAIN = 0.01
-"""Minimum relative gain of duration for which a motion is planned again."""
+"""Minimum gain of duration for which a motion is planned again, as a fraction."""
 
 LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
@@ -42,7 +42,7 @@ class ChosenPathSpeeds:
     """A task with chosen speeds along tool paths.
 
     Attributes:
-        task: The task with these speeds; durations and other unknowns are still to be chosen.
+        task: The task with these speeds; its other unknowns are still to be chosen.
         speeds: These speeds [m/s], by the waypoints at the ends of their stretches.
         binding: Limiting constraint of each.
     """
@@ -53,32 +53,29 @@ class ChosenPathSpeeds:
 
 
 def with_max_speeds(
-    scenario: Scenario,
-    unknowns: Unknowns,
-    solution: TaskSolution | None,
-    caps: Mapping[int, float],
+    scenario: Scenario, solution: TaskSolution | None, caps: Mapping[int, float]
 ) -> ChosenPathSpeeds:
     """Choose the free speeds along tool paths such that a planned motion keeps the limits.
 
     Args:
-        scenario: The task.
-        unknowns: Its unknowns.
+        scenario: A task with unknowns.
         solution: Solutions of the poses, if not the best.
         caps: Upper bounds of some of the speeds [m/s], by the waypoint.
 
     Raises:
         InputError: No speeds are feasible, or the task can't be solved.
     """
-    space = joint_space(scenario)
+    unknowns = scenario.unknowns
+    if unknowns is None:
+        raise TypeError("nothing is unknown")
+    task = _solved_task(scenario, unknowns, solution)
     if not unknowns.path_speed:
-        solution = solution or solve_task(scenario, space, knots_of(scenario))
-        return ChosenPathSpeeds(TimingTask(scenario, unknowns, space, solution))
+        return ChosenPathSpeeds(task)
     if solution is not None:
-        near = solutions_near(TimingTask(scenario, unknowns, space, solution))
-        scenario = resolve_task(scenario.given.with_waypoints(near), scenario.places)
-    task = TimingTask(scenario, unknowns, space, solve_task(scenario, space, knots_of(scenario)))
+        changed = scenario.given.with_waypoints(solutions_near(task))
+        task = _solved_task(resolve_task(changed, scenario.places), unknowns)
     problems = {}
-    for number, path in enumerate(scenario.paths):
+    for number, path in enumerate(task.scenario.paths):
         if path.requested.at_most:
             bounds = {
                 k: min(
@@ -149,11 +146,16 @@ def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> Timi
         }
     )
     scenario = resolve_task(changed, scenario.places)
-    space, unknowns = (
-        joint_space(scenario),
-        scenario.unknowns or replace(task.unknowns, path_speed={}),
-    )
-    return TimingTask(scenario, unknowns, space, solve_task(scenario, space, knots_of(scenario)))
+    return _solved_task(scenario, scenario.unknowns or replace(task.unknowns, path_speed={}))
+
+
+def _solved_task(
+    scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None = None
+) -> TimingTask:
+    """A scenario with its joints, and its poses solved, if no solution is given."""
+    space = joint_space(scenario)
+    solution = solution or solve_task(scenario, space, knots_of(scenario))
+    return TimingTask(scenario, unknowns, space, solution)
 
 
 def _chosen_path_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> ChosenPathSpeeds:
@@ -169,32 +171,26 @@ def _chosen_path_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) 
     return ChosenPathSpeeds(task, speeds, tuple(binding))
 
 
-def paths_beyond_limits(task: TimingTask, unknowns: Unknowns) -> list[InputError]:
+def paths_beyond_limits(paths: ChosenPathSpeeds) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
-        task: The task.
-        unknowns: The unknowns; given speeds on paths with a chosen one are feasible.
+        paths: The task; given speeds on its paths with a chosen one are feasible.
     """
-    errors: list[InputError] = []
+    task, errors = paths.task, list[InputError]()
     for path in task.scenario.paths:
-        if any(i + 1 in unknowns.path_speed for i in range(path.first, path.last)):
+        if any(i + 1 in paths.speeds for i in range(path.first, path.last)):
             continue
-        shares = LimitUtilisation(task, path)
-        used = shares.of_motion(task, path).max(axis=1)
+        utilisation = LimitUtilisation(task, path)
+        used = utilisation.of_motion(task, path).max(axis=1)
         for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
-            limit, share = shares.limits[int(used[k].argmax())], float(used[k].max())
-            errors.append(_path_error(task, path, k, limit, share))
+            limit = utilisation.limits[int(used[k].argmax())]
+            errors.append(_path_error(task, path, k, limit, float(used[k].max())))
     return errors
 
 
 def _infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputError:
-    """The error for a path without feasible speeds, with accepted changes.
-
-    Args:
-        task: The task.
-        error: The reason.
-    """
+    """The error for a path without feasible speeds, with accepted changes."""
     path, k, limit = error.path, error.stretch, error.limit
     if limit == SpeedBound.NOTHING:
         unbounded = InputError(
@@ -209,7 +205,7 @@ def _path_error(
     path: ScenarioPath,
     k: int,
     limit: Limit | SpeedBound,
-    share: float | None = None,
+    used: float | None = None,
 ) -> InputError:
     """The error for a stretch of a path that exceeds a limit.
 
@@ -218,7 +214,7 @@ def _path_error(
         path: The path.
         k: Index of the stretch.
         limit: The exceeded limit.
-        share: Used share of it, if known.
+        used: Utilisation of it, if known.
     """
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
@@ -239,7 +235,7 @@ def _path_error(
     elif isinstance(limit, SpeedBound):
         reason = "the tolerances are not kept"
     else:
-        excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
+        excess = "exceeds" if used is None else f"reaches {rounded_up(used, 4):.4g} times"
         joint = repr(limit.joint) if limit.joint else "the tool"
         reason = f"{joint} {excess} its limit of {limit.quantity}"
     error = InputError(

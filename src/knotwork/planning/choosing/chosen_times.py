@@ -1,4 +1,4 @@
-"""Choice of a scenario's unknowns, segment by segment."""
+"""Numbers for the unknowns of a scenario, chosen segment by segment."""
 
 from __future__ import annotations
 
@@ -28,28 +28,26 @@ from knotwork.planning.choosing.segments import (
     find_segments,
     timing_problem,
 )
-from knotwork.planning.choosing.timing_task import TimingTask
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values
-from knotwork.planning.timing.timed_motion import Status, status_of
-from knotwork.task.scenario import Scenario, Unknowns
+from knotwork.planning.timing.timed_motion import Budget, Status, status_of
+from knotwork.task.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
 class ChosenTimes:
-    """The choice of a scenario's unknowns, and its quality.
+    """The numbers chosen for the unknowns of a scenario, and how good they are.
 
     Attributes:
-        requested: The scenario with free times.
+        requested: The scenario with unknowns.
         scenario: The scenario with numbers in place of its unknowns.
-        solution: The choice of the solutions of the poses, made before the times.
-        segments: Result for each segment.
+        solution: IK solutions, chosen before the times, which are valid only for them.
+        segments: Motion of each segment.
         path_limits: Limiting constraints of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
-        fixed_arrivals: Names of waypoints in moving frames. Their times were chosen first.
+        fixed_arrivals: Names of waypoints in moving frames, whose times were chosen first.
     """
 
     requested: Scenario
@@ -67,9 +65,9 @@ class ChosenTimes:
 
     @property
     def lower_bound(self) -> float:
-        """Lower bound of the duration of any such motion within the limits [s].
+        """Lower bound of the duration of any motion within the limits [s].
 
-        If speeds along tool paths were chosen, for these speeds.
+        It holds for the chosen speeds along tool paths; other speeds could be faster.
         """
         return self.duration - sum(motion.duration - motion.lower_bound for motion in self.segments)
 
@@ -85,7 +83,7 @@ class ChosenTimes:
 
     @property
     def objective(self) -> dict[str, float]:
-        """Value of each weighted term, by name."""
+        """Value of each term of the objective, without its weight, by name."""
         values = Counter[str]()
         for motion in self.segments:
             values.update(motion.objective)
@@ -113,7 +111,6 @@ class ChosenTimes:
 
 def choose_times(
     scenario: Scenario,
-    unknowns: Unknowns,
     *,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -123,11 +120,10 @@ def choose_times(
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
     segments between tool paths and waits are solved independently, because position, velocity
-    and acceleration are known where they meet.
+    and acceleration are known at their ends.
 
     Args:
-        scenario: The task.
-        unknowns: Its unknowns.
+        scenario: A task with unknowns.
         budget: Computing time after which the best motion so far is taken [s].
         progress: Callback of the solver.
         solution: Solutions of the poses, if not the best.
@@ -136,9 +132,7 @@ def choose_times(
         InputError: The task can't be solved, or no motion within the limits was found.
     """
     try:
-        paths, motions = _with_feasible_path_speeds(
-            scenario, unknowns, solution, Budget(progress, budget)
-        )
+        paths, motions = _with_feasible_path_speeds(scenario, solution, Budget(progress, budget))
     except NoMotionsError as error:
         raise error.combined_error() from None
     task = paths.task
@@ -153,15 +147,14 @@ def choose_times(
 
 
 MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
-"""Number of times that speeds along paths are lowered for the motions next to them, and the factor.
-"""
+"""Number of times that path speeds are lowered for the motions next to them, and the factor."""
 
 _Motions = tuple[ChosenPathSpeeds, list[tuple[TimingSegment, TimedMotion]]]
 """A task with speeds along its paths, and the motions of its segments."""
 
 
 def _with_feasible_path_speeds(
-    scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None, budget: Budget
+    scenario: Scenario, solution: TaskSolution | None, budget: Budget
 ) -> _Motions:
     """The task with the maximum speeds along its paths, and the motions of its segments.
 
@@ -175,9 +168,9 @@ def _with_feasible_path_speeds(
     best: _Motions | None = None
     adjacent: set[int] = set()
     for slowdowns in range(MAX_SLOWDOWNS + 1):
-        paths = with_max_speeds(scenario, unknowns, solution, caps)
+        paths = with_max_speeds(scenario, solution, caps)
         try:
-            motions = paths, _motions(paths, unknowns, budget)
+            motions = paths, _motions(paths, budget)
         except NoMotionsError as error:
             adjacent |= _adjacent_stretches(error.errors, paths)
             if best is None and (not adjacent or slowdowns == MAX_SLOWDOWNS):
@@ -202,9 +195,7 @@ def _duration(
     return outside + sum(motion.duration for _, motion in motions)
 
 
-def _motions(
-    paths: ChosenPathSpeeds, unknowns: Unknowns, budget: Budget
-) -> list[tuple[TimingSegment, TimedMotion]]:
+def _motions(paths: ChosenPathSpeeds, budget: Budget) -> list[tuple[TimingSegment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
     Raises:
@@ -212,7 +203,7 @@ def _motions(
         InputError: A given value is beyond a limit.
     """
     segments = find_segments(paths.task)
-    _check_given(paths.task, unknowns, segments)
+    _check_given(paths, segments)
     return solve_segments(paths.task, segments, budget)
 
 
@@ -228,15 +219,15 @@ def _adjacent_stretches(segments: Iterable[TimingSegment], paths: ChosenPathSpee
     }
 
 
-def _check_given(task: TimingTask, unknowns: Unknowns, segments: Sequence[TimingSegment]) -> None:
+def _check_given(paths: ChosenPathSpeeds, segments: Sequence[TimingSegment]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
-    Speeds along paths come first, as segments begin and end with them.
+    Speeds along paths come first, because segments begin and end with them.
 
     Raises:
         InputError: A given value is infeasible.
     """
-    errors = paths_beyond_limits(task, unknowns)
+    task, errors = paths.task, paths_beyond_limits(paths)
     if errors:
         raise merge_errors(errors)
     for segment in segments:

@@ -73,10 +73,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
 
 
 def _of_motion(
-    quantity: str,
-    message: str,
-    seconds: float | None = None,
-    verdict: Verdict = "information",
+    quantity: str, message: str, seconds: float | None = None, verdict: Verdict = "information"
 ) -> Finding:
     """A finding on the whole motion, with a time if there is one [s]."""
     unit = "s" if seconds is not None else ""
@@ -102,10 +99,10 @@ def _duration(chosen: ChosenTimes) -> str:
 
 
 def _arrivals_note(chosen: ChosenTimes) -> str:
-    """Text of given times at moving frames, on which the lower bound depends."""
+    """Text of the fixed arrivals at moving frames, on which the lower bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    return f" with {', '.join(met)}" if met else ""
+    arrivals = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
+    return f" with {', '.join(arrivals)}" if arrivals else ""
 
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
@@ -114,7 +111,7 @@ def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
 
 
 def _unlimited_note(space: JointSpace) -> str:
-    """Warning on joints without an acceleration limit; empty if all have one."""
+    """Text of the warning on joints without an acceleration limit; empty if all have one."""
     missing = np.isinf(space.limits["acceleration"])
     if space.robot is None or not missing.any():
         return ""
@@ -127,7 +124,7 @@ def _unlimited_note(space: JointSpace) -> str:
 
 
 def _assumed_jerk_note(chosen: ChosenTimes) -> str:
-    """The assumed jerk limits, in words."""
+    """Text of the assumed jerk limits."""
     motion = chosen.segments[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
@@ -144,9 +141,7 @@ def _share_text(share: float | None) -> str:
     return f"{100 * share:.0f} % of the time" if share else "at its peak"
 
 
-def _limits_by_interval(
-    chosen: ChosenTimes,
-) -> dict[tuple[str, str], _Shares]:
+def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
@@ -168,15 +163,15 @@ def _longest(limits: _Shares) -> str:
 
 
 def clear_motion_findings(
-    detours: Iterable[tuple[list[int], ChosenMotion]],
+    clear_motions: Iterable[tuple[list[int], ChosenMotion]],
     scenario: Scenario,
     space: JointSpace,
     trajectory: JointTrajectory,
 ) -> Iterator[Finding]:
-    """A finding for each collision-free motion.
+    """Report the tries and the minimum clearance of each collision-free motion.
 
     Args:
-        detours: Its waypoints, by index, and its motion in the task.
+        clear_motions: Waypoints of each, by index, and its motion in the task.
         scenario: The task, with all times known.
         space: The joints and their robot.
         trajectory: The planned motion.
@@ -187,8 +182,8 @@ def clear_motion_findings(
     model = motion_model(motion, scenario, space.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
-    resolution = scenario.scene.rules.resolution
-    for indices, run in detours:
+    resolution = scenario.scene.collisions.resolution
+    for indices, run in clear_motions:
         count = run.way
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         tries = "1 try" if count == 1 else f"{count} tries"

@@ -1,20 +1,24 @@
-"""Tasks with the chosen values in place of the unknowns."""
+"""Tasks with chosen values in place of the unknowns, and the text of their files."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from knotwork.planning.choosing.segments import TimingSegment
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.errors import InputError
+from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
+from knotwork.files.documents.edits import block, differences
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 CHOSEN_STOP_SPEED = 1e-9
@@ -24,12 +28,7 @@ CHOSEN_STOP_SPEED = 1e-9
 def with_chosen_values(
     task: TimingTask, motions: list[tuple[TimingSegment, TimedMotion]]
 ) -> Scenario:
-    """The scenario with numbers in place of its unknowns.
-
-    Args:
-        task: The task.
-        motions: The segments and their motions.
-    """
+    """The scenario with numbers in place of its unknowns, from the motions of all segments."""
     scenario, unknowns = task.scenario, task.unknowns
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
@@ -40,13 +39,13 @@ def with_chosen_values(
     for i in unknowns.ways:
         waypoints[scenario.index[i]]["way"] = None
     for segment, motion in motions:
-        for place, i in enumerate(segment.waypoints):
+        for k, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
-            if place and unknowns.duration[i - 1]:
-                after = float(motion.time[place] - motion.time[place - 1])
+            if k and unknowns.duration[i - 1]:
+                after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
-            q = positions[segment.rows[place]]
-            changes |= _chosen_speed(task, i, q, motion.velocity[place])
+            q = positions[segment.rows[k]]
+            changes |= _chosen_speed(task, i, q, motion.velocity[k])
     optimal = scenario.given.knots == "optimal"
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -84,7 +83,7 @@ def solutions_near(
 
 
 def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
-    """Speed or velocity at a waypoint where it is chosen."""
+    """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot, waypoint = task.unknowns.speed[i], task.space.robot, task.scenario.waypoints[i]
     length, angle = si_factors(task.scenario.given.units)
     if kind == "given":
@@ -96,7 +95,8 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not waypoint.in_world_frame:  # the base of the file moves relative to it
+        if scenario.pose_frame_link and not waypoint.in_world_frame:
+            # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T
@@ -132,3 +132,38 @@ def _chosen_motion(
         accelerations=by_joint(task.space, motion.trajectory.acceleration(x), length, angle),
         **{key: value for key, value in extra.items() if value},
     )
+
+
+def frozen_text(scenario: Scenario, folder: Path) -> str:
+    """YAML of a scenario's task: the text of its file with other values, or else a new text.
+
+    Args:
+        scenario: The scenario.
+        folder: Folder of the new file, for relative paths.
+
+    Raises:
+        InputError: The file can't be read any more, or the values can't be written into its text.
+    """
+    content = _data(scenario, folder)
+    if scenario.source is None:
+        return block(content)
+    file = read(scenario.source)
+    return edited_text(read_text(scenario.source), differences(file.data, content))
+
+
+def saved_text(scenario: Scenario, folder: Path) -> str:
+    """Frozen text; new text with a comment if the text of the file can't be kept."""
+    try:
+        return frozen_text(scenario, folder)
+    except InputError as error:
+        why = str(error).replace("\n", " ")
+        text = block(_data(scenario, folder))
+        return f"# Written anew, without the comments of the original file: {why}\n{text}"
+
+
+def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
+    data, source = scenario.given.to_dict(), scenario.source
+    source_folder = Path.cwd() if source is None else source.parent
+    moved = moved_paths(data, source_folder.resolve(), folder.resolve())
+    content: dict[str, object] = apply_edits(Document(data), moved).data
+    return content

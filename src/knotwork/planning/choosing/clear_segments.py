@@ -10,13 +10,12 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.segments import TimingSegment
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.planning.ways.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
@@ -67,7 +66,7 @@ def plan_clear_segment(
         _solutions(task, segment, problem, robot, -1),
         robot.model,
         _bodies(task, segment),
-        task.scenario.scene.rules.resolution,
+        task.scenario.scene.collisions.resolution,
         lambda: _stop(task, segment, problem),
     )
     tries = 0
@@ -82,7 +81,7 @@ def plan_clear_segment(
             way_problem,
             tries=options.tries,
             extra_clearance=options.room,
-            late=lambda: budget.is_over,
+            is_out_of_time=lambda: budget.is_over,
             report=report,
         )
     except NoClearMotionError as no_way:
@@ -115,9 +114,9 @@ def _stop(
     task: TimingTask, segment: TimingSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
     """The previous motion, stopped on its path or at its end."""
-    if task.scenario.under_way is None or segment.waypoints[0]:
+    if task.scenario.continued_motion is None or segment.waypoints[0]:
         return None
-    motion, at = task.scenario.under_way
+    motion, at = task.scenario.continued_motion
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
     curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))

@@ -2,8 +2,9 @@
 
 The poses depend on the arrival times, and the minimum times depend on the poses. Each iteration
 chooses minimum times with the frames at their expected times. The results are the expected times of
-the next iteration, until both agree. An arm is faster than the frames, so the iteration converges
-with full or with half steps. The times are then made slightly longer and fixed.
+the next iteration, until both agree. If the arm is faster than the frames, the iteration is a
+contraction. Otherwise it may not converge, which is an error after `MAX_ARRIVAL_ROUNDS`. The times
+are then made slightly longer and fixed.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ Choose = Callable[[Scenario], ChosenTimes]
 
 
 def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
-    """The scenario with numbers for times and speeds up to the last moving frame.
+    """Fix times and speeds up to the last moving frame as numbers.
 
     Args:
-        scenario: A task with free times before poses in moving frames, or before a time
+        scenario: A task with unknown times before poses in moving frames, or before a time
             since 0.
         choose: Chooses a scenario's unknowns, with frames at their expected times.
 
@@ -58,8 +59,8 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
     scenario, chosen = _first_choice(scenario, choose)
     for count in range(MAX_ARRIVAL_ROUNDS):
         expected, times = scenario.expected_times, _times(scenario, chosen)
-        met = list(_unknowns(scenario).time_dependent)
-        if np.abs(times - expected)[met].max() <= AGREEMENT:
+        arrivals = list(_unknowns(scenario).time_dependent)
+        if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
         task = scenario.given.with_waypoints(_speeds(scenario, chosen))
         if count == FULL_STEPS:
@@ -69,7 +70,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
         chosen = choose(scenario)
-    i = max(met, key=lambda i: abs(times[i] - expected[i]))
+    i = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
     error = TimingError(
         f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations the "
         f"arrival at {times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or "
@@ -90,7 +91,8 @@ def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
     """The scenario with another task, and expected times [s] by waypoint of the task."""
-    return replace(resolve_task(task, scenario.places, expected), under_way=scenario.under_way)
+    resolved = resolve_task(task, scenario.places, expected)
+    return replace(resolved, continued_motion=scenario.continued_motion)
 
 
 def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
@@ -145,15 +147,15 @@ def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     unknowns, known = _unknowns(scenario), chosen.scenario.given.waypoints
-    places = [scenario.index[i] for i in unknowns.path_speed if i <= unknowns.time_dependent[-1]]
-    return {k: {"speed": known[k].speed} for k in places if k < len(known)}  # type: ignore[union-attr]
+    rows = [scenario.index[i] for i in unknowns.path_speed if i <= unknowns.time_dependent[-1]]
+    return {k: {"speed": known[k].speed} for k in rows if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     known = chosen.scenario.given.waypoints
-    places = scenario.index[1 : _unknowns(scenario).time_dependent[-1] + 1]
-    return {k: {"near": near} for k in places if (near := getattr(known[k], "near", None))}
+    rows = scenario.index[1 : _unknowns(scenario).time_dependent[-1] + 1]
+    return {k: {"near": near} for k in rows if (near := getattr(known[k], "near", None))}
 
 
 def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:

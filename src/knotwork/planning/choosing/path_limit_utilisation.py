@@ -1,7 +1,7 @@
-"""Used share of each limit: in given states, and along a path at any speeds.
+"""Utilisation of each limit, as a fraction of it: of given states, and along a path at any speeds.
 
 Along a path q(s) and its derivatives are computed once. With q̇ = q' ṡ, q̈ = q'' ṡ² + q' s̈ and
-q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every share then follows from ṡ, s̈ and s⃛.
+q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every utilisation then follows from ṡ, s̈ and s⃛.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import pinocchio as pin
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
-from knotwork.planning.choosing.timing_task import TimingTask, knots_of
+from knotwork.planning.choosing.segments import TimingTask, knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath
@@ -36,7 +36,7 @@ MIDDLE_HALF_WIDTH = 0.25
 
 
 class Limit(NamedTuple):
-    """A limit.
+    """A limit of a joint, a frame or the tool.
 
     Attributes:
         joint: Name of a joint or a frame; empty for the tool.
@@ -52,15 +52,15 @@ class Limit(NamedTuple):
 
 
 class LimitUtilisation:
-    """Shares of all limits of a task that joint states use.
+    """Utilisation of each limit of a task by joint states on a path; 1 is the limit.
 
     Args:
         task: The task.
-        path: The path of these states.
+        path: The path, whose load the efforts depend on.
 
     Attributes:
         limits: The limits, length m: velocity, acceleration and jerk of each joint come first.
-        orders: Their orders, shape (m,).
+        orders: Powers of the speed with which they grow, shape (m,).
     """
 
     def __init__(self, task: TimingTask, path: ScenarioPath) -> None:
@@ -98,9 +98,9 @@ class LimitUtilisation:
 
         Args:
             q: Joint positions, shape (n, d).
-            v: Their derivatives, likewise.
-            a: Their second derivatives.
-            j: Their third derivatives.
+            v: Joint velocities, shape (n, d).
+            a: Joint accelerations, shape (n, d).
+            j: Joint jerks, shape (n, d).
         """
         bounds = self._bounds
         columns = [v / bounds["velocity"], a / bounds["acceleration"], j / bounds["jerk"]]
@@ -113,16 +113,17 @@ class LimitUtilisation:
     def _of_frames(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         model, data = self.robot.model, self.robot.data
         pin.forwardKinematics(model, data, q, v, a)
+        axes = pin.LOCAL_WORLD_ALIGNED
         return np.concatenate(
-            [of(model, data, k, pin.LOCAL_WORLD_ALIGNED).linear / n for k, of, n in self._frames]
+            [read(model, data, frame, axes).linear / bound for frame, read, bound in self._frames]
         )
 
-    def shares(self, components: FloatArray) -> FloatArray:
-        """Shares of the limits, shape (n, m), from components of shape (n, c)."""
+    def combine(self, components: FloatArray) -> FloatArray:
+        """Utilisation of each limit, shape (n, m), from components of shape (n, c)."""
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
     def of_motion(self, task: TimingTask, path: ScenarioPath) -> FloatArray:
-        """Largest shares that the planned motion uses on each part of a path, shape (n, 3, m).
+        """Largest utilisation by the planned motion on each part of a path, shape (n, 3, m).
 
         Args:
             task: A task with known speeds along its paths.
@@ -137,7 +138,7 @@ class LimitUtilisation:
         curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(task.scenario), acceleration=a)
         t, *states = _states(curve)
         ends = path.motion.start_time + _parts(path.motion.timing)
-        return _largest(self.shares(self.components(*states)), t, ends)
+        return _largest_by_part(self.combine(self.components(*states)), t, ends)
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
@@ -158,53 +159,59 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-def _largest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
-    """Largest shares (k, m) at parameters x (k,) on each part of n stretches, shape (n, 3, m)."""
-    largest = np.zeros((len(ends) - 1, shares.shape[1]))
+def _largest_by_part(used: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+    """Largest utilisation on each part of n stretches, shape (n, 3, m).
+
+    Args:
+        used: Utilisation of each limit, shape (k, m).
+        x: Parameters of these values, shape (k,).
+        ends: Ends of the parts, as from `_parts`.
+    """
+    largest = np.zeros((len(ends) - 1, used.shape[1]))
     index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(largest) - 1)
-    np.maximum.at(largest, index, shares)
-    return largest.reshape(-1, 3, shares.shape[1])
+    np.maximum.at(largest, index, used)
+    return largest.reshape(-1, 3, used.shape[1])
 
 
 class PathUtilisation:
-    """Shares of limits along a path, at any speeds.
+    """Utilisation of each limit along a path, at any speeds and without another solution.
 
     Args:
         task: The task.
         path: One of its paths.
-        shares: Shares of its limits.
+        limits: Utilisation of its limits by states.
     """
 
-    def __init__(self, task: TimingTask, path: ScenarioPath, shares: LimitUtilisation) -> None:
-        self._shares, lengths = shares, path.requested.lengths
+    def __init__(self, task: TimingTask, path: ScenarioPath, limits: LimitUtilisation) -> None:
+        self._limits, lengths = limits, path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
         robot, start, pull = task.start(path)
         self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
-        q, d1, d2, d3 = (values[:, : shares.robot.dof] for values in states)
+        q, d1, d2, d3 = (values[:, : limits.robot.dof] for values in states)
         zero = np.zeros_like(q)
-        at_rest = shares.components(q, zero, zero, zero)
+        at_rest = limits.components(q, zero, zero, zero)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
         factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
-        terms = [shares.components(q, *factor) - at_rest for factor in factors]
+        terms = [limits.components(q, *factor) - at_rest for factor in factors]
         self._terms = np.stack([at_rest, *terms], axis=1)
-        self._powers = np.repeat(shares.orders, [limit.size for limit in shares.limits])
+        self._powers = np.repeat(limits.orders, [limit.size for limit in limits.limits])
         self._ends = timing.times
 
-    def used_shares(self, timing: Timing) -> FloatArray:
-        """Largest shares on each part of n stretches with a timing, shape (n, 3, m)."""
+    def with_timing(self, timing: Timing) -> FloatArray:
+        """Largest utilisation on each part of n stretches with a timing, shape (n, 3, m)."""
         curve = timing.arc_length
         t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * TIMING_FRACTIONS).ravel()
         t = np.union1d(t, np.interp(self._s, curve(t), t))
         s, v, a, j = (curve(t, order)[:, None] for order in range(4))
         after = np.clip(np.searchsorted(self._s, s[:, 0]), 1, len(self._s) - 1)
         low, high = self._s[after - 1], self._s[after]
-        part = np.clip((s[:, 0] - low) / (high - low), 0.0, 1.0)[:, None, None]
-        terms = (1.0 - part) * self._terms[after - 1] + part * self._terms[after]
+        weight = np.clip((s[:, 0] - low) / (high - low), 0.0, 1.0)[:, None, None]
+        terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
         components = terms[:, 0] + terms[:, 1] * v**self._powers
         components += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
-        return _largest(self._shares.shares(components), t, _parts(timing))
+        return _largest_by_part(self._limits.combine(components), t, _parts(timing))
 
     def max_speeds(self, allowed: FloatArray) -> FloatArray:
         """Maximum constant speeds in the middle of each stretch [m/s], in closed form.
@@ -212,19 +219,19 @@ class PathUtilisation:
         Near its ends the speed may change.
 
         Args:
-            allowed: Largest permitted share of each limit on each stretch, shape (n, m).
+            allowed: Largest permitted utilisation of each limit on each stretch, shape (n, m).
 
         Returns:
             The speed that each limit allows on each stretch, shape (n, m).
         """
-        starts = self._shares.starts
+        starts = self._limits.starts
         at_rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]
-        sizes = self._shares.shares(factor)
+        sizes = self._limits.combine(factor)
         at_rest = at_rest * np.sign(factor[:, starts])
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             unused = np.maximum(allowed[index] - at_rest, 0.0)
-            speeds = np.where(sizes > 0.0, unused / sizes, np.inf) ** (1.0 / self._shares.orders)
-        part = (self._s - self._ends[index]) / np.diff(self._ends)[index]
-        index[np.abs(part - 0.5) > MIDDLE_HALF_WIDTH] = -1
+            speeds = np.where(sizes > 0.0, unused / sizes, np.inf) ** (1.0 / self._limits.orders)
+        fraction = (self._s - self._ends[index]) / np.diff(self._ends)[index]
+        index[np.abs(fraction - 0.5) > MIDDLE_HALF_WIDTH] = -1
         return np.array([speeds[index == k].min(axis=0) for k in range(len(allowed))])

@@ -1,8 +1,7 @@
 """Maximum constant speeds along one tool path, from q(s) and its derivatives.
 
 Where the speed is constant, it follows from the limits in closed form. The speeds are then lowered
-until changes of speed keep the limits as well. A planned motion corrects the expected shares of the
-limits.
+until changes of speed keep the limits as well. A planned motion corrects the expected utilisation.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from knotwork.planning.choosing.path_limit_utilisation import (
     LimitUtilisation,
     PathUtilisation,
 )
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingTask
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
@@ -31,16 +30,16 @@ SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""
 
 MIN_SPEED = 1e-3
-"""Speed below which no speed is lowered to keep a limit [m/s]."""
+"""Speed that no speed is lowered below to keep a limit [m/s]."""
 
 FIT_ROUNDS = 100
 """Maximum number of rounds until rounded speeds allow the changes of speed."""
 
 EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
-"""Largest used share of each limit, as expected and as planned: between samples it may be more."""
+"""Largest utilisation of each limit, as expected and as planned; between samples it may be more."""
 
 SIGNIFICANT_UTILISATION = 0.3
-"""Shares below this are too far from their limit to be corrected."""
+"""Utilisation below which a limit is too far away to be corrected."""
 
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
@@ -71,7 +70,7 @@ class NoSpeedsError(Exception):
 
 
 class PathSpeedProblem:
-    """The problem of the maximum speeds along one path.
+    """The maximum speeds along one path, corrected by planned motions until these keep the limits.
 
     Args:
         task: The task.
@@ -92,9 +91,9 @@ class PathSpeedProblem:
     ) -> None:
         self.path, self.requested, self.caps = path, path.requested, dict(caps)
         self.unit = task.scenario.shown_length[0]
-        self.shares = LimitUtilisation(task, path)
-        self.along = PathUtilisation(task, path, self.shares)
-        self._ratio = np.ones((len(path.stretches), 3, len(self.shares.limits)))
+        self.utilisation = LimitUtilisation(task, path)
+        self.along = PathUtilisation(task, path, self.utilisation)
+        self._ratio = np.ones((len(path.stretches), 3, len(self.utilisation.limits)))
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit | SpeedBound] = {}
 
@@ -113,16 +112,16 @@ class PathSpeedProblem:
             column = int(bounds[k].argmin())
             speed = max(float(bounds[k, column]), MIN_SPEED)
             self.speeds[k] = min(speed, cap)
-            self.limiting[k] = bound if cap <= speed else self.shares.limits[column]
+            self.limiting[k] = bound if cap <= speed else self.utilisation.limits[column]
         self._fit()
-        while (used := self._expected_shares()).max() > 1.0:
+        while (used := self._expected_utilisation()).max() > 1.0:
             self._slow_down(used)
             self._fit()
         return self.requested.timed(self.speeds)[0].duration
 
-    def _expected_shares(self) -> FloatArray:
-        """Expected shares of each stretch, relative to the permitted ones, shape (n, m)."""
-        used = self.along.used_shares(self.requested.timed(self.speeds)[0])
+    def _expected_utilisation(self) -> FloatArray:
+        """Expected utilisation on each stretch, relative to the permitted one, shape (n, m)."""
+        used = self.along.with_timing(self.requested.timed(self.speeds)[0])
         return np.asarray((used * self._ratio / EXPECTED_UTILISATION).max(axis=1))
 
     def _slow_down(self, used: FloatArray) -> None:
@@ -132,8 +131,8 @@ class PathSpeedProblem:
         speeds.
         """
         k = int(used.max(axis=1).argmax())
-        factors = np.maximum(used[k], 1e-9) ** (-1.0 / self.shares.orders)
-        limit = self.shares.limits[int(factors.argmin())]
+        factors = np.maximum(used[k], 1e-9) ** (-1.0 / self.utilisation.orders)
+        limit = self.utilisation.limits[int(factors.argmin())]
         factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
         stretches = [k]
         if k not in self.speeds:  # the next stretches with a chosen speed
@@ -173,28 +172,31 @@ class PathSpeedProblem:
         raise NoSpeedsError(self.path, 0, SpeedBound.RAMPS)
 
     def lower_caps(self, bound: Limit | SpeedBound) -> None:
-        """Allow lower speeds only, because a planned motion at the chosen ones misses a bound."""
+        """Cap each speed below its present value, because the planned motion exceeds a bound."""
         for k, speed in self.speeds.items():
             if speed <= MIN_SPEED:
                 raise NoSpeedsError(self.path, k, bound)
             self.caps[k] = MAX_SLOWDOWN * speed, bound
 
     def correct_from_plan(self, task: TimingTask, path: ScenarioPath) -> NoSpeedsError | None:
-        """The limit that a planned motion exceeds, or `None`; its shares correct the expected ones.
+        """Correct the expected utilisation by that of a planned motion.
 
         Args:
             task: The task with the chosen speeds.
             path: The path in this task.
+
+        Returns:
+            The error for the limit that the motion exceeds, or `None`.
         """
-        used = self.shares.of_motion(task, path)
-        expected = self.along.used_shares(path.motion.timing)
+        used = self.utilisation.of_motion(task, path)
+        expected = self.along.with_timing(path.motion.timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
         k, _, column = np.unravel_index(used.argmax(), used.shape)
         if used[k].max() <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, int(k), self.shares.limits[int(column)])
+        return NoSpeedsError(self.path, int(k), self.utilisation.limits[int(column)])
 
 
 def round_speed(speed: float) -> float:

@@ -8,12 +8,11 @@ from types import MappingProxyType
 
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_segments import plan_clear_segment
-from knotwork.planning.choosing.segments import TimingSegment, timing_problem
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.choosing.segments import TimingSegment, TimingTask, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.solving import NoMotionError, solve_within
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.units import rounded_up
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)

@@ -1,18 +1,136 @@
-"""Segments: consecutive waypoints with unknowns between them, split where the state is known."""
+"""Segments of a task between waypoints with a known state, and their timing problems."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
+from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import InputError
-from knotwork.planning.choosing.timing_task import TimingTask
+from knotwork.planning.task_to_joint import PathStart, TaskSolution
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
 from knotwork.task import ClearWay
-from knotwork.task.scenario import Scenario
+from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
+
+ErrorT = TypeVar("ErrorT", bound=InputError)
+
+if TYPE_CHECKING:
+    from knotwork.planning.timing import Dynamics
+    from knotwork.robot import Robot
+    from knotwork.scene.collision_model import CollisionModel
+
+
+def knots_of(scenario: Scenario) -> Any:
+    """Knot placement along tool paths: see `ModifiedHermiteSpline`."""
+    knots = scenario.knots
+    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
+
+
+def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+    """The scenario with `way: clear` at some waypoints, by index."""
+    waypoints = list(scenario.given.waypoints)
+    for k in (scenario.index[i] for i in ends):
+        waypoints[k] = waypoints[k].replace(way="clear")
+    return resolve_task(scenario.given.replace(waypoints=tuple(waypoints)), scenario.places)
+
+
+@dataclass(frozen=True, eq=False)
+class TimingTask:
+    """A scenario with unknowns and the solutions of its poses.
+
+    Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
+
+    Attributes:
+        scenario: The task.
+        unknowns: Its unknowns.
+        space: Its joints.
+        solution: Its waypoints at the joints, unknown times as expected.
+    """
+
+    scenario: Scenario
+    unknowns: Unknowns
+    space: JointSpace
+    solution: TaskSolution
+
+    @property
+    def waypoints(self) -> JointWaypoints:
+        """All waypoints at the joints, including inserted ones along paths."""
+        return self.solution.waypoints
+
+    @property
+    def rows(self) -> IndexArray:
+        """Rows of the scenario's waypoints, shape (n,)."""
+        return np.array(self.waypoints.task_rows)
+
+    def start(self, path: ScenarioPath) -> PathStart:
+        """State of the arm at the start of a path, with virtual joints for the poses' freedom."""
+        known = self.solution.starts.get(path.first)
+        if known is not None:
+            return known
+        robot = cast("Robot", self.space.robot)  # only robots follow paths
+        q = self.waypoints.position[self.rows[path.first]]
+        return PathStart(robot, q, self.scenario.task.pull_to_middle)
+
+    @cached_property
+    def _dynamics(self) -> tuple[Dynamics, ...]:
+        """Dynamics from each waypoint to the next; one shared object for equal loads."""
+        from knotwork.planning.timing import Dynamics
+
+        carrying = self.space.carrying
+        carried = carrying.by_interval if carrying is not None else ()
+        models = {id(robot): Dynamics(robot) for robot in carried}
+        return tuple(models[id(robot)] for robot in carried)
+
+    def dynamics(self, i: int) -> Dynamics | None:
+        """Dynamics of its robot, if there is one, with the load from waypoint i on."""
+        return self._dynamics[i] if self._dynamics else None
+
+    @cached_property
+    def zero_acceleration_points(self) -> Mapping[int, str]:
+        """Reason for each waypoint with zero acceleration, by index.
+
+        Segments are split there. Two collision-free motions are one if only a position is given
+        between them.
+        """
+        unknowns = self.unknowns
+        unbounded = unknowns.duration & (unknowns.at_least == 0.0)
+        loads = enumerate(pairwise(self._dynamics), start=1)
+        points = {i: "the load changes" for i, (before, after) in loads if before is not after}
+        return points | {
+            i: "a collision-free motion begins or ends"
+            for end in unknowns.ways
+            for i in (end - 1, end)
+            if not (
+                unknowns.speed[i] == "free"
+                and unknowns.ways.get(i) == unknowns.ways.get(i + 1)
+                and unbounded[i - 1 : i + 1].all()
+            )
+        }
+
+    @cached_property
+    def collision_model(self) -> CollisionModel:
+        """Bodies of the robot and the scene; the index of a waypoint is the time in it."""
+        from knotwork.planning.task_to_joint.obstacles import bodies_and_pairs
+
+        if self.space.robot is None:
+            raise TypeError("without a robot there are no bodies")
+        times = np.arange(len(self.scenario.waypoints), dtype=float)
+        return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
+
+    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
+        """Locate an error at a key of waypoint i of the scenario, and return it."""
+        k = self.scenario.index[i]
+        location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(self.scenario.where(*location, *key))
+        return error
+
 
 MIN_RAMP_TIME = 0.01
 """Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
@@ -36,7 +154,7 @@ class TimingSegment:
     way: ClearWay | None = None
 
     def continues_into(self, following: TimingSegment) -> bool:
-        """Whether it is a collision-free motion that ends where another one begins."""
+        """Whether it is a collision-free motion, and the other one begins where it ends."""
         return self.way is not None and self.waypoints[-1] == following.waypoints[0]
 
 
@@ -44,8 +162,8 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
     """The segments of a task with unknowns, in order of time.
 
     Raises:
-        InputError: The time between two equal stops is to be chosen, or the velocity at one of the
-            points with zero acceleration.
+        InputError: Two equal stops have no given time between them, or an unknown velocity is at a
+            waypoint where the motion must be split.
     """
     scenario, unknowns = task.scenario, task.unknowns
     closed = set(task.space.waits)
@@ -93,7 +211,7 @@ def _has_unknowns(task: TimingTask, first: int, last: int) -> bool:
 def timing_problem(
     task: TimingTask, segment: TimingSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
-    """Known and unknown values of a segment.
+    """Make the timing problem of a segment from its known and unknown values.
 
     Args:
         task: The task.
@@ -145,7 +263,7 @@ def timing_problem(
 
 
 def jerk_limits(space: JointSpace) -> FloatArray:
-    """Jerk limits; without one, a bound that avoids jumps of the acceleration."""
+    """Jerk limits [rad/s³ or m/s³]; without one, a bound that avoids jumps of the acceleration."""
     jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
     ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
@@ -159,10 +277,10 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
 
 
 def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
-    """Accelerations at the ends of a segment.
+    """Accelerations at the waypoints of a segment, NaN where unknown, shape (n, d).
 
-    At the ends of the motion they are as given. Otherwise they are zero if times are chosen, and
-    free if only knots are chosen. They are zero where a collision-free motion begins or ends.
+    At the ends of the motion they are as given. Otherwise they are zero there if times are chosen,
+    and unknown if only knots are. They are zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
     known = np.full((len(rows), len(space.joint_names)), np.nan)

@@ -1,4 +1,4 @@
-"""Comparison of all planners for one scenario."""
+"""One scenario planned and scored with several planners."""
 
 from __future__ import annotations
 
@@ -163,9 +163,7 @@ def _same_motion(first: JointTrajectory, second: JointTrajectory) -> bool:
 
 
 TIMED_RUNS = 5
-"""The first run of a planner loads its module, so the minimum of several runs is the time of
-planning alone.
-"""
+"""Number of timed runs of a planner; the first one also loads its module, so the fastest counts."""
 
 
 def _time_planner(

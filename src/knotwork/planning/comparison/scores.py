@@ -1,4 +1,4 @@
-"""Figures of planners' motions for one scenario, and the best planner for each."""
+"""Figures of the motions of several planners, and the best planner for each figure."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ class Score:
         peak_jerk: Peak of the jerk; `None` where the acceleration jumps, as it is unbounded.
         velocity_fluctuation: Value of the worst joint:
             see `knotwork.verification.metrics.velocity_fluctuation`.
-        squared_acceleration: Integral over time, summed over the joints.
-        squared_jerk: Integral over time, summed likewise; `None` where the acceleration jumps.
+        squared_acceleration: Integral of acceleration squared over time, summed over the joints.
+        squared_jerk: Integral of jerk squared over time, summed over the joints; `None` where the
+            acceleration jumps.
         path_deviation: Distance of the tool from the straight path between poses [m], sampled;
             `None` without consecutive poses off tool paths.
-        path_turn: Angle of the tool from that path [rad], sampled; `None` likewise.
+        path_turn: Angle of the tool from that path [rad], sampled; `None` without such poses.
         tool_path_deviation: Largest distance of the tool from the scenario's tool paths in the
             check [m]; `None` without such paths.
         tool_path_speed_error: Largest deviation from the given speed along them, as a fraction of
@@ -87,7 +88,7 @@ class Refusal:
 
 
 def flatten(row: Score | Refusal) -> dict[str, Any]:
-    """Known values by column, with four columns for a peak."""
+    """Flatten a row to known values by column, with four columns for a peak."""
     values: dict[str, Any] = {}
     for name, value in asdict(row).items():
         if isinstance(value, dict):
@@ -129,7 +130,7 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
 
 
 def size(value: metrics.Peak | float | None) -> float | None:
-    """The number that ranks a column: for a peak its use of the limit, if there is one."""
+    """The number that ranks a column: for a peak its utilisation, if there is one."""
     if isinstance(value, metrics.Peak):
-        return value.use if value.use is not None else value.value
+        return value.utilisation if value.utilisation is not None else value.value
     return value

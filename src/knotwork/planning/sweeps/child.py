@@ -24,8 +24,8 @@ MAX_TIME_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
 PARENT_PERIOD = 1.0
 """Interval at which a child looks for its parent [s]."""
-# Each process uses one thread, because NumPy's threads would slow down the other processes.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Each process uses one thread, because NumPy's threads would slow down the other processes."""
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -58,9 +58,10 @@ class Child:
         self._executor: Any = None
 
     def call(self, function: Callable[..., Any], *arguments: Any, limit: float) -> Any:
-        """Call a function in the child, and a second time if the child ends.
+        """Call a function in the child process.
 
-        A system short of memory may end processes whose rows are valid.
+        If the process dies, the call is repeated once, because a system short of memory may have
+        ended it.
 
         Args:
             function: Function of a module.
@@ -138,7 +139,7 @@ def _end_with_parent(parent: int) -> None:
 def map_in_children(
     task: Callable[[Child, Item], Answer], items: Iterable[Item], workers: int
 ) -> Iterator[Answer]:
-    """Perform a task for each item with one of some child processes, each in a thread.
+    """Call a function with each item and one of several child processes, each in a thread.
 
     Yields:
         Results of the tasks, in the order of completion.

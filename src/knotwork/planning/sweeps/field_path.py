@@ -11,10 +11,7 @@ from knotwork.files.documents import Document, Edits, Location, apply_edits, fie
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
 
-_KINDS: dict[type, tuple[str, str]] = {
-    dict: ("a mapping", ".key"),
-    list: ("a list", "[index]"),
-}
+_KINDS: dict[type, tuple[str, str]] = {dict: ("a mapping", ".key"), list: ("a list", "[index]")}
 _PATH_PART = re.compile(r"\.?([^.\[\]]+)|\[([^\[\]]+)\]")
 
 

@@ -50,8 +50,8 @@ def _use(quantity: str) -> RowFigure:
     def max_use(plan: Plan) -> float | None:
         findings = plan.report.select(quantity=quantity, **kind)
         if any(finding.only_sampled for finding in findings):
-            return None  # its use of the limit is unknown
-        uses = (finding.use for finding in findings)
+            return None  # its utilisation is unknown
+        uses = (finding.utilisation for finding in findings)
         return max((use for use in uses if use is not None), default=None)
 
     title = f"used share of limits of {quantity.replace('_', ' ')}"

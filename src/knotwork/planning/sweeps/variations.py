@@ -20,7 +20,7 @@ ACCEPTED = "a range FROM:TO:COUNT, values separated by commas, or uniform(FROM, 
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
 _RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
 _UNIFORM = re.compile(rf"\s*uniform\({_NUMBER},{_NUMBER}\)\s*")
-MOST_STUDY_ROWS = 1_000_000
+MAX_STUDY_ROWS = 1_000_000
 """Largest number of rows of a study."""
 
 
@@ -110,8 +110,8 @@ def _make_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
             raise InputError(f"{path} has no values; accepted: one or more")
     grid = tuple(Axis(tuple(axis), tuple(map(tuple, axis.values()))) for axis in axes)
     count = math.prod(map(len, grid))
-    if count > MOST_STUDY_ROWS:
-        raise InputError(f"that makes {count} scenarios; at most {MOST_STUDY_ROWS} are accepted")
+    if count > MAX_STUDY_ROWS:
+        raise InputError(f"that makes {count} scenarios; at most {MAX_STUDY_ROWS} are accepted")
     return grid
 
 
@@ -150,7 +150,7 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
     """
     if match := _RANGE.fullmatch(text):
         low, high, count = (float(number) for number in match.groups())
-        if count != int(count) or not 1 <= count <= MOST_STUDY_ROWS or (count == 1 and low != high):
+        if count != int(count) or not 1 <= count <= MAX_STUDY_ROWS or (count == 1 and low != high):
             raise InputError(
                 f"{path}: the range {text} has the count {match[3].strip()}; accepted: a whole "
                 "number of at least 2"

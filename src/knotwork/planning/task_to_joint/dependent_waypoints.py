@@ -25,13 +25,14 @@ from knotwork.robot.kinematics.sequence.nearness import limit_nearness
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.waypoints import FloatArray, IndexArray
 
-# Starts within this distance belong to the same continuation [rad or m].
 SAME_START = 1e-9
-# If no candidate can follow the paths with least-norm joint velocities, planned self-motion
-# (`Ladder`) is tried from this number of branches, the cheapest first, until one succeeds.
+"""Starts within this distance belong to the same continuation [rad or m]."""
 MAX_GUIDED = 12
-# Factor on the number of collision tests along planned self-motion.
+"""If no candidate can follow the paths with least-norm joint velocities, planned self-motion
+(`Ladder`) is tried from this number of branches, the cheapest first, until one succeeds.
+"""
 GUIDED_SAMPLES_FACTOR = 4
+"""Factor on the number of collision tests along planned self-motion."""
 
 
 def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:

@@ -44,18 +44,18 @@ def find_infeasibilities(
 ) -> tuple[Infeasibility, ...]:
     """Intervals and waypoints that exceed a velocity limit with every choice."""
     moves = np.abs(np.diff(chosen.positions, axis=0))
-    places = [
+    spans = [
         (i, i + 1, move / step.duration)
         for i, (move, step) in enumerate(zip(moves, search.steps, strict=True))
         if step.is_timed
     ]
-    places += [
+    spans += [
         (i, i, np.abs(chosen.velocities[i]))
         for i, candidates in enumerate(search.candidates)
         if candidates is not None and i not in search.free_velocity
     ]
     limit = search.robot.velocity_limit * OVERSPEED_FACTOR
-    return tuple(_infeasibility(search, *place) for place in places if (place[2] > limit).any())
+    return tuple(_infeasibility(search, *span) for span in spans if (span[2] > limit).any())
 
 
 def _infeasibility(

@@ -111,11 +111,7 @@ def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
 
 
 def _insert_waypoints(
-    scenario: Scenario,
-    path: ScenarioPath,
-    track: PathTrack,
-    start: FloatArray,
-    knots: Any,
+    scenario: Scenario, path: ScenarioPath, track: PathTrack, start: FloatArray, knots: Any
 ) -> JointRows:
     """Rows along a path, with inserted waypoints.
 

@@ -22,29 +22,35 @@ from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
 
-# Fractions of each interval at which the curve is compared with the path, where errors are largest.
 FOLLOWING_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-# Waypoints are inserted until the sampled errors are below this fraction of the tolerances, and
-# then until the proof succeeds. The proof leaves no margin.
+"""Fractions of each interval at which the curve is compared with the path, where errors are
+largest.
+"""
 SAMPLED_SHARE = 0.9
-# Number of waypoints above which tolerances are refused.
+"""Waypoints are inserted until the sampled errors are below this fraction of the tolerances, and
+then until the proof succeeds. The proof leaves no margin.
+"""
 MAX_WAYPOINTS = 100_000
-MAX_PARTS = 8
-EVEN_ROUNDS = 3
-# Tolerance of the self-motion between waypoints [rad or m], relative to the motion whose limits
-# were checked.
+"""Number of waypoints above which tolerances are refused."""
+MAX_PARTS, EVEN_ROUNDS = 8, 3
+"""Maximum number of parts of an interval in one round of even division, and number of rounds."""
 SELF_MOTION_TOLERANCE = 5e-3
-# Duration below which an interval is not divided [s].
+"""Tolerance of the self-motion between waypoints [rad or m], relative to the motion whose limits
+were checked.
+"""
 SHORTEST_INTERVAL = 1e-5
-# Distance below which breaks of a path are merged [s]. With a shorter interval between waypoints,
-# rounding of joint positions would appear as acceleration and jerk.
+"""Duration below which an interval is not divided [s]."""
 CLOSE_BREAKS = 2e-4
+"""Distance below which breaks of a path are merged [s]. With a shorter interval between waypoints,
+rounding of joint positions would appear as acceleration and jerk.
+"""
 
-# Fraction by which the tolerances of the proof are narrower. The check rounds differently, and must
-# reach the same verdict.
 TOLERANCE_NARROWING = 1e-6
-# Minimum ratio of a tolerance to the rounding error of the bounds.
+"""Fraction by which the tolerances of the proof are narrower. The check rounds differently, and
+must reach the same verdict.
+"""
 ROUNDING_FACTOR = 4.0
+"""Minimum ratio of a tolerance to the rounding error of the bounds."""
 
 
 class PathTolerance(NamedTuple):
@@ -152,10 +158,10 @@ class _Insertion:
 
     def divide(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
         """Divide the intervals that exceed the tolerances."""
-        open_ = use > 1.0
-        self._check_count(len(use) + int(open_.sum()))
+        excess = use > 1.0
+        self._check_count(len(use) + int(excess.sum()))
         self._check_lengths(known, use)
-        more = self.waypoints_at(0.5 * (known.time[1:] + known.time[:-1])[open_])
+        more = self.waypoints_at(0.5 * (known.time[1:] + known.time[:-1])[excess])
         order = np.argsort(np.concatenate((known.time, more.time)))
         values = zip(known, more, strict=True)
         return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
@@ -182,10 +188,8 @@ class _Insertion:
     def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
         strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
-        far = (
-            strayed > SELF_MOTION_TOLERANCE
-        )  # `joints.curve` is approximate: compute these exactly
-        if far.any():
+        far = strayed > SELF_MOTION_TOLERANCE
+        if far.any():  # `joints.curve` is approximate: compute these exactly
             strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
         return np.asarray(strayed)
 
@@ -297,5 +301,5 @@ def _proved_tolerance_use(
         bounds = path_bounds(robot, curve, path, (begin, end), limits)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
-        np.maximum.at(use, interval, bounds.use)
+        np.maximum.at(use, interval, bounds.utilisation)
     return use

@@ -87,11 +87,11 @@ class Obstacles:
         start = float(self.scenario.expected_times[0])
         for distance, first, second in self._gaps(q, start):
             # an object that is picked up at the start is no longer static
-            stands = first.kind == "object" and not first.joint and first.end > start
-            if distance <= -margin and stands and second.kind != "held":
-                place = ("tool", "holds") if first.name in held else ("scene", "objects")
+            is_static = first.kind == "object" and not first.joint and first.end > start
+            if distance <= -margin and is_static and second.kind != "held":
+                location = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length
-                with self.scenario.error_context(*place, first.name):
+                with self.scenario.error_context(*location, first.name):
                     depth = f"{-scale * (distance + margin):.4g} {unit}"
                     raise CollisionError(
                         f"touches {second.name} where the robot starts, by {depth}; move it, or "
@@ -104,7 +104,7 @@ class Obstacles:
         """1 for each candidate at a waypoint that collides, otherwise 0; shape (m,)."""
         return (self._branch_clearance(index, candidates, 0.0) < 0.0).astype(float)
 
-    def shortfall(self, index: int, candidates: Candidates) -> FloatArray:
+    def clearance_cost(self, index: int, candidates: Candidates) -> FloatArray:
         """Cost of a small clearance for each candidate, 0 to 1, shape (m,)."""
         clearance = np.maximum(self._branch_clearance(index, candidates, ENOUGH_CLEARANCE), 0.0)
         return np.asarray(1.0 - clearance / ENOUGH_CLEARANCE)

@@ -95,7 +95,7 @@ class SolutionSearch:
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
         scene = scenario.scene
-        is_checked = scene.rules.itself or scene.has_bodies()
+        is_checked = scene.collisions.itself or scene.has_bodies
         self.obstacles = Obstacles(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
@@ -119,7 +119,7 @@ class SolutionSearch:
         """
         self._find_candidates()
         start = self.space.targets[0]
-        if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies():
+        if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies:
             self.obstacles.check_start(start.position)
         layers = [self._layer(i) for i in range(len(self.candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)
@@ -203,7 +203,7 @@ class SolutionSearch:
             gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
         elif self.scenario.task.prefer == "clearance" and self.obstacles is not None:
-            distance = self.obstacles.shortfall(index, candidates)[rows]
+            distance = self.obstacles.clearance_cost(index, candidates)[rows]
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.joints.unbounded, whole_turns(gap), 0.0)

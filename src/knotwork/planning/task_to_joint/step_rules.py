@@ -21,8 +21,8 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].
 COLLISION_DISTANCE = 0.3
+"""For a redundant arm, steps within this distance of a colliding step are avoided [rad or m]."""
 
 
 def joint_rules(robot: Robot) -> JointRules:
@@ -75,7 +75,7 @@ def step_rules(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=unknowns is None or not unknowns.untimed[i],
+                is_timed=unknowns is None or not unknowns.has_unknown_speed[i],
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

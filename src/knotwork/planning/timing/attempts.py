@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.initial_guess import plain_guess
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.nonlinear_program import Solution
-from knotwork.planning.timing.section import Section
+from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
-from knotwork.planning.timing.timed_motion import Status
+from knotwork.planning.timing.timed_motion import Budget, Status
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
@@ -86,15 +85,15 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> Attempt | None:
         seconds = budget.remaining()
         if seconds <= 0.0:
             return None
-        section = Section(problem, guess, tightening)
-        solution = section.solve(last, seconds)
+        program = SectionProgram(problem, guess, tightening)
+        solution = program.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
             if last is None:
                 return None
             last = None  # the previous solution is too far away
             continue
-        time, curve = section.rebuild(solution.x)
+        time, curve = program.motion_of(solution.x)
         more = tighten(problem, tightening, curve)
         if more is None:
             return Attempt(time, curve, "optimal")

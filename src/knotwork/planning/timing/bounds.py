@@ -82,8 +82,8 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
     limit = problem.limits.tool_speed
     if np.isinf(limit):
         return np.zeros(len(problem.position) - 1)
-    places = [problem.arm.robot.forward(q).translation for q in problem.position]
-    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / limit)
+    positions = [problem.required_dynamics.robot.forward(q).translation for q in problem.position]
+    return np.asarray(np.linalg.norm(np.diff(positions, axis=0), axis=1) / limit)
 
 
 def _common_duration(problem: TimingProblem, i: int) -> float:

@@ -72,7 +72,7 @@ def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
 
 
 def short_durations(problem: TimingProblem) -> FloatArray:
-    """Durations that all joints can take without stopping [s], shape (n-1,).
+    """Durations in which no joint has to stop [s], shape (n-1,).
 
     They are the middle of the common interval. NaN if no joint has such a limit, or if there is no
     common interval.

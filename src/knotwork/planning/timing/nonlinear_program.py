@@ -82,7 +82,8 @@ class Block:
         index: Indices of its variables in the program, a column for each repetition, shape
             (variables, times).
         parameters: Parameters, of a shape that broadcasts to (parameters, times).
-        low, high: Bounds of the constraints, likewise, by default 0.
+        low, high: Bounds of the constraints, of shapes that broadcast to (constraints, times); by
+            default 0.
     """
 
     kernel: Kernel
@@ -213,7 +214,7 @@ def _solver(
 
 
 def _diagonal(parts: Any, times: int) -> Any:
-    """The block diagonal matrix of n horizontally stacked parts."""
+    """The block diagonal matrix of horizontally stacked parts, one for each repetition."""
     import casadi as ca
 
     if times == 1:

@@ -121,7 +121,7 @@ def held_blocks(
         for inside, (columns, part) in enumerate((at_breaks, (layout.piece, fractions[1::2]))):
             inverse = 1.0 / (part * getattr(problem.limits, name)).T
             units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
-            kernel = limit_kernel(problem.arm, name, inside=bool(inside))
+            kernel = limit_kernel(problem.required_dynamics, name, inside=bool(inside))
             yield Block(kernel, columns, np.vstack((units, inverse)), -bound, bound)
 
 
@@ -148,42 +148,46 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     return tuple(curve(times, order) for order in range(3))
 
 
-def sampled_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
-    """Largest use of a limit at samples of each piece, relative to it, shape (pieces, d or 1)."""
+def sampled_utilisation(
+    problem: TimingProblem, curve: PiecewisePolynomial, name: str
+) -> FloatArray:
+    """Largest fraction of a limit used at samples of each piece, shape (pieces, d or 1)."""
     q, v, a = _states(curve)
     if name == "effort":
-        values = np.abs(problem.arm.effort(q, v, a))
+        values = np.abs(problem.required_dynamics.effort(q, v, a))
     else:
-        values = problem.arm.tool_speed(q, v)[..., None]
+        values = problem.required_dynamics.tool_speed(q, v)[..., None]
     return np.asarray((values / getattr(problem.limits, name)).max(axis=1))
 
 
-def proved_shares(problem: TimingProblem, curve: PiecewisePolynomial, name: str) -> FloatArray:
-    """Use of a limit that is not proved to be kept, relative to it, shape (pieces, d or 1).
+def unproved_utilisation(
+    problem: TimingProblem, curve: PiecewisePolynomial, name: str
+) -> FloatArray:
+    """Fraction of a limit used where it is not proved to be kept, shape (pieces, d or 1).
 
-    It has only the worst value of each joint, in its piece.
+    Only the worst value of each joint is there, in its piece; the others are 0.
     """
     from knotwork.verification.bounds import tool_speed_bound, torque_bound
 
-    robot, limit = problem.arm.robot, getattr(problem.limits, name)
+    robot, limit = problem.required_dynamics.robot, getattr(problem.limits, name)
     motion = JointTrajectory(robot.joint_names, curve, joint_units=robot.joint_units)
     if name == "effort":
         bounds = torque_bound(robot, motion, limit=limit)
     else:
         bounds = (tool_speed_bound(robot, motion, limit=limit),)
-    shares = np.zeros((curve.x.size - 1, len(bounds)))
+    used = np.zeros((curve.x.size - 1, len(bounds)))
     for k, (bound, allowed) in enumerate(zip(bounds, np.atleast_1d(limit), strict=True)):
         if not (bound.ok and bound.proved):
             piece = int(np.searchsorted(curve.x, bound.time, side="right")) - 1
             worst = max(abs(bound.bound), abs(bound.value))
-            shares[min(piece, len(shares) - 1), k] = worst / allowed
-    return shares
+            used[min(piece, len(used) - 1), k] = worst / allowed
+    return used
 
 
 def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
     """Integral of effort squared over the motion, summed over the joints, by Simpson's rule."""
     q, v, a = _states(curve)
-    squares = (problem.arm.effort(q, v, a) ** 2).sum(axis=-1)
+    squares = (problem.required_dynamics.effort(q, v, a) ** 2).sum(axis=-1)
     weights = np.array([1.0, *[4.0, 2.0] * (SAMPLES_EACH // 2 - 1), 4.0, 1.0]) / (
         3.0 * SAMPLES_EACH
     )

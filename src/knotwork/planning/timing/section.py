@@ -1,4 +1,4 @@
-"""One section of a motion: the program of a problem, and the curve of its solution."""
+"""The nonlinear program of one section of a motion, and the curve of its solution."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ WARM_START_OPTIONS: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-class Section:
-    """A problem prepared for the solver.
+class SectionProgram:
+    """The nonlinear program of a problem; IPOPT solves it.
 
     Args:
         problem: The problem.
@@ -80,7 +80,7 @@ class Section:
         self.spans = np.repeat(guess.duration, each) if spans is None else spans
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
-        """Run the solver, from an earlier solution or the guess, with a time limit."""
+        """Run the solver from an earlier solution or the guess, with a time limit [s]."""
         options = {} if start is None else dict(WARM_START_OPTIONS)
         if np.isfinite(seconds):
             options["ipopt.max_wall_time"] = max(seconds, MIN_SOLVER_TIME)
@@ -89,7 +89,7 @@ class Section:
         return solve_program(self.blocks(), initial, self.bounds(), options, reusable=reusable)
 
     def start(self) -> FloatArray:
-        """Variables of the guess."""
+        """Variables of the program at the guess."""
         at, guess, scale = self.layout, self.guess, self.scale
         x = np.zeros(at.size)
         span = guess.share * guess.duration[:, None]
@@ -99,10 +99,10 @@ class Section:
         x[at.q] = guess.curve(time) / scale.unit(0)
         x[at.v] = guess.curve(time, 1) / scale.unit(1)
         x[at.a] = np.clip(guess.curve(time, 2), -limit, limit) / scale.unit(2)
-        for place, i in zip(at.factor, self.along, strict=True):
+        for column, i in zip(at.factor, self.along, strict=True):
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
-            x[place] = float(guess.velocity[i] @ direction) / length if length else 0.0
+            x[column] = float(guess.velocity[i] @ direction) / length if length else 0.0
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -122,14 +122,14 @@ class Section:
             low[at.q[part]], high[at.q[part]] = lowest / scale.unit(0), highest / scale.unit(0)
         waypoints = slice(None, None, each)
         low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
-        for places, values, known, order in (
+        for columns, values, known, order in (
             (at.v, problem.velocity, problem.velocity_known, 1),
             (at.a, problem.acceleration, problem.acceleration_known, 2),
         ):
-            fixed = places[waypoints][known]
+            fixed = columns[waypoints][known]
             low[fixed] = high[fixed] = values[known] / scale.unit(order)
-        steady = at.a[waypoints][self._steady()]
-        low[steady] = high[steady] = 0.0
+        unaccelerated = at.a[waypoints][self._has_zero_acceleration()]
+        low[unaccelerated] = high[unaccelerated] = 0.0
         low[at.factor] = 0.0
         high[at.factor] = problem.max_factor[self.along]
         return low, high
@@ -142,18 +142,18 @@ class Section:
         limits, q = self.problem.limits, self.problem.position
         width = limits.upper - limits.lower
         gap = self.margin * np.where(np.isfinite(width), width, 1.0)
-        stands = q[:-1] == q[1:]
+        unmoved = q[:-1] == q[1:]
         lower, upper = limits.lower + gap, limits.upper - gap
         return (
-            np.where(stands, np.minimum(lower, q[1:]), lower),
-            np.where(stands, np.maximum(upper, q[1:]), upper),
+            np.where(unmoved, np.minimum(lower, q[1:]), lower),
+            np.where(unmoved, np.maximum(upper, q[1:]), upper),
         )
 
     def _positions_between(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of positions at four points of each piece, shape (4, d, pieces).
 
-        Next to a waypoint on a limit a piece reaches the limit. Next to a waypoint at rest the
-        points are constant, and a solver fails if the bound of a constant is its own value.
+        Two bounds are relaxed, because IPOPT cannot satisfy them strictly: of a piece that ends on
+        a position limit, and of points that are constant because the waypoint is at rest.
         """
         problem, each = self.problem, self.layout.each
         q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
@@ -165,14 +165,14 @@ class Section:
             points = np.broadcast_to(edge[:, None], (4, len(edge), each, self.layout.joints)).copy()
             points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
             points[:, :, -1] = extreme(points[:, :, -1], q[1:])
-            for place, constant in enumerate((rests, still)):
-                points[place, constant[:-1], 0] = none
-                points[3 - place, constant[1:], -1] = none
+            for k, constant in enumerate((rests, still)):
+                points[k, constant[:-1], 0] = none
+                points[3 - k, constant[1:], -1] = none
             ranges.append(points.reshape(4, self.layout.pieces, -1).transpose(0, 2, 1))
         return ranges[0], ranges[1]
 
     def blocks(self) -> list[Block]:
-        """Equations, limits and costs, with their values."""
+        """Constraints and costs of the program."""
         problem, scale, at = self.problem, self.scale, self.layout
         timed = np.flatnonzero(~problem.free | (problem.at_least > 0.0))
         free = problem.free[timed]
@@ -192,19 +192,19 @@ class Section:
         if problem.objective.effort:
             weight = problem.objective.effort * scale.time / self.typical_cost()
             parameters = np.append(scale.state, weight)[:, None]
-            blocks.append(Block(work_kernel(problem.arm), at.piece, parameters))
+            blocks.append(Block(work_kernel(problem.required_dynamics), at.piece, parameters))
         return [*blocks, *held_blocks(problem, self.tightening.held, self.margin, scale, at)]
 
     def _piece_block(self) -> Block:
-        """Equations of the pieces, their limits and costs."""
+        """Constraints and costs of the pieces."""
         problem, scale, at = self.problem, self.scale, self.layout
         d, row = at.joints, np.ones(at.pieces)
         jerk = bool(np.isfinite(problem.limits.jerk).any())
         position, smooth = self.tightening.position, problem.objective.jerk > 0.0
         h = self.spans / scale.time
-        rows, fastest = [1.0 / h, 1.0 / (h * h)], self._fastest()
-        low = [np.zeros((2 * d, at.pieces)), *(-limit for limit in fastest)]
-        high = [np.zeros((2 * d, at.pieces)), *fastest]
+        rows, max_velocities = [1.0 / h, 1.0 / (h * h)], self._velocity_bounds()
+        low = [np.zeros((2 * d, at.pieces)), *(-limit for limit in max_velocities)]
+        high = [np.zeros((2 * d, at.pieces)), *max_velocities]
         if jerk:
             limit = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
             rows.append(row / limit[:, None])
@@ -243,11 +243,11 @@ class Section:
         if objective.effort:
             q = self.problem.position
             still = np.zeros_like(q)
-            squares = self.problem.arm.effort(q, still, still) ** 2
+            squares = self.problem.required_dynamics.effort(q, still, still) ** 2
             cost += objective.effort * float(squares.sum(axis=1).mean() * h.sum())
         return cost or 1.0
 
-    def _fastest(self) -> list[FloatArray]:
+    def _velocity_bounds(self) -> list[FloatArray]:
         """Maximum velocities at two points of each piece, scaled, shape (d, pieces) each."""
         limit = (1.0 - self.margin) * self.problem.limits.velocity
         shape = (self.layout.intervals, self.layout.each, self.layout.joints)
@@ -265,18 +265,18 @@ class Section:
         limit = (1.0 - 2.0 * self.margin) * problem.limits.velocity
         return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= limit)
 
-    def _steady(self) -> BoolArray:
-        """Whether each joint has zero acceleration at each waypoint where it is not given."""
+    def _has_zero_acceleration(self) -> BoolArray:
+        """Whether each joint gets zero acceleration at each waypoint where none is given."""
         problem = self.problem
-        stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
-        idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
-        steady = self._passes_at_limit()
-        steady[:-1] |= idle  # otherwise it would oscillate between them
-        steady[1:] |= idle
-        return steady & ~problem.acceleration_known[:, None]
+        at_rest = problem.velocity_known[:, None] & (problem.velocity == 0.0)
+        unmoved = at_rest[:-1] & at_rest[1:] & (np.diff(problem.position, axis=0) == 0.0)
+        constant = self._passes_at_limit()
+        constant[:-1] |= unmoved  # otherwise it would oscillate between them
+        constant[1:] |= unmoved
+        return constant & ~problem.acceleration_known[:, None]
 
-    def rebuild(self, x: FloatArray) -> tuple[FloatArray, PiecewisePolynomial]:
-        """Times of the waypoints from 0 on [s], and the curve of the variables."""
+    def motion_of(self, x: FloatArray) -> tuple[FloatArray, PiecewisePolynomial]:
+        """Times of the waypoints from 0 on [s], and the curve, from the variables."""
         problem, at, scale = self.problem, self.layout, self.scale
         v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
         parts = (x[at.tau] * scale.time).reshape(at.intervals, at.each)
@@ -287,11 +287,11 @@ class Section:
             duration[free] *= free_time / duration[free].sum()
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
         velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: at.each])
-        for place, i in zip(at.factor, self.along, strict=True):
-            velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
+        for column, i in zip(at.factor, self.along, strict=True):
+            velocity[i] = max(float(x[column]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
         a[:: at.each][known] = problem.acceleration[known]
-        a[:: at.each][self._steady()] = 0.0
+        a[:: at.each][self._has_zero_acceleration()] = 0.0
         ends = np.arange(at.intervals)[:, None] * at.each + np.arange(at.each + 1)
         time = np.concatenate(([0.0], np.cumsum(duration)))
         share = parts / parts.sum(axis=1)[:, None]

@@ -13,11 +13,10 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
 from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
-from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.robot_limits import effort_integral
-from knotwork.planning.timing.timed_motion import Binding, Progress, TimedMotion, status_of
+from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
 from knotwork.waypoints import FloatArray
 
@@ -259,8 +258,8 @@ def binding_limits(
         time: Times of the waypoints [s], shape (n,).
         curve: Joint positions.
     """
-    places = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
-    times = time[:-1, None] + places * np.diff(time)[:, None]
+    fractions = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
+    times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
     active: list[Binding] = []
     uses = {

@@ -10,8 +10,8 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.robot_limits import (
     ROBOT_LIMITS,
-    proved_shares,
-    sampled_shares,
+    sampled_utilisation,
+    unproved_utilisation,
 )
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
@@ -56,15 +56,13 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
-        shares = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
-        return Tightening(held={"effort": _allowed_fractions(None, shares)})
+        used = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
+        return Tightening(held={"effort": _allowed_fractions(None, used)})
     return Tightening()
 
 
 def tighten(
-    problem: TimingProblem,
-    tightening: Tightening,
-    curve: PiecewisePolynomial,
+    problem: TimingProblem, tightening: Tightening, curve: PiecewisePolynomial
 ) -> Tightening | None:
     """Compare a curve with all limits.
 
@@ -84,28 +82,26 @@ def tighten(
     over = exceeded_limit(problem, curve)
     if over is None:
         return None
-    name, shares = over
-    held = _allowed_fractions(tightening.held.get(name), shares)
+    name, used = over
+    held = _allowed_fractions(tightening.held.get(name), used)
     return replace(tightening, held={**tightening.held, name: held})
 
 
-def _allowed_fractions(before: FloatArray | None, shares: FloatArray) -> FloatArray:
+def _allowed_fractions(before: FloatArray | None, used: FloatArray) -> FloatArray:
     """Allowed fractions of a limit for the solver.
 
     The first ones leave a margin; later ones are reduced in and around pieces that exceed it.
 
     Args:
         before: Fractions that the solver had, if it had the limit.
-        shares: Use of the limit in each piece, shape (pieces, d or 1).
+        used: Use of the limit in each piece, shape (pieces, d or 1).
     """
-    pieces, width = shares.shape
+    pieces, width = used.shape
     if before is None:
         return np.full((2 * pieces + 1, width), 1.0 - SAMPLE_MARGIN)
     allowed = np.array(before)
-    over = shares > 1.0 - 0.5 * SAMPLE_MARGIN
-    factor = np.where(
-        over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(shares, 0.5)), 1.0
-    )
+    over = used > 1.0 - 0.5 * SAMPLE_MARGIN
+    factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(used, 0.5)), 1.0)
     for first, last in ((0, -1), (1, None), (2, None)):
         allowed[first:last:2] *= factor
     return allowed
@@ -122,12 +118,12 @@ def exceeded_limit(
     for name in ROBOT_LIMITS:
         if not np.isfinite(getattr(problem.limits, name)).any():
             continue
-        shares = sampled_shares(problem, curve, name)
-        if shares.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
-            shares = proved_shares(problem, curve, name)
-            if shares.max() <= 1.0:
+        used = sampled_utilisation(problem, curve, name)
+        if used.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
+            used = unproved_utilisation(problem, curve, name)
+            if used.max() <= 1.0:
                 continue
-        return name, shares
+        return name, used
     return None
 
 

@@ -255,7 +255,7 @@ class TimingProblem(ReadOnlyArrays):
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
 
     @property
-    def arm(self) -> Dynamics:
+    def required_dynamics(self) -> Dynamics:
         """The dynamics, which must be given."""
         if self.dynamics is None:
             raise InputError("the problem has no dynamics")

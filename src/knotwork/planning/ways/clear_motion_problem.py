@@ -42,7 +42,7 @@ class ClearMotion:
 
     @property
     def duration(self) -> float:
-        """[s]."""
+        """Duration of the motion [s]."""
         return float(self.curve.x[-1])
 
 
@@ -55,23 +55,23 @@ class ClearMotionProblem:
             the limits, including jerk.
         starts, goals: Solutions of the first and of the last waypoint, shape (m, d) each; `timing`
             has the first of each. There are several only if the arm is at rest there.
-        robot: Pinocchio model of the arm.
-        model: Bodies and their pairs.
+        arm_model: Pinocchio model of the arm.
+        collision_model: Bodies and their pairs.
         resolution: Distance to the margin within which a clearance may be undecided [m].
-        stop: Function that gives a motion from the first state to rest, or `None`. It is used if
-            independent stops of the joints collide.
+        stop: Makes a motion from the first state to rest, or `None`. It is used if independent
+            stops of the joints collide.
     """
 
     timing: TimingProblem
     starts: FloatArray
     goals: FloatArray
-    robot: object
-    model: CollisionModel
+    arm_model: Any
+    collision_model: CollisionModel
     resolution: float = 1e-4
     stop: Callable[[], PiecewisePolynomial | None] = lambda: None
 
     @property
-    def loaded_model(self) -> Any:
+    def loaded_arm_model(self) -> Any:
         """Pinocchio model of the arm with its load, or `None` if no effort is limited."""
         dynamics = self.timing.dynamics
         limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()

@@ -1,4 +1,4 @@
-"""`find_clear_motion`: a fast motion between two states, proved to keep every margin."""
+"""Fast motions between two states, proved to keep every margin."""
 
 from __future__ import annotations
 
@@ -62,9 +62,8 @@ BRAKING_SHARES = (1.0, 0.5, 0.25)
 POLYLINE_SEEDS = 3
 """Number of polylines in each stage."""
 
-PIECES_AN_EDGE = 4
-MIN_PIECES, MAX_PIECES = 12, 20
-"""Pieces of the motion for each edge of the polyline, minimum and maximum."""
+PIECES_AN_EDGE, MIN_PIECES, MAX_PIECES = 4, 12, 20
+"""Pieces of the motion for each edge of the polyline, and their minimum and maximum number."""
 
 
 def find_clear_motion(
@@ -72,7 +71,7 @@ def find_clear_motion(
     *,
     tries: int = 1,
     extra_clearance: float = 0.0,
-    late: Callable[[], bool] = lambda: False,
+    is_out_of_time: Callable[[], bool] = lambda: False,
     report: Callable[[int, ClearMotion | None], None] = lambda number, best: None,
 ) -> ClearMotion:
     """Find a fast motion between two states, proved to keep every margin and limit.
@@ -85,8 +84,7 @@ def find_clear_motion(
         extra_clearance: Clearance of pairs beyond their margins [m]. If no motion is found, it is
             reduced to a half, a quarter or zero. That of a pair need not exceed half of its
             clearance at the waypoints.
-        late: Function that is true when time is over; then the best motion so far is returned, if
-            there is one.
+        is_out_of_time: Whether to return the best motion so far, if there is one.
         report: Called with the number of the search, from 1 on, and the best motion so far, when a
             search begins and when there is a better motion.
 
@@ -96,11 +94,11 @@ def find_clear_motion(
     for part in CLEARANCE_SHARES if extra_clearance else ():
         try:
             wider = _with_extra_clearance(problem, part * extra_clearance)
-            motion = _ClearSearch(wider, STAGES[:1], late, report).best_of(tries)
+            motion = _ClearSearch(wider, STAGES[:1], is_out_of_time, report).best_of(tries)
             return replace(motion, extra_clearance=part * extra_clearance)
         except NoClearMotionError:
             continue
-    return _ClearSearch(problem, STAGES, late, report).best_of(tries)
+    return _ClearSearch(problem, STAGES, is_out_of_time, report).best_of(tries)
 
 
 def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
@@ -122,8 +120,8 @@ def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
 
 def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMotionProblem:
     """The problem with margins increased by a clearance [m]."""
-    model, limits = problem.model, problem.timing.limits
-    space = Configurations(problem.robot, model, limits)
+    model, limits = problem.collision_model, problem.timing.limits
+    space = Configurations(problem.arm_model, model, limits)
     clearance = dict.fromkeys(space.bodies, extra)
     for q in (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0]):
         for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
@@ -132,7 +130,7 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
     for pair in model.pairs:
         names = model.bodies[pair.first].name, model.bodies[pair.second].name
         pairs.append(pair._replace(margin=pair.margin + clearance.get(names, 0.0)))
-    return replace(problem, model=replace(model, pairs=tuple(pairs)))
+    return replace(problem, collision_model=replace(model, pairs=tuple(pairs)))
 
 
 class _ClearSearch:
@@ -140,18 +138,18 @@ class _ClearSearch:
         self,
         problem: ClearMotionProblem,
         stages: Sequence[Stage],
-        late: Callable[[], bool],
+        is_out_of_time: Callable[[], bool],
         report: Callable[[int, ClearMotion | None], None],
     ) -> None:
-        self.problem, self.stages, self.late, self.report = problem, stages, late, report
-        timing = problem.timing
-        limits = timing.limits
-        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded_model)
-        self.inner = timing.position[1:-1]
-        starts = self._free(0, problem.starts)
+        self.problem, self.stages, self.report = problem, stages, report
+        self.is_out_of_time = is_out_of_time
+        model, limits = problem.collision_model, problem.timing.limits
+        self.space = Configurations(problem.arm_model, model, limits, problem.loaded_arm_model)
+        self.inner = problem.timing.position[1:-1]
+        starts = self._clear_ends(0, problem.starts)
         for k, q in enumerate(self.inner, 1):
-            self._free(k, q[None])
-        self.ends = [starts, self._free(-1, problem.goals)]
+            self._clear_ends(k, q[None])
+        self.ends = [starts, self._clear_ends(-1, problem.goals)]
         # motions to rest after the start and from rest to the goal, if these are not at rest
         self.runs = [self._run_to_rest(k, self.ends[k][0]) for k in (0, -1)]
         self.stage = 0
@@ -166,7 +164,7 @@ class _ClearSearch:
             goals if after is None else after(after.x[:1]),
         ]
 
-    def _free(self, waypoint: int, ends: FloatArray) -> FloatArray:
+    def _clear_ends(self, waypoint: int, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of a waypoint."""
         clear = self.space.select_free(ends)
         if not len(clear):
@@ -205,28 +203,28 @@ class _ClearSearch:
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
             return NoClearMotionError(k, depth=float(beyond.max()), joint=int(beyond.argmax()))
-        hits = contacts_of(self.problem.model, run, self.problem.resolution)
-        if hits:
-            hit = max(hits, key=lambda hit: hit.margin - hit.distance)
-            depth = max(hit.margin - hit.distance, 0.0)
-            return NoClearMotionError(k, (hit.first.name, hit.second.name), depth, moving=True)
+        contacts = contacts_of(self.problem.collision_model, run, self.problem.resolution)
+        if contacts:
+            worst = max(contacts, key=lambda contact: contact.margin - contact.distance)
+            names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
+            return NoClearMotionError(k, names, max(depth, 0.0), moving=True)
         return None if keeps_limits(self.problem.timing, run) else NoClearMotionError()
 
     def _is_clear(self, line: FloatArray) -> bool:
-        return not contacts_along(self.problem.model, line, self.problem.resolution)
+        return not contacts_along(self.problem.collision_model, line, self.problem.resolution)
 
     def best_of(self, tries: int) -> ClearMotion:
         best: ClearMotion | None = None
         for seed in range(tries):
             if best is not None:
                 self._leave_out_far_ends(best.duration)
-            if best is not None and (self.late() or not len(self.ends[0])):
+            if best is not None and (self.is_out_of_time() or not len(self.ends[0])):
                 break
             self.report(seed + 1, best)
-            lines = self._lines(seed)
+            lines = self._polylines(seed)
             if lines is None:
                 break
-            motion = self._fast(lines, best, seed + 1)
+            motion = self._optimised_motion(lines, best, seed + 1)
             if motion is not None and (best is None or motion.duration < best.duration):
                 best = motion
                 self.report(seed + 1, best)
@@ -235,25 +233,27 @@ class _ClearSearch:
         return best
 
     def _leave_out_far_ends(self, duration: float) -> None:
-        """Remove ends between which every motion takes longer than a duration."""
+        """Remove ends between which every motion takes longer than a duration [s]."""
         first, last = self.ends
         fastest = np.abs(first[:, None] - last) / self.problem.timing.limits.velocity
         near = fastest.max(axis=2) < duration
         self.ends = [first[near.any(axis=1)], last[near.any(axis=0)]]
 
-    def _lines(self, seed: int) -> list[FloatArray] | None:
-        """Polylines between consecutive waypoints, proved clear."""
+    def _polylines(self, seed: int) -> list[FloatArray] | None:
+        """Polylines between consecutive waypoints, proved clear, or `None`."""
         lines = []
         starts, goals = self.rests
         for k, ends in enumerate(pairwise([starts, *self.inner[:, None], goals])):
-            line = self._line([seed, k] if k else [seed], *ends)
+            line = self._polyline([seed, k] if k else [seed], *ends)
             if line is None:
                 return None
             lines.append(line)
         return lines
 
-    def _line(self, seed: list[int], starts: FloatArray, goals: FloatArray) -> FloatArray | None:
-        """A polyline, proved clear."""
+    def _polyline(
+        self, seed: list[int], starts: FloatArray, goals: FloatArray
+    ) -> FloatArray | None:
+        """A polyline from a start to a goal, proved clear, or `None`."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
         while self.stage < len(self.stages):
@@ -273,32 +273,36 @@ class _ClearSearch:
             self.stage += 1
         return None
 
-    def _fast(
+    def _optimised_motion(
         self, lines: list[FloatArray], best: ClearMotion | None, number: int
     ) -> ClearMotion | None:
         """The fastest motion near consecutive polylines."""
         line = np.concatenate((lines[0][:1], *(part[1:] for part in lines)))
         edges = [len(part) - 1 for part in lines]
         passed, problem = np.cumsum([0, *edges]), self.problem
-        first = self._first(line, passed)
+        first = self._first_motion(line, passed)
         if first is None:
             return None
         curve, times, parts = first
         ends = self._timing_problem(line[passed], moving=True)
-        if contacts_of(problem.model, curve, problem.resolution) or not keeps_limits(ends, curve):
+        if contacts_of(problem.collision_model, curve, problem.resolution) or not keeps_limits(
+            ends, curve
+        ):
             return None
         motion = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
             self.report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
-        beat = np.inf if best is None else best.duration
-        exchange = Exchange(self.space, ends, curve, times, pieces, problem.resolution)
-        faster = exchange.run(self.late, beat)
+        exchange = Exchange(
+            self.space, ends, first=curve, times=times, pieces=pieces, resolution=problem.resolution
+        )
+        max_duration = np.inf if best is None else best.duration
+        faster = exchange.run(self.is_out_of_time, max_duration)
         if faster is curve:
             return motion
         return ClearMotion(faster, faster.x[::pieces], line, parts, rests=False)
 
-    def _first(
+    def _first_motion(
         self, line: FloatArray, passed: IndexArray
     ) -> tuple[PiecewisePolynomial, FloatArray, MotionParts] | None:
         """A motion that rests at the corners of a line, its times there, and its parts."""

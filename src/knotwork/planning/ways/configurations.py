@@ -49,23 +49,27 @@ class Configurations:
     configuration that the arm can't hold against gravity counts as a collision.
 
     Args:
-        robot: Pinocchio model of the arm.
+        arm_model: Pinocchio model of the arm.
         model: Bodies and their pairs.
         limits: Limits of positions and efforts.
-        loaded_robot: Pinocchio model of the arm with its load, if efforts are limited.
+        loaded_arm_model: Pinocchio model of the arm with its load, if efforts are limited.
 
     Attributes:
         checks: Number of configurations checked so far.
     """
 
     def __init__(
-        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded_model: Any = None
+        self,
+        arm_model: Any,
+        model: CollisionModel,
+        limits: TimingLimits,
+        loaded_arm_model: Any = None,
     ) -> None:
-        self.robot, self.model, self.loaded_model = robot, model, loaded_model
+        self.arm_model, self.model, self.loaded_arm_model = (arm_model, model, loaded_arm_model)
         self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
         self.checks = 0
-        self._data = robot.createData()
-        self._loaded_data = loaded_model and loaded_model.createData()
+        self._data = arm_model.createData()
+        self._loaded_data = loaded_arm_model and loaded_arm_model.createData()
         self._geometry = pin.GeometryModel()
         solids: list[list[int]] = []
         self._joint: list[int] = []
@@ -115,14 +119,14 @@ class Configurations:
         """Whether a configuration keeps every margin and the clearance of `keep_away`."""
         self.checks += 1
         return self._holds_arm(q) and not pin.computeCollisions(
-            self.robot, self._data, self._geometry, self._found, q, True
+            self.arm_model, self._data, self._geometry, self._found, q, True
         )
 
     def _holds_arm(self, q: FloatArray) -> bool:
         """Whether efforts within the limits hold the arm at a configuration."""
-        if self.loaded_model is None:
+        if self.loaded_arm_model is None:
             return True
-        gravity = pin.computeGeneralizedGravity(self.loaded_model, self._loaded_data, q)
+        gravity = pin.computeGeneralizedGravity(self.loaded_arm_model, self._loaded_data, q)
         return bool((np.abs(gravity) <= self.effort).all())
 
     def select_free(self, qs: FloatArray) -> FloatArray:
@@ -136,7 +140,7 @@ class Configurations:
 
     def gaps(self, q: FloatArray) -> FloatArray:
         """Distances of all pairs of solids minus their margins [m]."""
-        pin.computeDistances(self.robot, self._data, self._geometry, self._found, q)
+        pin.computeDistances(self.arm_model, self._data, self._geometry, self._found, q)
         distances = [result.min_distance for result in self._found.distanceResults]
         return np.asarray(np.array(distances) - self.margin)
 
@@ -156,7 +160,7 @@ class Configurations:
         """
         gaps = self.gaps(q)
         order = np.argsort(gaps, kind="stable")[:max_pairs]
-        pin.computeJointJacobians(self.robot, self._data, q)
+        pin.computeJointJacobians(self.arm_model, self._data, q)
         return [NearPair(float(gaps[k]), self._gradient(int(k))) for k in order if gaps[k] < within]
 
     def _gradient(self, k: int) -> FloatArray:
@@ -169,11 +173,11 @@ class Configurations:
             normal = normal / length
         else:
             normal = np.array(result.normal)
-        gradient = np.zeros(self.robot.nv)
+        gradient = np.zeros(self.arm_model.nv)
         for solid, point, sign in zip(self._pairs[k], points, (-1.0, 1.0), strict=True):
             joint = self._joint[solid]
             if joint:
-                J = pin.getJointJacobian(self.robot, self._data, joint, pin.LOCAL_WORLD_ALIGNED)
+                J = pin.getJointJacobian(self.arm_model, self._data, joint, pin.LOCAL_WORLD_ALIGNED)
                 lever = point - self._data.oMi[joint].translation
                 gradient += sign * (normal @ J[:3] + np.cross(lever, normal) @ J[3:])
         return gradient

@@ -8,7 +8,7 @@ motions proved clear count. The best one is kept, so the iteration may end at an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -18,37 +18,42 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
 from knotwork.planning.timing.robot_limits import inner_state
-from knotwork.planning.timing.section import Section
+from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.spline import Scale
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clearance_proof import contacts_of
 from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.motion_states import States, sample_states, states_of
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
-PLANE_PLACES = (0.0, 1 / 3, 2 / 3)
-"""Positions in each piece of the points with distance constraints, as fractions."""
+PLANE_FRACTIONS = (0.0, 1 / 3, 2 / 3)
+"""Points with distance constraints in each piece, as fractions of its duration."""
 
 MAX_PAIR_GAP = 0.08
 """Maximum gap of the pairs in constraints [m]."""
 
 MAX_PAIRS = 5
-MAX_CUTS = 3
-"""Maximum numbers of pairs at a point of the reference, and at a contact."""
+"""Maximum number of pairs at a point of the reference."""
+
+MAX_PAIRS_AT_CONTACT = 3
+"""Maximum number of pairs at a contact."""
 
 FIRST_TRUST_RADIUS = 0.6
 LAST_TRUST_RADIUS = 0.01
-"""First and last trust radius: distance of breaks from the reference [rad or m]."""
+"""First and last distance of breaks from the reference that is allowed [rad or m]."""
 
 MIN_ROUND_GAIN = 0.003
-"""Fraction of the duration. The iteration ends when a round shortens the motion by less."""
+"""Minimum gain of a round as a fraction of the duration; after a smaller one the iteration ends."""
 
 CLEARANCE_RESERVE = 1e-3
-MAX_CLEARANCE_LOSS = 2e-4
-"""Extra clearance in the constraints [m], as a reserve between their points, and the fraction of a
-smaller clearance that one round may use.
+"""Clearance beyond the margin that is required at the constraint points [m], because the distance
+may be smaller between them.
 """
+
+MAX_CLEARANCE_LOSS = 2e-4
+"""Clearance that a nearer pair may lose in one round [m], or half of it if that is less."""
 
 MAX_EXCHANGES = 25
 MAX_CONTACT_TIMES = 30
@@ -114,61 +119,65 @@ class Exchange:
         self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
         self.tightening = Tightening(margin=PROGRAM_MARGIN)
         self.best = first
-        self._reference = _sample_states(first, times, pieces, problem.limits.acceleration)
+        self._reference = sample_states(first, times, pieces, problem.limits.acceleration)
         self._improved = False
 
-    def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
+    def run(
+        self, is_out_of_time: Callable[[], bool], max_duration: float = np.inf
+    ) -> PiecewisePolynomial:
         """Iterate until convergence, and give the best motion.
 
         Args:
-            late: Function that is true when the iteration must end.
-            beat: Duration that the motion must be below [s].
+            is_out_of_time: Whether the iteration must end.
+            max_duration: Duration above which a motion is of no use [s].
         """
         radius, failed, tried = FIRST_TRUST_RADIUS, 0, 0
         guess, options = self._reference, FIRST_OPTIONS
-        rows, cuts = self._rows_along(guess), list[Plane]()
+        planes, contact_planes = self._planes_along(guess), list[Plane]()
         for _ in range(MAX_EXCHANGES):
-            if late() or radius < LAST_TRUST_RADIUS:
+            if is_out_of_time() or radius < LAST_TRUST_RADIUS:
                 break
-            solution = self._solve(guess, rows + cuts, radius, options)
+            solution = self._solve(guess, planes + contact_planes, radius, options)
             if solution is None:
                 failed += 1
                 if failed > 2 and self._improved:
                     break
-                radius, cuts, tried, guess = 0.4 * radius, [], 0, self._reference
+                radius, contact_planes, tried, guess = 0.4 * radius, [], 0, self._reference
                 options = NEAR_OPTIONS if self._improved else FIRST_OPTIONS
                 continue
-            if solution.duration > beat:
-                break  # further rows only make it longer
+            if solution.duration > max_duration:
+                break  # further planes only make it longer
             options = NEAR_OPTIONS
             tighter = tighten(self.problem, self.tightening, solution.curve)
             if tighter is not None:
                 self.tightening = tighter
-            hits = contacts_of(self.space.model, solution.curve, self.resolution)
-            if hits or tighter is not None:
-                cuts_found, tried = self._rows_at_contacts(solution, hits), tried + bool(hits)
-                cuts, guess = cuts + cuts_found, solution
+            contacts = contacts_of(self.space.model, solution.curve, self.resolution)
+            if contacts or tighter is not None:
+                planes_found = self._planes_at_contacts(solution, contacts)
+                tried += bool(contacts)
+                contact_planes, guess = contact_planes + planes_found, solution
                 if tried == 3:
-                    radius, cuts, tried, guess = 0.5 * radius, cuts_found, 0, self._reference
+                    radius, contact_planes, tried = 0.5 * radius, planes_found, 0
+                    guess = self._reference
                 continue
             if solution.duration < self.best.x[-1]:
                 self.best = solution.curve
             if solution.duration > (1.0 - MIN_ROUND_GAIN) * self._reference.duration:
                 break
-            beat = min(beat, (1.0 - MIN_ROUND_GAIN) * solution.duration)
+            max_duration = min(max_duration, (1.0 - MIN_ROUND_GAIN) * solution.duration)
             self._reference, self._improved, guess = solution, True, solution
-            rows, cuts, failed, tried = self._rows_along(solution), [], 0, 0
+            planes, contact_planes, failed, tried = self._planes_along(solution), [], 0, 0
             radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
         return self.best
 
     def _solve(
-        self, guess: States, rows: Sequence[Plane], radius: float, options: dict[str, Any]
+        self, guess: States, planes: Sequence[Plane], radius: float, options: dict[str, Any]
     ) -> States | None:
-        """The minimum-time motion near the reference and beyond planes, or `None`.
+        """The minimum-time motion near the reference that keeps the planes, or `None`.
 
         Args:
             guess: Initial guess of the solver.
-            rows: Planes.
+            planes: Constraints of the distances.
             radius: Trust radius of the breaks [rad or m].
             options: IPOPT options.
         """
@@ -176,30 +185,26 @@ class Exchange:
         scale = _scale(self.problem, near)
         # the durations of pieces differ more than in other sections, so each has its own scale
         spans = np.maximum(near.span, MIN_SPAN_SHARE * near.duration / len(near.span))
-        section = Section(self.problem, self._units(near), self.tightening, scale, spans)
-        at, d = section.layout, section.layout.joints
-        low, high = section.bounds()
+        program = SectionProgram(self.problem, self._units(near), self.tightening, scale, spans)
+        at, d = program.layout, program.layout.joints
+        low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
         low[at.q], high[at.q] = (np.clip(bound, low[at.q], high[at.q]) for bound in nearest)
         x = np.zeros(at.size)
         x[at.tau] = guess.span / scale.time
-        for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
-            x[places] = values / scale.unit(order)
+        for columns, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
+            x[columns] = values / scale.unit(order)
         piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
-        planes = Block(
-            _row_kernel(d),
-            piece[:, [row.piece for row in rows]],
-            _row_parameters(rows, scale, d),
+        plane_block = Block(
+            _plane_kernel(d),
+            piece[:, [plane.piece for plane in planes]],
+            _plane_parameters(planes, scale, d),
             high=np.inf,
         )
-        solution = solve_program(
-            [*section.blocks(), planes],
-            np.clip(x, low, high),
-            (low, high),
-            options,
-            reusable=False,
-        )
-        return states_of(section.rebuild(solution.x)[1]) if solution.solved else None
+        blocks = [*program.blocks(), plane_block]
+        start = np.clip(x, low, high)
+        solution = solve_program(blocks, start, (low, high), options, reusable=False)
+        return states_of(program.motion_of(solution.x)[1]) if solution.solved else None
 
     def _units(self, near: States) -> Guess:
         """The motion as a guess, which sets the scale of a section."""
@@ -208,22 +213,24 @@ class Exchange:
         velocity = near.v[:: span.shape[1]]
         return Guess(duration, span / duration[:, None], near.curve, velocity)
 
-    def _rows_along(self, states: States) -> list[Plane]:
-        """Rows at the constraint points of all pieces."""
+    def _planes_along(self, states: States) -> list[Plane]:
+        """Planes at the constraint points of all pieces."""
         return [
-            row
+            plane
             for piece in range(len(states.span))
-            for place in PLANE_PLACES
-            if piece or place
-            for row in self._rows_at(piece, place, states.position_at(piece, place), MAX_PAIRS)
+            for fraction in PLANE_FRACTIONS
+            if piece or fraction
+            for plane in self._planes_at(
+                piece, fraction, states.position_at(piece, fraction), MAX_PAIRS
+            )
         ]
 
-    def _rows_at(self, piece: int, place: float, q: FloatArray, max_pairs: int) -> list[Plane]:
-        """Rows at one point, from the distances at a configuration near it."""
+    def _planes_at(self, piece: int, fraction: float, q: FloatArray, max_pairs: int) -> list[Plane]:
+        """Planes at one point, from the distances at a configuration near it."""
         return [
             Plane(
                 piece,
-                place,
+                fraction,
                 pair.gradient / DISTANCE_UNIT,
                 (float(pair.gradient @ q) + self._required_clearance(pair.gap) - pair.gap)
                 / DISTANCE_UNIT,
@@ -237,23 +244,25 @@ class Exchange:
             return CLEARANCE_RESERVE
         return min(CLEARANCE_RESERVE, max(0.5 * gap, gap - MAX_CLEARANCE_LOSS))
 
-    def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Plane]:
-        """Rows where the proof finds contacts: at the worst time, and across each contact."""
-        times = {hit.time for hit in hits}
-        for hit in hits:
-            for low, high in hit.contacts or ([hit.interval] if hit.interval else []):
+    def _planes_at_contacts(self, states: States, contacts: Sequence[Clearance]) -> list[Plane]:
+        """Planes where the proof finds contacts: at the worst time, and across each contact."""
+        times = {contact.time for contact in contacts}
+        for contact in contacts:
+            for low, high in contact.contacts or ([contact.interval] if contact.interval else []):
                 count = 3 if high - low > 1e-3 else 1
                 times.update(np.linspace(low, high, count + 2)[1:-1].tolist())
         chosen = sorted(times)
         if len(chosen) > MAX_CONTACT_TIMES:
             indices = np.linspace(0, len(chosen) - 1, MAX_CONTACT_TIMES).astype(int)
             chosen = [chosen[k] for k in indices]
-        rows = []
+        planes = []
         for time in chosen:
-            piece, place = states.place_of(time)
-            q, clear = states.curve(time), self._reference.position_at(piece, place)
-            rows += self._rows_at(piece, place, self._at_surface(q, clear), MAX_CUTS)
-        return rows
+            piece, fraction = states.piece_at(time)
+            q, clear = states.curve(time), self._reference.position_at(piece, fraction)
+            planes += self._planes_at(
+                piece, fraction, self._at_surface(q, clear), MAX_PAIRS_AT_CONTACT
+            )
+        return planes
 
     def _at_surface(self, q: FloatArray, clear: FloatArray) -> FloatArray:
         """A configuration pulled back from deep inside a body, towards one that is clear."""
@@ -269,24 +278,8 @@ class Exchange:
         return np.asarray(clear + low * (q - clear))
 
 
-def _sample_states(
-    curve: PiecewisePolynomial, times: FloatArray, pieces: int, max_acceleration: FloatArray
-) -> States:
-    """A few pieces that roughly follow a motion.
-
-    This is a first guess, and not a continuous motion.
-    """
-    places = np.arange((len(times) - 1) * pieces + 1) / pieces
-    t = np.interp(places, np.arange(len(times)), times)
-    q = curve(t)
-    v = np.gradient(q, t, axis=0)
-    a = np.clip(np.gradient(v, t, axis=0), -0.5 * max_acceleration, 0.5 * max_acceleration)
-    v[[0, -1]], a[[0, -1]] = curve(t[[0, -1]], 1), curve(t[[0, -1]], 2)
-    return States(np.diff(t), q, v, a, curve)
-
-
 @lru_cache(maxsize=8)
-def _row_kernel(d: int) -> Kernel:
+def _plane_kernel(d: int) -> Kernel:
     """Normal · q(s) - offset in one piece. Parameters: s, normal, offset."""
     import casadi as ca
 
@@ -307,11 +300,13 @@ def _scale(problem: TimingProblem, near: States) -> Scale:
     return Scale(time, np.min(moves, axis=0))
 
 
-def _row_parameters(rows: Sequence[Plane], scale: Scale, d: int) -> FloatArray:
-    """Positions in the pieces, normals and offsets of the rows."""
-    parameters = np.empty((d + 2, len(rows)))
-    for k, row in enumerate(rows):
-        parameters[:, k] = np.concatenate(([row.place], row.normal * scale.unit(0), [row.offset]))
+def _plane_parameters(planes: Sequence[Plane], scale: Scale, d: int) -> FloatArray:
+    """Fractions of the pieces, normals and offsets of the planes."""
+    parameters = np.empty((d + 2, len(planes)))
+    for k, plane in enumerate(planes):
+        parameters[:, k] = np.concatenate(
+            ([plane.fraction], plane.normal * scale.unit(0), [plane.offset])
+        )
     return parameters
 
 
@@ -320,51 +315,12 @@ class Plane(NamedTuple):
 
     Attributes:
         piece: Index of the piece.
-        place: Position in the piece, 0 to 1.
+        fraction: Time in the piece as a fraction of its duration, 0 to 1.
         normal: Normal in joint space [1/rad or 1/m], shape (d,).
         offset: Dimensionless offset, of order one.
     """
 
     piece: int
-    place: float
+    fraction: float
     normal: FloatArray
     offset: float
-
-
-@dataclass(frozen=True, eq=False)
-class States:
-    """A motion by its pieces.
-
-    Attributes:
-        span: Durations of the pieces [s], shape (n,).
-        q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
-        curve: The motion of these states; for a first guess only approximately.
-    """
-
-    span: FloatArray
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-    curve: PiecewisePolynomial
-
-    @property
-    def duration(self) -> float:
-        """[s]."""
-        return float(self.span.sum())
-
-    def position_at(self, piece: int, place: float) -> FloatArray:
-        """Joint positions at a position in a piece, 0 to 1."""
-        time = float(self.span[:piece].sum()) + place * float(self.span[piece])
-        return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
-
-    def place_of(self, time: float) -> tuple[int, float]:
-        """Piece that contains a time, and the position in it, 0 to 1."""
-        x = self.curve.x
-        piece = min(max(int(np.searchsorted(x, time, side="right")) - 1, 0), len(x) - 2)
-        return piece, float((time - x[piece]) / self.span[piece])
-
-
-def states_of(curve: PiecewisePolynomial) -> States:
-    """The states at the breaks of a cubic motion that begins at time 0."""
-    last = np.minimum(curve.x, curve.x[-1])
-    return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)

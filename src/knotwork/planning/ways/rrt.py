@@ -149,15 +149,15 @@ def shorten_polyline(
             break
         edges = np.linalg.norm(np.diff(points, axis=0) * weights, axis=1)
         along = np.concatenate(([0.0], np.cumsum(edges)))
-        places = np.sort(rng.uniform(0.0, along[-1], 2))
-        i, j = np.clip(np.searchsorted(along, places, side="right") - 1, 0, len(edges) - 1).tolist()
+        cuts = np.sort(rng.uniform(0.0, along[-1], 2))
+        i, j = np.clip(np.searchsorted(along, cuts, side="right") - 1, 0, len(edges) - 1).tolist()
         if i == j:
             continue
         start, end = (
             points[k] + (s - along[k]) / edges[k] * (points[k + 1] - points[k])
-            for k, s in zip((i, j), places.tolist(), strict=True)
+            for k, s in zip((i, j), cuts.tolist(), strict=True)
         )
-        shorter = np.linalg.norm((end - start) * weights) < 0.999 * (places[1] - places[0])
+        shorter = np.linalg.norm((end - start) * weights) < 0.999 * (cuts[1] - cuts[0])
         if shorter and space.is_free_edge(start, end, step):
             points[i + 1 : j + 1] = [start, end]
             failed = 0

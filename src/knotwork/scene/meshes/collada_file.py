@@ -1,4 +1,4 @@
-"""Reading COLLADA with pycollada: shapes where nodes place them, and their colours.
+"""Reader of COLLADA, by pycollada: shapes as nodes place them, and their colours.
 
 As in ROS, the unit of length of a file is used and its upward axis ignored. Nodes can show other
 nodes, so that a short file can show millions of shapes. Therefore shapes are counted first. Lines
@@ -59,7 +59,7 @@ def read_collada(data: bytes) -> tuple[MeshPart, ...]:
         try:
             document = collada.Collada(io.BytesIO(data))
         except collada.common.DaeError:
-            document = collada.Collada(_without_materials(data))
+            document = collada.Collada(_remove_materials(data))
     except collada.common.DaeError as error:
         raise ValueError(str(error)) from error
     if document.scene is None:
@@ -70,7 +70,7 @@ def read_collada(data: bytes) -> tuple[MeshPart, ...]:
     parts: list[MeshPart] = []
     triangles = 0
     for shape in document.scene.objects("geometry"):
-        for part in _shape_parts(shape, unit @ shape.matrix):
+        for part in _place_parts(shape, unit @ shape.matrix):
             parts.append(part)
             triangles += len(part.triangles)
             check_triangles(triangles)
@@ -147,8 +147,8 @@ def _check_shapes(root: ElementTree.Element) -> None:
         raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MAX_SHOWN_SHAPES} are read")
 
 
-def _without_materials(data: bytes) -> io.BytesIO:
-    """Give a COLLADA document without its materials."""
+def _remove_materials(data: bytes) -> io.BytesIO:
+    """Remove the materials from a COLLADA document."""
     root = ElementTree.fromstring(data)
     for element in list(root.iter()):
         for child in list(element):
@@ -157,8 +157,8 @@ def _without_materials(data: bytes) -> io.BytesIO:
     return io.BytesIO(ElementTree.tostring(root))
 
 
-def _shape_parts(shape: Any, placement: FloatArray) -> Iterator[MeshPart]:
-    """Give the parts of a `collada.geometry.BoundGeometry` where its nodes place it."""
+def _place_parts(shape: Any, placement: FloatArray) -> Iterator[MeshPart]:
+    """Place the parts of a `collada.geometry.BoundGeometry` as its nodes do."""
     import collada
 
     turn = placement[:3, :3]

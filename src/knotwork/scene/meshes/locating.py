@@ -27,7 +27,7 @@ def find_mesh(
         name: Address in the URDF: a path, `file://`, `package://` or `model://`.
         urdf: Path of the URDF.
         package_paths: Folders of the user: package folders, or base folders of relative paths.
-        ros: Folders of ROS; by default those of `ros_folders`.
+        ros: Folders of ROS; by default those of `list_ros_folders`.
 
     Returns:
         The file.
@@ -35,20 +35,18 @@ def find_mesh(
     Raises:
         InputError: The file is not in the permitted folders.
     """
-    ros = ros_folders() if ros is None else ros
-    allowed = [*_own_folders(urdf), *map(_real, (*package_paths, *ros))]
+    ros = list_ros_folders() if ros is None else ros
+    allowed = [*_find_own_folders(urdf), *map(_resolve, (*package_paths, *ros))]
     scheme, _, address = name.partition("://")
     if scheme in ("package", "model"):
-        allowed += _linked_folders(address.partition("/")[0], ros)
-
-    if scheme in ("package", "model"):
-        candidates = _in_packages(address, urdf, package_paths, ros)
+        allowed += _find_linked_folders(address.partition("/")[0], ros)
+        candidates = _list_candidates(address, urdf, package_paths, ros)
         files = [(folder / inside, folder) for folder, inside in candidates]
     else:
         path = name.removeprefix("file://")
         files = [(folder / path, folder) for folder in (urdf.parent, *package_paths, *ros)]
     for file, folder in files:
-        if _below(file, allowed) and _is_file(file) and _below(folder, allowed):
+        if _is_below(file, allowed) and _is_file(file) and _is_below(folder, allowed):
             return file
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
     raise InputError(
@@ -57,8 +55,8 @@ def find_mesh(
     )
 
 
-def _package(folder: Path) -> Path:
-    """Folder of a package: the nearest one with a `package.xml`, or the folder itself.
+def _find_package_folder(folder: Path) -> Path:
+    """Find the folder of a package: the nearest one with a `package.xml`, or the folder itself.
 
     The package name in the URDF is ignored, because it could make any folder above a package.
     """
@@ -66,23 +64,26 @@ def _package(folder: Path) -> Path:
     return next((parent for parent in above if (parent / "package.xml").is_file()), folder)
 
 
-def _own_folders(urdf: Path) -> list[Path]:
-    """The URDF's package or folder: its own one, and that of the target of a link."""
-    return [_package(urdf.parent.resolve()), _package(urdf.resolve().parent)]
+def _find_own_folders(urdf: Path) -> list[Path]:
+    """Find the package or folder of a URDF and, if it is a link, that of its target."""
+    return [
+        _find_package_folder(urdf.parent.resolve()),
+        _find_package_folder(urdf.resolve().parent),
+    ]
 
 
-def ros_folders() -> tuple[Path, ...]:
-    """Folders of ROS packages, from the present environment."""
+def list_ros_folders() -> tuple[Path, ...]:
+    """List the folders of ROS packages, from the environment."""
     listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     listed += [f"{prefix}/share" for prefix in prefixes if prefix]
     return tuple(Path(path) for path in listed if path)
 
 
-def _in_packages(
+def _list_candidates(
     rest: str, urdf: Path, package_paths: Sequence[Path], ros: Sequence[Path]
 ) -> Iterator[tuple[Path, str]]:
-    """Candidate folders of the package of an address, and the path in them."""
+    """List candidate folders for a package address, each with the path in it."""
     package, _, inside = rest.partition("/")
     above = urdf.resolve().parents
     for folder in (*package_paths, *above, *ros):
@@ -94,23 +95,23 @@ def _in_packages(
     yield from ((folder, inside) for folder in package_paths)
 
 
-def _linked_folders(package: str, ros: Sequence[Path]) -> Iterator[Path]:
-    """Folder of a ROS package whose files are links, as installed by `colcon`."""
+def _find_linked_folders(package: str, ros: Sequence[Path]) -> Iterator[Path]:
+    """Find folders of a ROS package whose files are links, as `colcon` installs them."""
     if package in ("", ".", ".."):
         return
     for folder in ros:
-        file = _real(folder / package / "package.xml")
+        file = _resolve(folder / package / "package.xml")
         if file and _is_file(file):
             yield file.parent
 
 
-def _below(path: Path, folders: Sequence[Path | None]) -> bool:
-    real = _real(path)
+def _is_below(path: Path, folders: Sequence[Path | None]) -> bool:
+    real = _resolve(path)
     return real is not None and any(real.is_relative_to(folder) for folder in folders if folder)
 
 
-def _real(path: Path) -> Path | None:
-    """Resolved path; `None` if no file can have its name."""
+def _resolve(path: Path) -> Path | None:
+    """Resolve a path; `None` if no file can have its name."""
     try:
         return Path(os.path.realpath(path))
     except (OSError, ValueError):

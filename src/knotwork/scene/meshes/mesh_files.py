@@ -1,8 +1,8 @@
 """Mesh files read whole: COLLADA with pycollada, PLY with trimesh, STL and OBJ here.
 
 A partly read file is an error, because the arm could hit a missing part. Only COLLADA files
-are read with materials. Files are untrusted, so all readers are written in
-Python: Coal's reader, in C++, crashes the process on broken files.
+are read with materials. Files are untrusted, so all readers are written in Python: Coal's reader,
+in C++, crashes the process on broken files.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply")
 
 
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
-    """Read a mesh file; at least one part has triangles with an area.
+    """Read a mesh file, of which at least one triangle has an area.
 
     A COLLADA file with faulty materials is read without colours.
 
@@ -46,9 +46,9 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
             raise InputError(f"read are {', '.join(MESH_SUFFIXES)}")
         data = read_bounded(path)
         parts = _read_parts(data, path)
-        _check(parts)
+        _check_parts(parts)
     except Exception as error:  # readers raise any error on unexpected content
-        raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
+        raise InputError(f"mesh {path} can't be read: {_explain(error)}") from error
     return parts
 
 
@@ -66,8 +66,8 @@ def read_points(path: Path) -> FloatArray:
     return np.concatenate([part.points[sort_distinct(part.triangles)] for part in parts])
 
 
-def _reason(error: Exception) -> str:
-    """Reason why a file can't be read, in a line without content of the file."""
+def _explain(error: Exception) -> str:
+    """Explain in one line, without content of the file, why it can't be read."""
     if isinstance(error, RecursionError):
         return "it is nested too deep"
     if isinstance(error, MemoryError):
@@ -80,7 +80,7 @@ def _reason(error: Exception) -> str:
     return f"it is cut off or damaged ({type(error).__name__}: {text})"
 
 
-def _check(parts: tuple[MeshPart, ...]) -> None:
+def _check_parts(parts: tuple[MeshPart, ...]) -> None:
     """Check the requirements of all formats.
 
     Raises:

@@ -180,7 +180,7 @@ def moved_robot(scenario: Scenario) -> Robot:
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):
                 robot.frame_index(frame.on)
-                if frame.on == scenario.on and not robot.base_moves:
+                if frame.on == scenario.pose_frame_link and not robot.base_moves:
                     robot = robot.with_base(frame.on)
     return robot
 

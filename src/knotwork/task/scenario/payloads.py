@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import Load
 from knotwork.files.documents import Location, Places
-from knotwork.robot.payload import Payload, payload_fault
+from knotwork.robot.payload import Payload, find_payload_fault
 from knotwork.task import HeldObject, Tool
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.waypoints import FloatArray
@@ -33,7 +33,7 @@ def read_payload(carried: Tool | HeldObject, places: Places, place: Location) ->
     i, inertia = carried.inertia, None
     if i is not None:
         inertia = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
-    fault = payload_fault(carried.mass, inertia)
+    fault = find_payload_fault(carried.mass, inertia)
     if fault is not None:
         field, fault_text, accepted = fault
         raise places.error((*place, field), fault_text, accepted)

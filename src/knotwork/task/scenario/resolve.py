@@ -9,7 +9,6 @@ from typing import Any
 from knotwork.files import documents
 from knotwork.files.documents import Location, Places
 from knotwork.task import Limits, PlainTask, Task
-from knotwork.task.places import read_document
 from knotwork.task.scenario.event_reader import EventReader, with_waits
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import (
@@ -20,6 +19,7 @@ from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import WaypointReader
 from knotwork.task.si_units import in_si, si_factors
+from knotwork.task.task_source import read_document
 from knotwork.units import Units
 
 
@@ -114,7 +114,7 @@ class _Resolver:
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             events=events.events(timed=unknowns is None),
             unknowns=unknowns,
-            on=self.reader.carriers.link if file.frames else "",
+            pose_frame_link=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             places=self.places,

@@ -146,14 +146,14 @@ class Scenario:
         index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
         units: Units of the file, for output.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
-        on: Link that carries the frame of poses, if it is not the robot's base frame.
+        pose_frame_link: Link that carries the frame of poses, if it is not the robot's base frame.
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
         unknowns: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and rules of the collision check.
         places: Locations of its parts in the file, for errors.
-        under_way: The motion that it continues, and the time in it [s], or `None`.
+        continued_motion: The motion that it continues, and the time in it [s], or `None`.
 
     >>> from knotwork import load_scenario
     >>> scenario = load_scenario("ur5_deburring")
@@ -168,14 +168,16 @@ class Scenario:
     index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
-    on: str = ""
+    pose_frame_link: str = ""
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[RequestedEvent, ...] = ()
     unknowns: Unknowns | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
     places: Places = field(default_factory=Places, repr=False, compare=False)
-    under_way: tuple[JointTrajectory, float] | None = field(default=None, repr=False, compare=False)
+    continued_motion: tuple[JointTrajectory, float] | None = field(
+        default=None, repr=False, compare=False
+    )
 
     @property
     def source(self) -> Path | None:
@@ -222,7 +224,7 @@ class Scenario:
         knots = self.task.knots
         if isinstance(knots, Balanced):
             return knots.balanced
-        # where nothing is chosen, that is along paths, optimal knots are the paper's
+        # along tool paths no knots are optimised: the paper's rule is used
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property
@@ -235,7 +237,7 @@ class Scenario:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.expected_times
         if self.unknowns is not None:
-            times[self.unknowns.first_untimed :] = np.nan
+            times[self.unknowns.first_unknown_time :] = np.nan
         return times
 
     @property

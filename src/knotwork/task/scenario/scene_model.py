@@ -34,7 +34,7 @@ class PlacedShape:
         scale: Scale factors of the file to m, along x, y and z.
         exact: Whether the exact mesh is checked, not its convex hull.
         resolution: Edge length of the cells of a point cloud [m].
-        place: Location in the scenario.
+        location: Location in the scenario.
     """
 
     kind: str
@@ -44,7 +44,7 @@ class PlacedShape:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exact: bool = False
     resolution: float = 0.0
-    place: tuple[str | int, ...] = ()
+    location: tuple[str | int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class Scene:
         tool: Shapes of the tool, in the axes of the frame that carries it.
         held: Objects that the tool carries.
         robots: Other robots.
-        rules: Collision checks and their precision, in SI.
+        collisions: Collision checks and their precision, in SI.
         margin: Required clearance from the surroundings [m].
         moving: Moving frames of the file, by name.
     """
@@ -131,7 +131,7 @@ class Scene:
     tool: tuple[PlacedShape, ...] = ()
     held: tuple[GraspedObject, ...] = ()
     robots: tuple[PlacedRobot, ...] = ()
-    rules: Collisions = field(default_factory=Collisions.model_construct)
+    collisions: Collisions = field(default_factory=Collisions.model_construct)
     margin: float = 0.0
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
@@ -144,6 +144,7 @@ class Scene:
             carrier is not None and carrier.is_moving for carrier in carriers
         )
 
+    @property
     def has_bodies(self) -> bool:
         """Whether the scenario has bodies to check in addition to the links of the robot."""
         objects = any(not item.visual for item in self.objects)

@@ -83,7 +83,7 @@ class _SceneReader:
             tool=tuple(shapes),
             held=tuple(self._held(name, held) for name, held in tool.holds.items()),
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
-            rules=file.collisions,
+            collisions=file.collisions,
             margin=scene.margin,
             moving={name: frame for name, frame in frames if frame is not None},
         )

@@ -75,19 +75,19 @@ class Unknowns:
         return chosen
 
     @property
-    def first_untimed(self) -> int:
+    def first_unknown_time(self) -> int:
         """The first waypoint with an unknown time; n without one."""
         return int(np.append(self.chosen_duration, True).argmax()) + 1
 
     @property
-    def untimed(self) -> BoolArray:
-        """Intervals with chosen values inside or at one end, shape (n - 1,).
+    def has_unknown_speed(self) -> BoolArray:
+        """Whether each interval has unknowns inside or at one end, shape (n - 1,).
 
         The scenario alone does not define the joint speeds there.
         """
-        chosen: BoolArray = np.array([kind != "given" for kind in self.speed])
-        untimed: BoolArray = self.duration | chosen[1:] | chosen[:-1]
-        return untimed
+        at_ends = np.array([kind != "given" for kind in self.speed])
+        unknown: BoolArray = self.duration | at_ends[1:] | at_ends[:-1]
+        return unknown
 
 
 def min_time(file: PlainTask, i: int) -> float | None:
@@ -165,7 +165,7 @@ def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Un
         total=file.duration,
         optimal_knots=_optimal_knots(file),
     )
-    late = tuple(i for i in timed if i >= free.first_untimed)
+    late = tuple(i for i in timed if i >= free.first_unknown_time)
     free.duration[[i - 1 for i in late]] = True
     free = replace(free, time_dependent=late)
     for location, message, accepted in _misused(file, free):

@@ -231,10 +231,10 @@ class _ClearanceSearch:
         self._measure(tests, time, placed, of_spheres - motion, motion)
         lower = np.where(np.isnan(distance), of_spheres, distance - DISTANCE_ERROR) - motion
         goal = self._goal()[combo]
-        apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
-        where = interval[apart], combo[apart], normal[apart]
+        separable = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
+        where = interval[separable], combo[separable], normal[separable]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
-        lower[apart] = np.maximum(lower[apart], gap - motions.approach(*where))
+        lower[separable] = np.maximum(lower[separable], gap - motions.approach(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
         if self.measurements >= DISTANCE_BUDGET:
             closed[:] = True

@@ -82,7 +82,7 @@ class PathCriterion(NamedTuple):
         return bool(self.ends.max() > self.limit)
 
     @property
-    def use(self) -> FloatArray:
+    def utilisation(self) -> FloatArray:
         """Error of each interval relative to the limit: its bound, or if broken, its samples."""
         return (self.ends if self.is_broken else self.upper) / self.limit
 
@@ -151,8 +151,8 @@ def path_errors(
     size = np.linalg.norm(samples.velocity, axis=1)
     slowest = _least_velocity(samples, bend, change)
     fastest = _worse_end(size) + change
-    apart = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
-    turned_apart = (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding
+    chord_excess = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
+    turned_excess = (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding
     everywhere = np.ones(len(square), dtype=bool)
     in_full = (t[:-1] >= limits.full_interval[0]) & (t[1:] <= limits.full_interval[1])
 
@@ -166,12 +166,18 @@ def path_errors(
             criteria[quantity] = _criterion(limit, errors, upper, judged)
 
     distance = samples.distance
-    judge("path_deviation", limits.position, distance, _worse_end(distance) + apart, everywhere)
+    judge(
+        "path_deviation",
+        limits.position,
+        distance,
+        _worse_end(distance) + chord_excess,
+        everywhere,
+    )
     judge(
         "path_orientation",
         limits.orientation + (0.0 if freedom is None else freedom.tilt),
         samples.angle,
-        rotation_angle(_worse_end(samples.gap) + turned_apart),
+        rotation_angle(_worse_end(samples.gap) + turned_excess),
         everywhere,
     )
     if freedom is not None:
@@ -232,8 +238,8 @@ def _follow_turn(
     low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
     turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
-        apart = np.maximum(samples.gap[:-1], samples.gap[1:]) + turned * np.sqrt(2.0)
-        slower = np.maximum(1.0 - apart**2 / 4.0, 1e-12)  # cos(φ), as apart is 2 √2 sin(φ/2)
+        rotation_gap = np.maximum(samples.gap[:-1], samples.gap[1:]) + turned * np.sqrt(2.0)
+        slower = np.maximum(1.0 - rotation_gap**2 / 4.0, 1e-12)  # cos(φ); the gap is 2 √2 sin(φ/2)
     else:
         travel = np.abs(samples.angles[:, 1] + freedom.torch.pose_travel)
         steep = np.minimum(np.maximum(travel[:-1], travel[1:]) + turned, 0.5 * np.pi)

@@ -70,8 +70,8 @@ class StretchBounds(NamedTuple):
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where full
             speed is required [m/s]; infinite if no part requires it.
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
-        use: Upper bound on the error of each interval relative to the limits, shape (n,). If a
-            sample violates a limit, it has the errors of the samples.
+        utilisation: Upper bound on the error of each interval relative to the limits, shape (n,).
+            If a sample violates a limit, it has the errors of the samples.
     """
 
     bounds: dict[str, PathBound]
@@ -80,7 +80,7 @@ class StretchBounds(NamedTuple):
     slowest: float
     fastest: float
     times: FloatArray
-    use: FloatArray
+    utilisation: FloatArray
 
 
 def path_bounds(
@@ -139,7 +139,7 @@ def path_bounds(
         slowest=errors.slowest,
         fastest=errors.fastest,
         times=t,
-        use=np.max([error.use for error in errors.criteria.values()], axis=0),
+        utilisation=np.max([error.utilisation for error in errors.criteria.values()], axis=0),
     )
 
 

@@ -28,13 +28,13 @@ class Peak:
         value: Magnitude [rad or m, and per second].
         joint: Name of the joint.
         time: Time of the peak [s].
-        use: Magnitude relative to the limit; `None` if no joint has one.
+        utilisation: Magnitude relative to the limit; `None` if no joint has one.
     """
 
     value: float
     joint: str
     time: float
-    use: float | None
+    utilisation: float | None
 
 
 def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
@@ -111,7 +111,7 @@ def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
 
     >>> motion = kw.plan("paper_case").trajectory
     >>> found = peak(motion, 1, limit=np.array([0.5]))
-    >>> found.joint, round(found.value, 3), round(found.use, 3)
+    >>> found.joint, round(found.value, 3), round(found.utilisation, 3)
     ('joint_1', 0.207, 0.413)
 
     Args:

@@ -3,9 +3,9 @@ from .alignment import PlanResidual as PlanResidual
 from .alignment import aligned as aligned
 from .deviations import LogTolerances as LogTolerances
 from .deviations import deviation_findings as deviation_findings
-from .lateness import Delay as Delay
 from .log_check import check_log as check_log
 from .log_check import compare_log as compare_log
+from .log_delays import Delay as Delay
 from .log_reading import Recording as Recording
 from .log_reading import read_log as read_log
 from .noise import Noise as Noise

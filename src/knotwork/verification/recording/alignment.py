@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.verification.recording.lateness import Delay, delays, fit_delay, plan_at
+from knotwork.verification.recording.log_delays import Delay, estimate_delays, fit_delay, plan_at
 from knotwork.verification.recording.noise import largest_near
 from knotwork.verification.recording.smoothing import ERROR_ORDERS, Smoothed
 from knotwork.waypoints import FloatArray
@@ -54,10 +54,10 @@ class Alignment:
     def on_time(self) -> JointTrajectory:
         """The motion without its delays. It jumps where they change."""
         curve, parts = self.curve.trajectory.polynomial, []
-        for delay in self.delays:
-            ahead = self.start + delay.late
-            low = max(delay.start, self.trajectory.start_time, curve.x[0] - ahead)
-            high = min(delay.end, self.trajectory.end_time, curve.x[-1] - ahead)
+        for span in self.delays:
+            ahead = self.start + span.delay
+            low = max(span.start, self.trajectory.start_time, curve.x[0] - ahead)
+            high = min(span.end, self.trajectory.end_time, curve.x[-1] - ahead)
             if low < high:
                 parts.append(_shifted_part(curve, low, high, ahead))
         c = np.concatenate([piece.c for piece in parts], axis=1)
@@ -118,9 +118,9 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
         raise InputError("the plan never moves, so the time shift of the log can't be found")
     whole = Delay(-np.inf, np.inf, _coarse_shift(curve, reference))
     shift, error = fit_delay(curve, reference, whole)
-    spans = delays(curve, reference, shift)
-    shift = spans[0].late
-    spans = tuple(span._replace(late=span.late - shift) for span in spans)
+    spans = estimate_delays(curve, reference, shift)
+    shift = spans[0].delay
+    spans = tuple(span._replace(delay=span.delay - shift) for span in spans)
     # a log that only overlaps the plan by its extrapolation still has that part
     first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
     last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift

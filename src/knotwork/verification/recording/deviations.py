@@ -17,7 +17,7 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
 from knotwork.verification.recording.alignment import Alignment
-from knotwork.verification.recording.lateness import delay_text
+from knotwork.verification.recording.log_delays import delay_text
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -31,12 +31,12 @@ class LogTolerances(NamedTuple):
     Attributes:
         tool: Tolerances of position and orientation, by unit: `"m"`, `"rad"`.
         joints: Tolerances of joints, by name, or by unit for all other joints.
-        late: Largest allowed delay [s]. Positions are then compared without delays.
+        delay: Largest allowed delay [s]. Positions are then compared without delays.
     """
 
     tool: Mapping[str, float] = MappingProxyType({})
     joints: Mapping[str, float] = MappingProxyType({})
-    late: float | None = None
+    delay: float | None = None
 
 
 def deviation_findings(
@@ -66,7 +66,7 @@ def deviation_findings(
         units: Units of the messages.
         tolerances: The only required tolerances.
     """
-    motion = alignment.trajectory if tolerances.late is None else alignment.on_time()
+    motion = alignment.trajectory if tolerances.delay is None else alignment.on_time()
     joints = list(_joint_findings(motion, alignment, units, tolerances))
     tool = list(_tool_findings(motion, alignment, robot, units, tolerances))
     worst: dict[str, Finding] = {}
@@ -78,20 +78,20 @@ def deviation_findings(
         f"at {finding.when} s"
         for finding in (*worst.values(), *tool[:1])
     ]
-    late = delay_text(alignment.delays)
+    text = delay_text(alignment.delays)
     fact = (
         f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    brief = filter(None, [late, *short, f"time shift {alignment.start:.4g} s"])
+    brief = filter(None, [text, *short, f"time shift {alignment.start:.4g} s"])
     yield Finding(
         AGAINST_PLAN, "motion", "", "time_shift", "information", fact,
         value=alignment.start, unit="s", brief="; ".join(brief),
     )  # fmt: skip
-    latest = max(alignment.delays, key=lambda delay: abs(delay.late))
+    latest = max(alignment.delays, key=lambda span: abs(span.delay))
     yield _deviation(
-        "motion", "", "lateness", late or "the log is on time", latest.late, "s", latest.start,
-        units, tolerances.late,
+        "motion", "", "lateness", text or "the log is on time", latest.delay, "s", latest.start,
+        units, tolerances.delay,
     )  # fmt: skip
     yield from joints
     yield from tool

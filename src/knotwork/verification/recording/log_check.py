@@ -152,7 +152,7 @@ def compare_log(
             *deviation_findings(alignment, robot, units, tolerances),
             *_log_findings(alignment, units),
             *residuals,
-            *hole_findings(alignment),
+            *gap_findings(alignment),
         ),
         units=units,
     )
@@ -183,7 +183,8 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
         return alignment.uncertainty(order, time)[columns]
 
     quantity = finding.quantity.removeprefix("joint_")
-    if finding.subject == "wait" and finding.interval is not None:  # between two of its times
+    if finding.subject == "wait" and finding.interval is not None:
+        # the finding compares two times, so both errors add
         return float((errors(0) + errors(0, finding.interval[0])).max())
     if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
         return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
@@ -277,7 +278,7 @@ def _information(quantity: str, fact: str, brief: str = "") -> Finding:
     return Finding(LOG, "motion", "", quantity, "information", fact, brief=brief)
 
 
-def hole_findings(alignment: Alignment) -> Iterator[Finding]:
+def gap_findings(alignment: Alignment) -> Iterator[Finding]:
     """Report each gap in the plan's time, in which the motion of the robot is unknown.
 
     A gap fails if the plan moves during it, and is a warning if the plan is at rest. In a gap the
@@ -304,7 +305,7 @@ def hole_findings(alignment: Alignment) -> Iterator[Finding]:
             group=LOG,
             subject="motion",
             name="",
-            quantity="hole",
+            quantity="gap",
             verdict="failed" if moves.any() else "warning",
             fact=f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "
             f"{duration / log.period:.3g} times its interval of {1e3 * log.period:.4g} ms; "

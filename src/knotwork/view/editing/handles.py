@@ -71,7 +71,11 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     file = scenario.task
     frames = Frames(file.frames, scenario.places)
     moving = frames.moving.items()
-    still = {name for name, frame in moving if not frame.is_moving and frame.link == scenario.on}
+    still = {
+        name
+        for name, frame in moving
+        if not frame.is_moving and frame.link == scenario.pose_frame_link
+    }
 
     def frame(name: str | None) -> pin.SE3:
         return robot.base_placement * frames[name or "base"]

@@ -299,7 +299,7 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     """
     from knotwork.files import storage
     from knotwork.files.documents import edited_text, read
-    from knotwork.task.places import moved_paths
+    from knotwork.task.task_source import moved_paths
 
     if copy is None:
         return Draft(source)

@@ -153,7 +153,7 @@ def solve_batch(
             states = _SearchStates(*(values[..., staying] for values in states))
         iterations += 1
         trial = _evaluate(
-            robot, clip_to_limits(states.q + _steps(states, box, factor), box), targets
+            robot, clip_to_limits(states.q + _solve_steps(states, box, factor), box), targets
         )
         better = trial.square < states.square
         states = states.replace_where(better, trial)
@@ -184,7 +184,7 @@ def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
     return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 
 
-def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
+def _solve_steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, with joints fixed at limits, shape (d, n)."""
     gradient = np.einsum("kin,kn->in", states.J, states.error)
     blocked = find_blocked_joints(states.q, gradient, limits)

@@ -81,7 +81,7 @@ def whole_turns(gap: FloatArray) -> FloatArray:
 
 
 def joint_difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
-    """A − b; for revolute joints the shortest rotation [rad or m]."""
+    """Difference a − b of joint positions; for revolute joints the shortest rotation [rad or m]."""
     gap = a - b
     return np.where(revolute, gap - whole_turns(gap), gap)
 

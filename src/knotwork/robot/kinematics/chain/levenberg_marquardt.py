@@ -197,7 +197,7 @@ class PoseSearch:
         lows, highs = limits[0].tolist(), limits[1].tolist()
         enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
         max_position, max_orientation = self._max_position**2, self._max_orientation**2
-        q, at_limit = _inside(start, lows, highs)
+        q, at_limit = _clip(start, lows, highs)
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
@@ -224,7 +224,7 @@ class PoseSearch:
                 if len(blocked):
                     gradient[blocked] = 0.0
             step = self._step(J, gradient, blocked, factor * square)
-            candidate, touches = _inside(q + step, lows, highs)
+            candidate, touches = _clip(q + step, lows, highs)
             error, trial, far, turned = self._error(candidate)
             accepted = trial < square
             if accepted:
@@ -240,7 +240,7 @@ class PoseSearch:
         return LocalSolution(q, *errors, iteration, self.is_within(*errors))
 
 
-def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
+def _clip(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
     """Clip joint positions to limits; also give whether a joint is at a limit."""
     at = q.tolist()
     for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)

@@ -66,7 +66,7 @@ def minimise_by_self_motion(
 def null_space_step(
     search: PoseSearch, q: FloatArray, near: FloatArray, limits: Limits, scale: FloatArray
 ) -> FloatArray:
-    """The step W(I − (JW)⁺JW) W⁻¹(near − q), shape (d,).
+    """Compute the step W(I − (JW)⁺JW) W⁻¹(near − q), shape (d,).
 
     Joints at limits that it would violate are fixed.
 

@@ -158,7 +158,7 @@ def continue_along(
     blocked_time, smallest_singular_value = np.full(len(q), np.inf), np.full(len(q), np.nan)
     for start, end in pairwise(stops.tolist()):
         now, inside, max_h = start, 0.5 * (start + end), (end - start) / MIN_STEPS
-        v = _velocities(field, q, Stages.evaluate(field, path, np.array([now]), inside), 0)
+        v = _evaluate_velocities(field, q, Stages.evaluate(field, path, np.array([now]), inside), 0)
         h = _step_duration(v, step, max_h)
         while now < end and np.isfinite(q).any():
             count = int(np.ceil((end - now) / h - ROUNDING))
@@ -179,7 +179,7 @@ def continue_along(
                 blocked = np.isnan(step_end.q).any(axis=1)
                 blocked_time[alive[blocked]] = step_end.reached[blocked]
                 smallest_singular_value[alive[blocked]] = step_end.smallest[blocked]
-                v = _velocities(field, q, stages, k + 2)
+                v = _evaluate_velocities(field, q, stages, k + 2)
                 now, h = float(when[k + 2]), _step_duration(v, step, max_h)
                 if FASTER_FACTOR * h < duration:
                     break
@@ -197,7 +197,7 @@ def _step_duration(v: FloatArray, step: float, longest: float) -> float:
     return min(longest, step / fastest) if fastest else longest
 
 
-def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
+def _evaluate_velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
     """Joint velocities at the k-th time; NaN for blocked starts."""
     v = np.full(q.shape, np.nan)
     alive = np.flatnonzero(np.isfinite(q).all(axis=1))

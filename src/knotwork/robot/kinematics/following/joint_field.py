@@ -104,12 +104,12 @@ class JointField:
         """
         self_motion = None
         if self.guide is not None:
-            self_motion = _column(speed_fraction) * self.guide.rate(arc_length, q)
+            self_motion = _to_column(speed_fraction) * self.guide.rate(arc_length, q)
             self_motion = self.speed * (
-                self_motion + _column(arc_rate) * self.guide.rate(arc_length, q, 1)
+                self_motion + _to_column(arc_rate) * self.guide.rate(arc_length, q, 1)
             )
         elif self.pull.any():
-            self_motion = _column(speed_fraction) * self.pull * (self.middle - q)
+            self_motion = _to_column(speed_fraction) * self.pull * (self.middle - q)
         return solve_velocities(
             self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
         )[0]
@@ -160,6 +160,6 @@ class JointField:
         return q, error
 
 
-def _column(value: ArrayLike) -> FloatArray:
-    """A number, or one for each configuration, as a column."""
+def _to_column(value: ArrayLike) -> FloatArray:
+    """Write a number, or one for each configuration, as a column."""
     return np.multiply.outer(value, np.ones(1))

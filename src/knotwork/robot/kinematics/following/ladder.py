@@ -83,7 +83,7 @@ class Ladder:
         lower, upper = turning_limits(robot)
         self.limits = lower + LIMIT_CLEARANCE, upper - LIMIT_CLEARANCE
         self.unbounded = joint_axes(robot).revolute & ~np.isfinite(lower)
-        self.rung_positions = [_rung_positions(path) for path in paths]
+        self.rung_positions = [_spread_rungs(path) for path in paths]
         placed = [
             (path, s, min(path.start_time + t, path.end_time))
             for k, (path, positions) in enumerate(zip(paths, self.rung_positions, strict=True))
@@ -92,7 +92,7 @@ class Ladder:
             )
         ]
         self.time = np.array([time for _, _, time in placed])
-        self.targets = Targets.from_poses([_pose(*rung) for rung in placed])
+        self.targets = Targets.from_poses([_evaluate_pose(*rung) for rung in placed])
         self.rungs = self._sample_rungs(starts)
 
     def _sample_rungs(self, starts: FloatArray) -> list[_Rung]:
@@ -213,7 +213,7 @@ class Ladder:
         return guides
 
 
-def _rung_positions(path: TimedPath) -> FloatArray:
+def _spread_rungs(path: TimedPath) -> FloatArray:
     """Spread the arc lengths of rungs evenly over distance and rotation, independent of speed."""
     s = np.linspace(0.0, path.path.length, RUNG_GRID)
     turned = rotation_angle(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
@@ -224,6 +224,6 @@ def _rung_positions(path: TimedPath) -> FloatArray:
     return np.asarray(positions)
 
 
-def _pose(path: TimedPath, s: float, time: float) -> Any:
+def _evaluate_pose(path: TimedPath, s: float, time: float) -> Any:
     """Pose of the tool; without a moving frame it does not depend on rounded times."""
     return path.path.pose(s) if path.carrier is None else path.pose(time)

@@ -52,7 +52,7 @@ def solve_closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
         robot: The arm.
         targets: n poses in the base frame.
     """
-    equations = _equations(robot)
+    equations = _make_equations(robot)
     if equations is None:
         return [ClosedForm(np.empty((0, robot.dof)), certain=False)] * len(targets)
     with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are not clear
@@ -110,25 +110,25 @@ class _Equations:
         w = R @ self.centre + p - o[0]
         along = (self.centre - o[0]) @ a[1]
         q[..., 0] = solve_angle(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
-        first = _turn(a[0], -q[..., 0])
-        R, p = first @ R, _apply(first, p - o[0]) + o[0]
+        first = _rotations_about(a[0], -q[..., 0])
+        R, p = first @ R, _rotate(first, p - o[0]) + o[0]
         if self.parallel:
             self._wrist(q, R, solve_angle, wrist)
-            last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
+            last = _rotations_about(a[4], q[..., 4]) @ _rotations_about(a[5], q[..., 5])
             # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
             undone = R @ last.swapaxes(2, 3)
-            end = _apply(R, self.centre) + p + _apply(undone, self.end - self.centre)
+            end = _rotate(R, self.centre) + p + _rotate(undone, self.end - self.centre)
             self._elbow(q, end, solve_angle, elbow)
-            angle = _angle(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
+            angle = _angles_between(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
-            self._elbow(q, _apply(R, self.centre) + p, solve_angle, elbow)
-            arm = _turn(a[1], q[..., 1]) @ _turn(a[2], q[..., 2])
+            self._elbow(q, _rotate(R, self.centre) + p, solve_angle, elbow)
+            arm = _rotations_about(a[1], q[..., 1]) @ _rotations_about(a[2], q[..., 2])
             R = arm.swapaxes(2, 3) @ R
             self._wrist(q, R, solve_angle, wrist)
-            fifth = _turn(a[4], q[..., 4])
-            q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
+            fifth = _rotations_about(a[4], q[..., 4])
+            q[..., 3] = _angles_between(a[3], fifth @ a[5], R @ a[5])
         margins = np.array(discriminants)
         exists = np.asarray((margins > 0.0).all(axis=0))
         clear = np.ones_like(exists)
@@ -146,8 +146,8 @@ class _Equations:
         across = sixth - (fifth @ sixth) * fifth
         seen = R @ sixth @ fixed
         q[..., 4] = solve_angle(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
-        before = _turn(fifth, -q[..., 4]) @ fixed
-        q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
+        before = _rotations_about(fifth, -q[..., 4]) @ fixed
+        q[..., 5] = _angles_between(sixth, R.swapaxes(2, 3) @ fixed, before)
 
     def _elbow(self, q: FloatArray, end: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
         """Find joints 2 and 3, which bring the end of the lower arm to a point (n, 8, 3)."""
@@ -163,17 +163,17 @@ class _Equations:
         x, y = 2.0 * (upper @ lower) / product, 2.0 * (upper @ turned) / product
         elbow = solve_angle(x, y, square / product, sign)
         bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
-        q[..., 1] = _angle(axis, bent, reach)
+        q[..., 1] = _angles_between(axis, bent, reach)
         q[..., 2] = self.senses[2] * elbow
 
 
 @cache_per_robot
-def _equations(robot: Robot) -> _Equations | None:
+def _make_equations(robot: Robot) -> _Equations | None:
     shape = find_axis_geometry(robot)
     return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
 
 
-def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
+def _rotations_about(axis: FloatArray, angle: FloatArray) -> FloatArray:
     """Rotations about an axis by angles of shape (n, 8), shape (n, 8, 3, 3)."""
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -181,7 +181,7 @@ def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
     return np.asarray(np.eye(3) + sine * K + versine * (K @ K))
 
 
-def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
+def _rotate(R: FloatArray, points: FloatArray) -> FloatArray:
     """Rotate points, shape (3,) or (n, 8, 3)."""
     return np.asarray((R @ points[..., None])[..., 0])
 
@@ -192,7 +192,7 @@ def _perpendicular(axis: FloatArray) -> FloatArray:
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-def _angle(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+def _angles_between(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Angles about an axis from one vector to another, shape (n, 8) from (n, 8, 3) or (3,)."""
     sine = np.cross(start, end) @ axis
     cosine = (start * end).sum(axis=-1) - (start @ axis) * (end @ axis)

@@ -53,13 +53,17 @@ def find_axis_geometry(robot: Robot) -> Geometry | None:
         return None
     chain = joint_axes(robot)
     a, o = chain.axes, chain.origins
-    if not chain.revolute.all() or abs(a[0] @ a[1]) > FLAG_ROUNDING or not _parallel(a[1], a[2]):
+    if (
+        not chain.revolute.all()
+        or abs(a[0] @ a[1]) > FLAG_ROUNDING
+        or not _are_parallel(a[1], a[2])
+    ):
         return None
-    centre = _intersection(o[4], a[4], o[5], a[5])
+    centre = _intersect_lines(o[4], a[4], o[5], a[5])
     if centre is None:
         return None
     on_axis_4 = np.linalg.norm(np.cross(centre - o[3], a[3])) < FLAG_ROUNDING
-    if not on_axis_4 and not _parallel(a[2], a[3]):
+    if not on_axis_4 and not _are_parallel(a[2], a[3]):
         return None
     across = float((centre - o[0]) @ a[1]) if on_axis_4 else float((o[3] - o[0]) @ a[1])
     up = -1.0 if a[0, 2] < -FLAG_ROUNDING else 1.0
@@ -69,7 +73,7 @@ def find_axis_geometry(robot: Robot) -> Geometry | None:
     # The flags are valid if the Jacobian loses rank exactly where one of the three vanishes: its
     # determinant is a constant times their product.
     q = 2 * np.pi * low_discrepancy_points(6, 24) - np.pi
-    product = np.prod(_functions(chain, shape, q), axis=0)
+    product = np.prod(_evaluate_flag_functions(chain, shape, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
     factor = (determinant @ product) / max(product @ product, 1e-300)
     if np.abs(determinant - factor * product).max() > 1e-9 * np.abs(determinant).max():
@@ -77,12 +81,14 @@ def find_axis_geometry(robot: Robot) -> Geometry | None:
     return shape
 
 
-def _parallel(a: FloatArray, b: FloatArray) -> bool:
+def _are_parallel(a: FloatArray, b: FloatArray) -> bool:
     return bool(np.linalg.norm(np.cross(a, b)) < FLAG_ROUNDING)
 
 
-def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
-    """The intersection of two lines, or `None`."""
+def _intersect_lines(
+    p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray
+) -> FloatArray | None:
+    """Intersect two lines; `None` if they have no common point."""
     normal = np.cross(a, b)
     square = normal @ normal
     if square < FLAG_ROUNDING or abs((q - p) @ normal) > FLAG_ROUNDING:
@@ -91,17 +97,17 @@ def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) ->
     return point
 
 
-def _functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
+def _evaluate_flag_functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
     """Evaluate the three functions whose signs are the flags at q (n, 6), shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
     centre = tip + np.einsum("crn,c->rn", rotation, shape.centre)
     wrist = p[:, 3] if shape.parallel else centre
-    shoulder = shape.up * shape.side * _triple(z[:, 1], z[:, 0], centre - p[:, 0])
-    elbow = _triple(p[:, 2] - p[:, 1], wrist - p[:, 2], z[:, 1])
-    return np.array([shoulder, elbow, _triple(z[:, 3], z[:, 5], z[:, 4])])
+    shoulder = shape.up * shape.side * _triple_products(z[:, 1], z[:, 0], centre - p[:, 0])
+    elbow = _triple_products(p[:, 2] - p[:, 1], wrist - p[:, 2], z[:, 1])
+    return np.array([shoulder, elbow, _triple_products(z[:, 3], z[:, 5], z[:, 4])])
 
 
-def _triple(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+def _triple_products(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Triple products (a × b) · c of vectors (3, n), shape (n,)."""
     x = a[1] * b[2] - a[2] * b[1]
     y = a[2] * b[0] - a[0] * b[2]
@@ -125,7 +131,7 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         return np.where(
             np.abs(determinant) < FLAG_ROUNDING * FLAG_ROUNDING, 0.0, np.sign(determinant)
         )[:, None]
-    values = _functions(chain, shape, q)
+    values = _evaluate_flag_functions(chain, shape, q)
     signs = np.where(np.abs(values) < FLAG_ROUNDING, 0.0, np.sign(values))
     # The same elbow is up on one side of axis 1 and down on the other.
     signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * shape.side)

@@ -116,10 +116,10 @@ def solve_pose_ik_all(
     if not len(solutions):
         centre = range_middles(position_limits(robot))
         solutions = find_solution_or_raise(search, centre, waypoint, where)[None]
-    return tuple(_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
+    return tuple(_make_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
 
 
-def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:
+def _make_branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:
     copies = all_turns(robot, q)
     distance = np.abs(copies - range_middles(position_limits(robot))).sum(axis=1)
     nearest = copies[int(np.argmin(np.round(distance, 6)))]

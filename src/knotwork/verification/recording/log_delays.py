@@ -37,12 +37,12 @@ class Delay(NamedTuple):
 
     Attributes:
         start, end: Span in the plan's time [s].
-        late: Delay relative to the plan's clock, or the log's first sample [s]; negative if early.
+        delay: Delay relative to the plan's clock, or the log's first sample [s]; negative if early.
     """
 
     start: float
     end: float
-    late: float
+    delay: float
 
 
 def plan_at(plan: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
@@ -54,8 +54,8 @@ def plan_at(plan: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArr
     return np.asarray(values)
 
 
-def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay, ...]:
-    """Delays of a log over time since its first sample: spans with a constant delay.
+def estimate_delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay, ...]:
+    """Estimate the delays of a log over time since its first sample, as spans of constant delay.
 
     Args:
         curve: The smoothed log.
@@ -77,8 +77,8 @@ def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay,
     spans = _constant_spans(steps * step, np.append(time, plan.end_time), step)
     if len(spans) < 2:
         return (constant,)
-    spans = [span._replace(late=shift + span.late) for span in spans]
-    spans = [span._replace(late=fit_delay(curve, plan, span, 1)[0]) for span in spans]
+    spans = [span._replace(delay=shift + span.delay) for span in spans]
+    spans = [span._replace(delay=fit_delay(curve, plan, span, 1)[0]) for span in spans]
     squares, several = (
         sum(float((_residuals(curve, plan, span) ** 2).sum()) for span in considered)
         for considered in ([constant], spans)
@@ -94,32 +94,32 @@ def fit_delay(
     Least squares of the span's samples, by Gauss-Newton steps. One step is sufficient for a delay
     that is known to the sample period.
     """
-    late, samples = span.late, _samples_in(curve, span)
+    delay, samples = span.delay, _samples_in(curve, span)
     time, q = curve.log.time[samples], curve.log.position[samples]
     for _ in range(max_steps):
-        slopes = plan_at(plan, time - late, 1)
-        residuals = q - plan_at(plan, time - late)
+        slopes = plan_at(plan, time - delay, 1)
+        residuals = q - plan_at(plan, time - delay)
         weight = float((slopes**2).sum())
         if weight == 0.0:
-            return late, np.inf
+            return delay, np.inf
         step = float((slopes * residuals).sum()) / weight
-        late -= step
-        if abs(step) < 1e-12 * max(1.0, abs(late)):
+        delay -= step
+        if abs(step) < 1e-12 * max(1.0, abs(delay)):
             break
     moving = slopes.any(axis=1)
-    return late, float(np.sqrt((residuals[moving] ** 2).mean() / weight))
+    return delay, float(np.sqrt((residuals[moving] ** 2).mean() / weight))
 
 
 def _samples_in(curve: Smoothed, span: Delay) -> NDArray[np.bool_]:
     """Whether each sample of the log is in a span, shape (n,)."""
-    at = curve.log.time - span.late
+    at = curve.log.time - span.delay
     return (at >= span.start) & (at < span.end)
 
 
 def _residuals(curve: Smoothed, plan: JointTrajectory, span: Delay) -> FloatArray:
     """Samples of a span minus the plan, shape (k, d)."""
     samples = _samples_in(curve, span)
-    at = curve.log.time[samples] - span.late
+    at = curve.log.time[samples] - span.delay
     return curve.log.position[samples] - plan.position(at)
 
 
@@ -142,29 +142,29 @@ def _cheapest_delays(plan: FloatArray, log: FloatArray, reach: int, cost: float)
     return delay
 
 
-def _constant_spans(late: FloatArray, time: FloatArray, step: float) -> list[Delay]:
+def _constant_spans(delays: FloatArray, time: FloatArray, step: float) -> list[Delay]:
     """Spans with a nearly constant delay, from the delay [s] after each time but the last."""
     spans: list[Delay] = []
-    cuts = [0, *(np.flatnonzero(np.diff(late)) + 1).tolist(), len(late)]
+    cuts = [0, *(np.flatnonzero(np.diff(delays)) + 1).tolist(), len(delays)]
     for i, k in pairwise(cuts):
         end = float(time[k])
-        if spans and abs(late[i] - spans[-1].late) < MIN_DELAY_STEPS * step:
+        if spans and abs(delays[i] - spans[-1].delay) < MIN_DELAY_STEPS * step:
             spans[-1] = spans[-1]._replace(end=end)
         else:
-            spans.append(Delay(float(time[i]), end, float(late[i])))
+            spans.append(Delay(float(time[i]), end, float(delays[i])))
     return spans
 
 
 def delay_text(spans: tuple[Delay, ...]) -> str:
     """Delays in words, such as "0.4 s late from 29.3 s on"; empty without any."""
-    worst = max(spans, key=lambda span: abs(span.late))
-    if worst.late == 0.0:
+    worst = max(spans, key=lambda span: abs(span.delay))
+    if worst.delay == 0.0:
         return ""
-    similar = [span.late * worst.late > 0.5 * worst.late**2 for span in spans]
+    similar = [span.delay * worst.delay > 0.5 * worst.delay**2 for span in spans]
     middle = spans.index(worst)
     first = next((i + 1 for i in range(middle, -1, -1) if not similar[i]), 0)
     last = next((i - 1 for i in range(middle, len(spans)) if not similar[i]), len(spans) - 1)
     up_to = "up to " if first < last or len(spans) > 3 else ""
     to = "on" if last + 1 == len(spans) else f"to {spans[last].end:.4g} s"
-    word = "late" if worst.late > 0.0 else "early"
-    return f"{up_to}{abs(worst.late):.3g} s {word} from {spans[first].start:.4g} s {to}"
+    word = "late" if worst.delay > 0.0 else "early"
+    return f"{up_to}{abs(worst.delay):.3g} s {word} from {spans[first].start:.4g} s {to}"

@@ -1,4 +1,4 @@
-"""URDFs from strangers: trees that are none, too large or oddly named."""
+"""Robots at the edge of what is one: odd trees, hostile files, a single joint, no tool frame."""
 
 from __future__ import annotations
 
@@ -9,38 +9,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import knotwork as kw
 from knotwork import load_robot, solve_pose_ik
 from knotwork.errors import DocumentError, RobotError
-
-LIMIT = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
-
-
-def joint(name: str, kind: str, parent: str, child: str, more: str = LIMIT) -> str:
-    ends = f'<parent link="{parent}"/><child link="{child}"/>'
-    return f'<joint name="{name}" type="{kind}"><origin xyz="1 0 0"/>{ends}{more}</joint>'
-
-
-def robot(*parts: str) -> str:
-    return f'<robot name="r">{"".join(parts)}</robot>'
+from urdfs import joint, limits, link, robot
 
 
 def row(count: int) -> str:
-    links = (f'<link name="l{i}"/>' for i in range(count))
-    return robot(*links, *(joint(f"j{i}", "fixed", f"l{i - 1}", f"l{i}") for i in range(1, count)))
+    links = (link(f"l{i}") for i in range(count))
+    return robot(*links, *(joint(f"j{i}", f"l{i - 1}", f"l{i}", "fixed") for i in range(1, count)))
 
 
 def star(count: int) -> str:
-    links = (f'<link name="l{i}"/>' for i in range(count))
-    return robot(*links, *(joint(f"j{i}", "fixed", "l0", f"l{i}") for i in range(1, count)))
+    links = (link(f"l{i}") for i in range(count))
+    return robot(*links, *(joint(f"j{i}", "l0", f"l{i}", "fixed") for i in range(1, count)))
 
 
 ARM = (
-    *('<link name="a"/>', '<link name="b"/>', '<link name="c"/>'),
-    *(joint("j", "continuous", "a", "b"), joint("k", "revolute", "b", "c")),
+    *map(link, "abc"),
+    joint("j", "a", "b", "continuous", at="1 0 0"),
+    joint("k", "b", "c", at="1 0 0"),
 )
 LAUGHS = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>'
 DEFAULTS = f'<!DOCTYPE robot [<!ATTLIST x y CDATA "{"a" * 5_000_000}">]>'
-MASS = '<link name="c"><inertial><mass value="{}"/></inertial></link>'
+MASS = link("c", '<inertial><mass value="{}"/></inertial>')
 
 INERTIA = '<inertia ixx="-1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 
@@ -54,16 +46,16 @@ HOSTILE = {
     "attributes": (DEFAULTS + robot(*ARM, "<x/>" * 90_000), "declares an attribute"),
     "unknown encoding": ('<?xml version="1.0" encoding="x"?>' + robot(*ARM), "not XML"),
     "ring": (
-        robot(*ARM[:2], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),
+        robot(*ARM[:2], joint("j", "a", "b", "fixed"), joint("k", "b", "a", "fixed")),
         "form a ring, which no root link carries: '[ab]', '[ab]'",
     ),
     "ring beside a root": (
-        robot(*ARM[:3], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),
+        robot(*ARM[:3], joint("j", "a", "b", "fixed"), joint("k", "b", "a", "fixed")),
         "form a ring",
     ),
-    "its own parent": (robot(*ARM[:2], joint("j", "fixed", "b", "b")), "form a ring"),
-    "two parents": (robot(*ARM, joint("l", "fixed", "a", "c")), "'c' is the child of two joints"),
-    "joint twice": (robot(*ARM, '<link name="d"/>', joint("k", "fixed", "c", "d")), "'k' is given"),
+    "its own parent": (robot(*ARM[:2], joint("j", "b", "b", "fixed")), "form a ring"),
+    "two parents": (robot(*ARM, joint("l", "a", "c", "fixed")), "'c' is the child of two joints"),
+    "joint twice": (robot(*ARM, link("d"), joint("k", "c", "d", "fixed")), "'k' is given"),
     "joint without a parent": (robot(*ARM).replace('<parent link="a"/>', ""), "'j' is not given"),
     "reserved name": (robot(*ARM).replace('"j"', '"universe"'), "is named 'universe'"),
     "mass of no number": (robot(*ARM).replace(ARM[2], MASS.format("heavy")), "'c' is 'heavy'"),
@@ -87,10 +79,10 @@ HOSTILE = {
     "other XML": ("<html/>", "<html>"),
     "no robot name": ("<robot><link name='a'/></robot>", "(?i)name"),
     "no link": ("<robot name='a'/>", "(?i)link"),
-    "unknown parent": (robot(*ARM[:1], joint("j", "revolute", "x", "a")), "x"),
-    "unknown child": (robot(*ARM[:1], joint("j", "revolute", "a", "x")), "x"),
+    "unknown parent": (robot(*ARM[:1], joint("j", "x", "a")), "x"),
+    "unknown child": (robot(*ARM[:1], joint("j", "a", "x")), "x"),
     "two roots": (robot(*ARM[:2]), "(?i)root"),
-    "no limits": (robot(*ARM[:2], joint("j", "revolute", "a", "b", "<limits/>")), "j.*limit"),
+    "no limits": (robot(*ARM[:2], joint("j", "a", "b", more="<limits/>")), "j.*limit"),
     "unknown type": (robot(*ARM).replace("continuous", "ball"), "ball"),
     "not a number": (robot(*ARM).replace("1 0 0", "1 zero 0"), "zero"),
     "not finite": (robot(*ARM).replace("1 0 0", "1 nan 0"), "(?i)not finite|nan"),
@@ -172,3 +164,51 @@ def test_threads_share_robot() -> None:
     for one, other in zip(alone, together, strict=True):
         for expected, found in zip(one, other, strict=True):
             np.testing.assert_array_equal(found, expected)
+
+
+LEVER = robot(
+    link("stand"),
+    link(
+        "arm",
+        '<inertial><mass value="2"/><origin xyz="0.5 0 0"/>'
+        '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>',
+    ),
+    joint("turn", "stand", "arm", more=limits(velocity=2, effort=5)),
+)
+
+
+@pytest.fixture
+def lever(tmp_path: Path) -> Path:
+    path = tmp_path / "lever.urdf"
+    path.write_text(LEVER)
+    return path
+
+
+def test_an_arm_of_one_joint_meets_poses_and_speeds(lever: Path) -> None:
+    def pose(angle: float) -> dict[str, list[float]]:
+        return {
+            "position": [0.8 * np.cos(angle), 0.8 * np.sin(angle), 0.0],
+            "rpy": [0.0, 0.0, angle],
+        }
+
+    plan = kw.plan(
+        {
+            "robot": str(lever),
+            "tool": {"frame": "arm", "offset": {"position": [0.8, 0, 0]}},
+            "waypoints": [
+                {"pose": pose(0.0)},
+                {
+                    "pose": pose(0.3),
+                    "after": 1,
+                    "velocity": {"linear": [0, 0.16, 0], "angular": [0, 0, 0.2], "in": "tool"},
+                },
+                {"pose": pose(0.7), "after": 1},
+            ],
+        }
+    )
+    plan.report.raise_if_failed()
+    np.testing.assert_allclose(plan.joint_waypoints.position[:, 0], [0, 0.3, 0.7], atol=1e-9)
+    np.testing.assert_allclose(plan.joint_waypoints.velocity[:, 0], [0, 0.2, 0], atol=1e-9)
+    (found,) = plan.report.select(group="Singularity")
+    # J = (0, 0.8, 0, 0, 0, 1): its one singular value is sqrt(1 + 0.8²)
+    assert found.value == pytest.approx(np.hypot(1, 0.8))

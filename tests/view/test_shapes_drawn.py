@@ -1,21 +1,22 @@
-"""Shapes that can't be drawn are warnings, and the rest of the arm is still shown."""
+"""Which shapes of arms and tools are drawn; those that can not be drawn are warnings."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+import yaml
+from scipy.spatial import cKDTree
 
 import knotwork as kw
 from command_line import Command
-from drawn import (
-    at_rest,
-    scene,
-    shape_warnings,
-    tower,
-    vertices,
-)
+from drawn import at_rest, faces, scene, shape_warnings, tower, vertices
+from shipped import SCENARIO_FILES
+from sweeps import mostly_exhaustive
+from urdfs import joint, link, robot, visual
 
 STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
 FLAT = STL.format("vertex 0 0 0\n" * 3)
@@ -58,14 +59,12 @@ BOX = '<box size="1 1 1"/>'
 
 
 def urdf(shape: str = BOX, beside: str = "") -> str:
-    visual = f"<visual><geometry>{shape}</geometry>{beside}</visual>"
-    other = f"<visual><geometry>{BOX}</geometry></visual>"
-    limit = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
-    return (
-        f'<robot name="r"><link name="a">{visual}</link><link name="b">{other}</link>'
-        '<link name="c"/><joint name="j" type="revolute"><origin xyz="0 0 1"/>'
-        f'<parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{limit}</joint>'
-        '<joint name="k" type="fixed"><parent link="b"/><child link="c"/></joint></robot>'
+    return robot(
+        link("a", visual(shape, beside)),
+        link("b", visual(BOX)),
+        link("c"),
+        joint("j", "a", "b", at="0 0 1"),
+        joint("k", "b", "c", "fixed"),
     )
 
 
@@ -110,9 +109,7 @@ def test_a_mesh_without_colours_is_a_warning(arm) -> None:
 
 
 @pytest.mark.parametrize(("given", "drawn"), [(PLACES, ""), (COLOURS, "it is drawn grey")])
-def test_places_and_colours_that_are_none_are_warnings(
-    arm, given: dict[str, str], drawn: str
-) -> None:
+def test_wrong_places_and_colours_are_warnings(arm, given: dict[str, str], drawn: str) -> None:
     warnings = shape_warnings(arm(tower([f"<geometry>{BOX}</geometry>{one}" for one in given])))
     for warning, said in zip(warnings, given.values(), strict=True):
         assert said in warning
@@ -125,20 +122,18 @@ def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.M
     assert "more than 20 triangles" in warning
 
 
-def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
-    arm, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mesh_files_are_read_once_and_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also one that can't be read, and whatever name it is given."""
     names = ("good.stl", "./good.stl", "flat.stl", ".//flat.stl")
-    shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
-    robot = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
+    shapes = [visual(f'<mesh filename="{name}"/>') for name in names]
+    shown = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
     monkeypatch.setattr("knotwork.view.links.MAX_FILE_BYTES", len(GOOD) + len(FLAT))
-    assert not [line for line in shape_warnings(robot) if "is not read" in line]
+    assert not [line for line in shape_warnings(shown) if "is not read" in line]
     monkeypatch.setattr("knotwork.view.links.MAX_FILE_BYTES", len(GOOD))
-    assert "flat.stl is not read" in shape_warnings(robot)[0]
+    assert "flat.stl is not read" in shape_warnings(shown)[0]
 
 
-def test_meshes_come_from_the_users_packages(
+def test_meshes_come_from_package_paths(
     arm, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Named in the robot's file, relative to it, or on the command line."""
@@ -162,3 +157,38 @@ def test_meshes_come_from_the_users_packages(
     view = ("view", "task.yaml", "--html", "a.html")
     assert "there is no mesh" in knotwork(*view).err
     assert "there is no mesh" not in knotwork(*view, "--package-path", "elsewhere").err
+
+
+GAP = 0.01
+"""Most between a part and what carries it [m]: surfaces are sampled."""
+WITH_TOOL = [name for name in SCENARIO_FILES if kw.load_scenario(name).scene.tool]
+
+
+def surface(corners: Any, count: int = 60_000) -> Any:
+    """Points on triangles of shape (n, 3, 3), a millimetre or two apart."""
+    first, *sides = np.moveaxis(corners - corners[:, :1] * [[[0], [1], [1]]], 1, 0)
+    area = np.linalg.norm(np.cross(*sides), axis=1)
+    chance = np.random.default_rng(0)
+    which = chance.choice(len(corners), count, p=area / area.sum())
+    u, v = chance.random((2, count, 1))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    return first[which] + u * sides[0][which] + v * sides[1][which]
+
+
+@pytest.mark.parametrize("name", mostly_exhaustive(WITH_TOOL, "ur10_weld"))
+def test_a_tool_goes_on_from_what_carries_it(name: str) -> None:
+    """Each part begins at the hand, the flange or a part before it."""
+    task = yaml.safe_load(SCENARIO_FILES[name].read_text(encoding="utf-8"))
+    tool = {key: value for key, value in task["tool"].items() if key != "holds"}
+    rest = [{"joints": "home"}, {"joints": "home", "after": 1}]
+    units = {"units": task["units"]} if "units" in task else {}
+    page = scene(kw.plan({"robot": task["robot"], "tool": tool, "waypoints": rest, **units}).view())
+    shapes = [one for one in page["things"] if one["name"] == "tool shape"]
+    tools = [surface(vertices(one["mesh"])[faces(one["mesh"])]) for one in shapes]
+    arm = page["shapes"][shapes[0]["carrier"]]
+    corners = np.concatenate([vertices(mesh)[faces(mesh)] for mesh in arm])
+    parts = [surface(corners), *tools]
+    trees = [cKDTree(part) for part in parts]
+    for i, part in enumerate(parts[1:], 1):
+        gap = min(tree.query(part)[0].min() for tree in trees[:i])
+        assert gap < GAP, f"part {i} is {1e3 * gap:.1f} mm from what carries it"
