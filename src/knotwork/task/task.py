@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, Tag
 
 from knotwork.files import storage
 from knotwork.files.documents import Document, Text, apply_edits, validate
-from knotwork.files.documents.edits import block
+from knotwork.files.documents.edits import to_block_yaml
 from knotwork.files.documents.values import (
     Forms,
     Items,
@@ -221,7 +221,7 @@ class Task(TaskPart):
         """
         target, data = Path(path), self.to_dict()
         moved = moved_paths(data, Path.cwd(), target.parent.resolve())
-        text = block(apply_edits(Document(data), moved).data)
+        text = to_block_yaml(apply_edits(Document(data), moved).data)
         return storage.write_files(target.parent, {target.name: text})[0]
 
 
