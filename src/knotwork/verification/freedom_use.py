@@ -1,4 +1,4 @@
-"""Where in the free ranges of its poses a motion is."""
+"""Free values of poses: where a motion is in their ranges."""
 
 from __future__ import annotations
 
