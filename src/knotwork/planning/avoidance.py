@@ -121,12 +121,12 @@ def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
 
 
 def _rank(plan: Plan) -> tuple[int, int]:
-    """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
+    """Number of colliding pairs and of failures, by which plans are compared; smaller is better."""
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
 def _detour_ends(plan: Plan) -> list[int]:
-    """Indices of waypoints at which `way: clear` could avoid a collision of the motion to them.
+    """Waypoints, by index, at which `way: clear` could avoid a collision of the motion to them.
 
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
     free velocity keep it, so that the motions to them and from them are replaced together.

@@ -1,4 +1,4 @@
-"""Planning of one scenario with any sequence of solutions of its poses."""
+"""Plans of a scenario with a given sequence of IK solutions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
 
 @dataclass(frozen=True, eq=False)
 class ScenarioPlanner:
-    """Plans a scenario with a sequence of solutions; unknown times are chosen first.
+    """Plans a scenario with one sequence of IK solutions, after its unknowns are chosen.
 
     Attributes:
         scenario, planner, progress: As of `plan`.

@@ -246,6 +246,6 @@ def _path_error(
 
 
 def _key(task: TimingTask, i: int) -> str:
-    """Key of the speed of the stretch to a waypoint."""
+    """The key that gives the speed to a waypoint on a path."""
     waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
