@@ -30,7 +30,7 @@ from knotwork.files import documents
 from knotwork.files.documents import resources
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification import Motion
-from knotwork.verification.collisions import collisions, motion_model
+from knotwork.verification.collisions import check_collisions, motion_model
 from results import Table
 
 RATE = 1000
@@ -133,7 +133,7 @@ def timed(name: str, plan: kw.Plan, runs: int) -> dict[str, Any]:
     motion, look = Motion(plan.trajectory, plan.space), sampled(plan)
 
     def prove() -> None:
-        list(collisions(motion, plan.scenario, plan.space))
+        list(check_collisions(motion, plan.scenario, plan.space))
 
     least = {"proof_ms": math.inf, "samples_ms": math.inf}
     for _ in range(runs):

@@ -66,7 +66,7 @@ def test_what_fails_is_told_second_with_what_would_help(knotwork: Command) -> No
 SWING = "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 2}]\n"
 
 
-def test_what_can_be_done_next_shows_the_motion_that_was_judged(
+def test_next_command_shows_judged_motion(
     knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")

@@ -15,12 +15,7 @@ from pydantic import Discriminator, Field, Tag
 
 from knotwork.errors import DocumentError, KnotworkError
 from knotwork.files import documents
-from knotwork.files.documents import (
-    Number,
-    Positive,
-    StrictModel,
-    Text,
-)
+from knotwork.files.documents import Number, Positive, StrictModel, Text
 from knotwork.task.scenario import Scenario, load_scenario
 from sweeps import examples
 

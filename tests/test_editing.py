@@ -19,6 +19,8 @@ from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
 from knotwork.view.editing.session import Session, draft_of, standing_scene
+from plans import arm
+from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
@@ -27,14 +29,8 @@ ARCS = ("ur10_weld", "kinova_dispense")
 SHIPPED = (*ARCS, "panda_pick_place_fastest")
 
 
-def source_of(name: str) -> Path:
-    source = kw.load_scenario(name).source
-    assert source is not None
-    return source
-
-
 def draft_in(folder: Path, name: str = "ur5_deburring") -> Draft:
-    return draft_of(source_of(name), folder / "task.yaml")
+    return draft_of(SCENARIO_FILES[name], folder / "task.yaml")
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -67,7 +63,9 @@ def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
         if handle.form:
             assert np.linalg.norm(pin.log3(same.pose.rotation.T @ where.rotation)) <= 3e-4
         kept = [line for line in draft.text.splitlines() if "#" in line]
-        assert kept == [line for line in source_of(name).read_text().splitlines() if "#" in line]
+        assert kept == [
+            line for line in SCENARIO_FILES[name].read_text().splitlines() if "#" in line
+        ]
 
 
 def test_only_what_rests_where_poses_are_has_handles() -> None:
@@ -143,8 +141,7 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     made.server.server_close()
     assert made.renew() is not None
     assert made.plan is not None
-    robot, before = made.plan.space.robot, made.plan
-    assert robot is not None
+    robot, before = arm(made.plan), made.plan
     pose = robot.forward(before.trajectory.position(time))
     add = made.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]

@@ -23,7 +23,7 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-def test_the_task_is_planned_with_the_output_shown(
+def test_task_has_the_output_shown(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, knotwork: Command
 ) -> None:
     (text,), (shown,) = blocks("yaml"), blocks("text")
@@ -114,7 +114,7 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
         assert 1e3 * found.value <= most
 
 
-def test_the_recipe_for_a_urdf_works_as_it_is_written(
+def test_recipe_for_a_urdf_works_as_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, knotwork: Command
 ) -> None:
     page = (ROOT / "docs" / "recipes.md").read_text(encoding="utf-8")

@@ -40,7 +40,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
 
 
 @pytest.mark.parametrize("path", mostly_exhaustive(PATHS, *QUICK), ids=lambda path: path.stem)
-def test_it_passes_the_judge_too_and_reports_the_branches_it_takes(
+def test_scenario_passes_the_judge_and_reports_its_branches(
     path: Path, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No acceleration is a spike, though in the fastest ones it changes sign in milliseconds."""

@@ -117,7 +117,7 @@ FASTEST = "panda_pick_place_fastest"
 WALL = "ur5_wall"
 
 
-def test_a_plan_that_tells_nothing_is_not_silent(
+def test_quiet_plan_shows_progress(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The check says nothing of how far it is; here it lasts until a line has been told."""
@@ -179,9 +179,7 @@ def rows(text: str) -> list[str]:
     return [words[0] for words in lines if words and words[0][1:].isdigit()]
 
 
-def test_a_long_report_is_told_in_few_lines_and_whole_where_asked_for(
-    task: Path, knotwork: Command, tmp_path: Path
-) -> None:
+def test_long_report_is_short_unless_in_full(task: Path, knotwork: Command, tmp_path: Path) -> None:
     ran = knotwork("plan", task, "--out", tmp_path / "out")
     assert ran.code == 0
     assert len(ran.out.splitlines()) <= 12

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from knotwork.curves.interpolation import get_planner
+from knotwork.curves.interpolation import PlannerOptions, get_planner
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
@@ -19,13 +19,7 @@ def motion(planner: str = "modified-hermite") -> JointTrajectory:
     q = np.array([[0, 1, 0.2], [0.5, -1, 0.25], [1.5, 0.3, 0.1], [-0.4, 0.1, 0], [0, 0, 0.3]])
     v = np.array([[0, 0, 0], [1, 0.2, 0.1], [-0.5, 1, -0.2], [0.3, -0.7, 0.1], [0, 0, 0]])
     waypoints = JointWaypoints(("a", "b", "slide"), time, q, v, joint_units=("rad", "rad", "m"))
-    return get_planner(planner)(waypoints, _options())
-
-
-def _options():  # type: ignore[no-untyped-def]
-    from knotwork.curves.interpolation import PlannerOptions
-
-    return PlannerOptions()
+    return get_planner(planner)(waypoints, PlannerOptions())
 
 
 @st.composite

@@ -123,9 +123,7 @@ def test_checks_stored_trajectory_against_scenario(knotwork: Command, tmp_path: 
     assert (ran.code, ran.out) == (1, "")
 
 
-def test_a_stored_trajectory_that_was_changed_is_exported_only_with_its_scenario(
-    knotwork: Command, tmp_path: Path
-) -> None:
+def test_exports_changed_trajectory_only_with_scenario(knotwork: Command, tmp_path: Path) -> None:
     """Without its events a weld went without an arc, with a note."""
     folder = tmp_path / "weld"
     assert knotwork("plan", "ur10_weld", "-o", folder).code == 0

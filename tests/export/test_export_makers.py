@@ -159,9 +159,7 @@ READERS = {
 
 @pytest.mark.parametrize("name", READERS)
 @pytest.mark.parametrize("fit", [None, 1e-4])
-def test_lines_between_points_are_as_far_off_as_the_file_says(
-    motion: JointTrajectory, name: str, fit: float | None
-) -> None:
+def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, fit: float | None) -> None:
     read, digit = READERS[name]
     streamed = "cycle" in export.STRAIGHT[name]
     if streamed and fit is not None:

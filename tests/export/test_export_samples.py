@@ -154,9 +154,7 @@ def test_files_of_one_motion_are_the_same() -> None:
 
 
 @pytest.mark.parametrize("make", ["to_csv", "to_json", "to_npz"])
-def test_tables_of_too_many_numbers_are_refused_with_a_rate_that_is_taken(
-    monkeypatch: pytest.MonkeyPatch, make: str
-) -> None:
+def test_refuses_too_many_samples_with_a_rate(monkeypatch: pytest.MonkeyPatch, make: str) -> None:
     monkeypatch.setattr("knotwork.files.export.table.MOST_TABLE_VALUES", 13 * 20_000)
     with pytest.raises(InputError, match="at most 20000 are taken") as caught:
         getattr(motion(), make)(rate=1e5)

@@ -189,7 +189,7 @@ def test_refuses_other_units(tmp_path: Path, units: object, said: str, wrapped: 
         ("time", TIME, 0.0),
     ],
 )
-def test_times_from_the_start_of_the_task_in_tables(
+def test_times_of_tables_start_with_the_task(
     tmp_path: Path, heading: str, times: list[float], start: float
 ) -> None:
     file = tmp_path / "m.csv"

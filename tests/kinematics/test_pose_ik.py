@@ -7,12 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import (
-    OutsideLimitsError,
-    RobotError,
-    UnreachablePoseError,
-    WaypointDataError,
-)
+from knotwork.errors import OutsideLimitsError, RobotError, UnreachablePoseError, WaypointDataError
 from knotwork.robot.kinematics import solve_pose_ik, solve_pose_ik_all
 from plain import tool_frames
 from sweeps import examples, first_of, mostly_exhaustive

@@ -1,8 +1,10 @@
-"""A log beside its plan: the shift of the clock, and how far it is off."""
+"""When the log of a motion is late, and by how much."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import pytest
 from robot_logs import START, Samples, record, smooth, write
 
 import knotwork as kw
+from command_line import Command
+from events.welding import do, weld
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.verification.recording import Alignment, aligned, deviation_findings
@@ -72,3 +76,101 @@ def test_plan_at_rest_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
     other = dataclasses.replace(motion, joint_names=("a", "b", "c", "d", "e", "f"))
     with pytest.raises(InputError, match="joint"):
         aligned(curve, other)
+
+
+Clock = Callable[[np.ndarray], np.ndarray]
+
+
+def delayed(made: kw.Plan, clock: Clock, noise: float = 1e-4) -> Samples:
+    """A log that shows the plan at another time than its own; it begins 0.5 s before the plan."""
+    motion = made.trajectory
+    whole = record(motion, rate=100.0, after=3.0)
+    at = np.clip(clock(whole.time - 0.5), motion.start_time, motion.end_time)
+    q = motion.position(at)
+    q += np.random.default_rng(0).normal(0.0, noise, q.shape)
+    return Samples(whole.names, whole.time, q)
+
+
+def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
+    """The arm stands still for a while, and is on time again later."""
+    return lambda t: np.where((t < at) | (t > again), t, np.maximum(at, t - lasts))
+
+
+@pytest.mark.parametrize(
+    ("scenario", "clock", "words"),
+    [
+        ("ur5_deburring", lambda t: t, ""),
+        ("ur5_deburring", paused(7, 0.4), "0.4 s late from 7 s on"),
+        ("ur5_deburring", paused(7, 0.4, 9), "up to 0.4 s late from 7 s to 8.6 s"),
+        ("ur5_deburring", lambda t: 0.95 * t, "up to 0.6 s late from 6.6 s on"),
+        ("panda_three_parts", paused(3, -0.4), "up to 0.4 s early from 3.3 s on"),
+    ],
+)
+def test_reports_begin_of_delay(tmp_path: Path, scenario: str, clock: Clock, words: str) -> None:
+    made = kw.plan(scenario)
+    file = write(tmp_path / "log.csv", delayed(made, clock))
+    found = aligned(smooth(file, made.trajectory), made.trajectory)
+    assert found.start == pytest.approx(0.5, abs=0.06 if "0.6" in words else 2e-3)
+    (late,) = (
+        re.sub(r"[\d.]+", lambda one: f"{round(float(one[0]), 1):g}", finding.message)
+        for finding in kw.recording.deviation_findings(found)
+        if finding.quantity == "lateness"
+    )
+    assert late == (words or "the log is on time")
+
+
+@pytest.mark.parametrize(
+    ("clock", "tolerances", "code", "words"),
+    [
+        (paused(20, 0), ["0.5mm", "0.1deg", "joints=0.1deg"], 0, "Tolerances (8)"),
+        (paused(20, 0), ["0.005mm"], 1, "tolerance 0.005 mm"),
+        (paused(7, 0.4), ["0.5mm"], 1, "late from 7"),
+        (paused(7, 0.4), ["0.5mm", "0.5s"], 0, "late from 7"),
+        (paused(7, 0.4), ["0.3s"], 1, "tolerance 0.3 s"),
+        (paused(7, 0.4), ["elbow_joint=0.1deg"], 1, "joint 'elbow_joint': off the plan by up to"),
+        (paused(20, 0), ["elbow=0.1deg"], 2, "did you mean 'elbow_joint'"),
+        *((paused(20, 0), [one], 2, "0.5mm, 0.1deg") for one in ("-1mm", "1", "1in", "nanmm")),
+    ],
+)
+def test_log_is_judged_by_given_tolerances(
+    knotwork: Command,
+    tmp_path: Path,
+    deburring: kw.Plan,
+    clock: Clock,
+    tolerances: list[str],
+    code: int,
+    words: str,
+) -> None:
+    deburring.save(tmp_path / "plan")
+    log = write(tmp_path / "log.csv", delayed(deburring, clock, 1e-5))
+    given = [part for one in tolerances for part in ("--tolerance", one)]
+    ran = knotwork("check", log, "--against", tmp_path / "plan", *given)
+    assert ran.code == code, ran.out
+    assert words in " ".join((ran.out + ran.err).split())
+    if code < 2:
+        rows = [line for line in ran.out.splitlines() if re.match(r"  [A-Z]", line)]
+        assert rows[0].startswith("  Against the plan")
+
+
+def test_given_tolerances_replace_places_of_events(knotwork: Command, tmp_path: Path) -> None:
+    task = weld(seam=do({"arc": "on"}), end=do({"arc": "off", "at": -20}))
+    kw.Task(**task).save(tmp_path / "weld.yaml")
+    made = kw.plan(tmp_path / "weld.yaml")
+    made.save(tmp_path / "plan")
+    paused_on_the_seam = paused(made.scenario.events[1].event.time - 0.2, 0.4)
+    log = write(tmp_path / "log.csv", delayed(made, paused_on_the_seam, 1e-5))
+    check = ("check", log, "--against", tmp_path / "plan", "--scenario", tmp_path / "weld.yaml")
+    late = knotwork(*check, "--full")
+    assert (late.code, "mm from that position" in " ".join(late.out.split())) == (1, True)
+    within = knotwork(*check, "--tolerance", "0.5s")
+    assert (within.code, "not say what is switched" in within.out) == (0, False)
+
+
+def test_tool_tolerance_needs_robot(knotwork: Command, tmp_path: Path, deburring: kw.Plan) -> None:
+    deburring.save(tmp_path / "plan")
+    (tmp_path / "plan" / "report.json").unlink()
+    log = write(tmp_path / "log.csv", delayed(deburring, paused(20, 0)))
+    line = ("check", log, "--against", tmp_path / "plan", "--tolerance")
+    assert "needs the scenario's robot" in knotwork(*line, "1mm").err
+    assert knotwork(*line, "joints=0.1deg").code == 0
+    assert knotwork("check", log, "-s", "ur5_deburring", "--tolerance", "1mm").code == 2

@@ -239,9 +239,7 @@ def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) 
         ("ur5_palletise", 250.0, 6, 0.5),
     ],
 )
-def test_rounding_is_ok(
-    tmp_path: Path, scenario: str, rate: float, digits: int, rest: float
-) -> None:
+def test_rounding(tmp_path: Path, scenario: str, rate: float, digits: int, rest: float) -> None:
     made = plan(scenario)
     samples = record(made.trajectory, rate=rate, before=rest, after=rest)
     report = judge(tmp_path, made, samples, digits)

@@ -74,7 +74,7 @@ def test_stop_on_path_is_checked_until_it_rests(deburring: kw.Plan) -> None:
         ),
     ],
 )
-def test_missed_path(
+def test_missed_path_fails(
     deburring: kw.Plan, monkeypatch: pytest.MonkeyPatch, offset: float, missed: set[str]
 ) -> None:
     """The first joint is off by an offset [rad] at all times."""

@@ -75,9 +75,7 @@ def central_difference(path: Callable[[float], Array], s: float, step: float) ->
 
 @examples()
 @given(POINTS, POINTS, POINTS)
-def test_the_direction_is_the_tangent_of_the_circle_through_three_points(
-    a: list[float], b: list[float], c: list[float]
-) -> None:
+def test_direction_is_tangent_of_circle(a: list[float], b: list[float], c: list[float]) -> None:
     points = np.array([a, b, c])
     u, v = points[1] - points[0], points[2] - points[1]
     sizes = np.linalg.norm(u), np.linalg.norm(v)

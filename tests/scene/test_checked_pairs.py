@@ -189,7 +189,7 @@ def run(knotwork: Command, folder: Path, objects: str) -> str:
         ("mesh: large.stl", "plausibly in another unit; a scale 0.001 times as large makes it"),
     ],
 )
-def test_a_mesh_that_is_no_solid_or_of_another_unit_is_refused(
+def test_refuses_meshes_that_are_no_solid_or_in_another_unit(
     part: str, says: str, knotwork: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "empty.stl").write_text("solid nothing\nendsolid nothing\n")

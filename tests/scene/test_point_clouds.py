@@ -222,9 +222,7 @@ def test_detects_cloud_in_path_and_free_space_next_to_it(knotwork: Command, tmp_
     assert "tool, sheet clearance 10.0" in ran.out  # cells reach from 280 to 290 mm, the tip to 300
 
 
-def test_the_drawn_cells_are_those_that_are_checked_or_larger_ones(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_drawn_cells_are_checked_or_larger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     grid = np.mgrid[-3:3, -3:3, -3:3].reshape(3, -1).T * EDGE + EDGE / 2
     cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
     points = {"file": str(tmp_path / "cloud.csv"), "resolution": EDGE}

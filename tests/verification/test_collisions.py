@@ -13,13 +13,14 @@ import pytest
 import trimesh
 
 import knotwork as kw
+import seams
 from drawn import scene, thing, vertices
 from judge.bodies import Surroundings
 from judge.motion import Motion
 from judge.task import Task
 from knotwork.errors import FollowingError, InputError
 from knotwork.verification import Finding
-from plans import planned
+from plans import arm, planned
 from sweeps import mostly_exhaustive
 
 ARMS = ("ur3", "ur5", "ur10", "panda", "xarm7", "z1")
@@ -120,8 +121,8 @@ def test_million_distances_stay_above_proved_clearances(tmp_path: Path) -> None:
     measured = 0
     rng = np.random.default_rng(15)
     while measured < 1_000_000:
-        for arm in ARMS:
-            task = random_task(arm, rng, boxes=3, ring=ring)
+        for name in ARMS:
+            task = random_task(name, rng, boxes=3, ring=ring)
             try:
                 measured += compare_with_truth(task, 1000)
             except InputError:
@@ -221,32 +222,21 @@ def test_clearance_within_distance_error_of_margin_is_undecided_and_fails() -> N
 # What is said
 
 
-def pose(x: float, y: float, z: float) -> dict[str, Any]:
-    """A pose with the tool downwards."""
-    return {"position": [x, y, z], "rpy": DOWN}
+def reach(name: str, y: float, z: float, after: float = 3, **more: Any) -> dict[str, Any]:
+    """A waypoint over x = 500 mm with the tool downwards."""
+    return {"name": name, "after": after, "pose": {"position": [500, y, z], "rpy": DOWN}, **more}
 
 
-REACH_OVER: dict[str, Any] = {
-    "units": {"length": "mm", "angle": "deg"},
-    "robot": "ur5",
-    "tool": {
-        "offset": {"position": [0, 0, 150], "rpy": [0, 0, 0]},
-        "shape": {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]},
-    },
-    "scene": {
-        "margin": 5,
-        "objects": {
-            "floor": {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -20]},
-            "wall": {"box": [300, 20, 250], "position": [500, 0, 105]},
-        },
-    },
-    "start": "home",
-    "waypoints": [
-        {"name": "here", "after": 3, "pose": {"position": [500, -200, 150], "rpy": DOWN}},
-        {"name": "there", "after": 3, "pose": {"position": [500, 200, 150], "rpy": DOWN}},
-    ],
-}
-REACH_OVER["waypoints"][0]["stop"] = True
+WALL = {"box": [300, 20, 250], "position": [500, 0, 105]}
+FLOOR = {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -20]}
+OFFSET = {"position": [0, 0, 150], "rpy": [0, 0, 0]}
+ROD = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
+REACH_OVER = seams.task(
+    reach("here", -200, 150, stop=True),
+    reach("there", 200, 150),
+    tool={"offset": OFFSET, "shape": ROD},
+    scene={"margin": 5, "objects": {"floor": FLOOR, "wall": WALL}},
+)
 
 
 def test_reports_depth_and_place_of_collision() -> None:
@@ -262,17 +252,9 @@ def test_reports_depth_and_place_of_collision() -> None:
 
 
 def test_waypoints_below_floor_collide() -> None:
-    down = {
-        "units": {"angle": "deg"},
-        "robot": "ur5",
-        "start": "home",
-        "waypoints": [
-            {"name": "low", "after": 4, "pose": {"position": [0.5, 0.1, -0.5], "rpy": DOWN}}
-        ],
-    }
+    down = seams.task(reach("low", 100, -500, after=4))
     assert kw.plan(down).report.ok
-    floor = {"floor": {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -0.01]}}
-    report = kw.plan({**down, "scene": {"objects": floor}}).report
+    report = kw.plan({**down, "scene": {"objects": {"floor": FLOOR}}}).report
     failed = {found.name for found in report.failures}
     assert "wrist_3_link, floor" in failed
     worst = pairs(report)["wrist_3_link, floor"]
@@ -287,7 +269,7 @@ def test_waypoints_below_floor_collide() -> None:
 VIAL: dict[str, Any] = {
     **REACH_OVER,
     "tool": {
-        "offset": {"position": [0, 0, 150], "rpy": [0, 0, 0]},
+        "offset": OFFSET,
         "shape": {"box": [60, 20, 150], "position": [0, 0, 75]},
         "holds": {
             "vial": {
@@ -307,10 +289,9 @@ def test_tool_collides_with_released_object() -> None:
     """It may touch the vial until the waypoint after it left it; it comes back into it."""
     waypoints = [
         *({**waypoint, "stop": True} for waypoint in VIAL["waypoints"]),
-        {"name": "up", "after": 2, "pose": {"position": [500, 200, 400], "rpy": DOWN}},
-        {"name": "low", "after": 3, "pose": {"position": [500, 200, 130], "rpy": DOWN}},
+        reach("up", 200, 400, after=2, stop=True),
+        reach("low", 200, 130),
     ]
-    waypoints[2]["stop"] = True
     assert kw.plan({**VIAL, "waypoints": waypoints[:3]}).report.ok
     (hit,) = kw.plan({**VIAL, "waypoints": waypoints}).report.failures
     assert hit.name == "tool, vial"
@@ -330,8 +311,7 @@ def test_object_appearing_at_last_waypoint_is_checked() -> None:
 
 
 def test_allowed_and_ignored_pairs_are_not_checked() -> None:
-    wall = REACH_OVER["scene"]["objects"]["wall"]
-    free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link", "tool0"]}
+    free = {**WALL, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link", "tool0"]}
     allowed = kw.plan({**REACH_OVER, "scene": {"objects": {"wall": free}}}).report
     assert "tool, wall" not in pairs(allowed)
     told = [one.message for one in allowed.select(quantity="pairs_not_checked")]
@@ -343,7 +323,7 @@ def test_allowed_and_ignored_pairs_are_not_checked() -> None:
     assert "not checked, as the scenario ignores it: tool and wall" in told
     assert any("as a joint joins them: base_link and" in one for one in told)
     assert not any("move as one" in one for one in told)
-    visual = {**REACH_OVER, "scene": {"objects": {"wall": {**wall, "visual": True}}}}
+    visual = {**REACH_OVER, "scene": {"objects": {"wall": {**WALL, "visual": True}}}}
     assert not any("wall" in name for name in pairs(kw.plan(visual).report))
     alone = {**REACH_OVER, "collisions": {"self": False}, "scene": {"objects": {}}}
     assert not pairs(kw.plan(alone).report) or all(
@@ -387,8 +367,7 @@ def test_skips_solutions_that_collide_at_waypoint() -> None:
     task = {"robot": "ur5", "start": "home", "waypoints": waypoints}
     free = kw.plan(task)
     q = free.joint_waypoints.position[-1]
-    robot = free.space.robot
-    assert robot is not None
+    robot = arm(free)
     pin.forwardKinematics(robot.model, robot.data, q)
     wrist = robot.data.oMi[4].translation  # from the root of the URDF, which is the base
     ball = {"sphere": 0.015, "position": wrist.tolist()}
@@ -398,9 +377,9 @@ def test_skips_solutions_that_collide_at_waypoint() -> None:
 
 
 def test_names_contact_on_path_before_later_joint_limit() -> None:
-    here = {**REACH_OVER["waypoints"][0]}
+    here = reach("here", -200, 150, stop=True)
     there = {"name": "there", "along": "line", "speed": 50, "pose": {"position": [500, 200, 150]}}
-    scene = {"margin": 5, "objects": {"wall": REACH_OVER["scene"]["objects"]["wall"]}}
+    scene = {"margin": 5, "objects": {"wall": WALL}}
     with pytest.raises(FollowingError) as error:
         kw.plan({**REACH_OVER, "scene": scene, "waypoints": [here, there]})
     assert error.value.cause == "collision"
@@ -444,15 +423,7 @@ def bowl_task(path: Path, **more: Any) -> dict[str, Any]:
     return {
         **REACH_OVER,
         "scene": {"objects": {"bowl": {"mesh": str(path), "position": [500, 0, 0], **more}}},
-        "waypoints": [
-            {
-                "name": "above",
-                "after": 3,
-                "pose": {"position": [500, 0, 260], "rpy": DOWN},
-                "stop": True,
-            },
-            {"name": "in", "after": 2, "pose": {"position": [500, 0, 90], "rpy": DOWN}},
-        ],
+        "waypoints": [reach("above", 0, 260, stop=True), reach("in", 0, 90, after=2)],
     }
 
 
@@ -507,23 +478,20 @@ def test_finds_every_part_of_mesh_inside_another(order: int, tmp_path: Path) -> 
     robot = kw.load_robot("ur5")
     home = robot.configurations["home"]
     place = robot.forward(home)
-    joints = dict(zip(robot.joint_names, home.tolist(), strict=True))
-    task = {
-        "units": {"length": "mm"},
-        "robot": "ur5",
-        "tool": {"frame": "tool0", "shape": {"mesh": str(tmp_path / "tool.stl"), "exact": True}},
-        "scene": {"objects": {"shell": {
-            "mesh": str(tmp_path / "shell.stl"), "exact": True,
-            "position": (1000 * place.act(np.array([0, 0, 0.4]))).tolist(),
-            "rotation_vector": pin.log3(place.rotation).tolist(),
-        }}},
-        "waypoints": [
-            {"joints": joints},
-            {"joints": {**joints, robot.joint_names[-1]: joints[robot.joint_names[-1]] + 0.5},
-             "after": 3},
-        ],
-    }  # fmt: skip
-    assert not pairs(kw.plan(task).report)["tool, shell"].ok
+    joints = dict(zip(robot.joint_names, np.degrees(home).tolist(), strict=True))
+    shell = {
+        "mesh": str(tmp_path / "shell.stl"),
+        "exact": True,
+        "position": (1000 * place.act(np.array([0, 0, 0.4]))).tolist(),
+        "rotation_vector": np.degrees(pin.log3(place.rotation)).tolist(),
+    }
+    last = robot.joint_names[-1]
+    turned = seams.task(
+        {"joints": {**joints, last: joints[last] + 30}, "after": 3},
+        tool={"frame": "tool0", "shape": {"mesh": str(tmp_path / "tool.stl"), "exact": True}},
+        scene={"objects": {"shell": shell}},
+    )
+    assert not pairs(kw.plan(turned).report)["tool, shell"].ok
 
 
 @pytest.mark.parametrize(

@@ -137,8 +137,7 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
 
     def bound(tolerance: float) -> PathBound:
         limits = PathLimits(tolerance, 0.01, 0.01, stretch.speed, stretch.full_speed)
-        interval, robot = (stretch.start, stretch.end), line.space.robot
-        assert robot is not None
+        interval, robot = (stretch.start, stretch.end), arm(line)
         found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
         return found.bounds["path_deviation"]
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 import knotwork as kw
 from knotwork.errors import InputError
-from plans import planned
+from plans import arm, planned
 
 meshcat = pytest.importorskip("meshcat")
 
@@ -43,8 +43,7 @@ def test_the_animation_is_the_motion(plan: kw.Plan) -> None:
     assert {"shape", "path", "waypoints", "knots", "tool"} <= drawn
     (shown,) = window.kinds("set_animation")
     moved = {one["path"].split("/")[-1]: one["clip"] for one in shown["animations"]}
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     for share in (0.0, 0.37, 1.0):
         pose = pin.SE3.Identity()
         for name in robot.joint_names:
@@ -97,7 +96,7 @@ def test_what_is_no_viewer_is_refused(plan: kw.Plan) -> None:
         plan.play("tcp://127.0.0.1:6000")
 
 
-def test_a_viewer_of_the_commands_own_looks_at_the_arm(
+def test_viewer_of_the_command_faces_the_arm(
     plan: kw.Plan, knotwork: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = Window()

@@ -32,7 +32,7 @@ def commands_of_the_figures(help_text: str) -> list[list[str]]:
     ]
 
 
-def test_the_papers_figures_come_out_of_the_commands_in_the_help(
+def test_commands_of_the_help_draw_the_figures_of_the_paper(
     knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -45,7 +45,7 @@ def test_the_papers_figures_come_out_of_the_commands_in_the_help(
     assert names == {f"figure{number}.png" for number in (12, 13, 14, 15)}
 
 
-def test_a_scenario_is_drawn_to_a_file_named_after_it(
+def test_picture_is_named_after_scenario(
     knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -13,14 +13,7 @@ from scipy.spatial import cKDTree
 
 import knotwork as kw
 from command_line import Command
-from drawn import (
-    at_rest,
-    faces,
-    scene,
-    shape_warnings,
-    tower,
-    vertices,
-)
+from drawn import at_rest, faces, scene, shape_warnings, tower, vertices
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 from urdfs import joint, link, robot, visual
@@ -140,7 +133,7 @@ def test_mesh_files_are_read_once_and_bounded(arm, monkeypatch: pytest.MonkeyPat
     assert "flat.stl is not read" in shape_warnings(shown)[0]
 
 
-def test_meshes_come_from_the_users_packages(
+def test_meshes_come_from_package_paths(
     arm, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Named in the robot's file, relative to it, or on the command line."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from serving import READY
 
 from browser import new_tab
 from knotwork.view.page import Page
@@ -51,6 +52,23 @@ class Tabs:
         self.others.append(page)
         return page
 
+    def open(
+        self,
+        address: str,
+        ready: str = READY,
+        *,
+        size: tuple[int, int] = (640, 400),
+        online: bool = False,
+        **options: Any,
+    ) -> Any:
+        """Open an address in a new tab, and wait for what a selector names."""
+        tab = self.new(**options)
+        tab.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+        tab.context.set_offline(not online)
+        tab.goto(address)
+        tab.wait_for_selector(ready, state="attached")
+        return tab
+
     def close(self, *, all_pages: bool = False) -> None:
         """Close what does not stay open, or all."""
         kept = [] if all_pages else list(self.opened.values())
@@ -63,9 +81,7 @@ class Tabs:
         """Show a scene from disk; it looks as at first each time."""
         page = self.opened.pop(name, None)
         if page is None:
-            page = self.new()
-            page.goto(build().save(folder / f"{name}.html").as_uri() + "#paused")
-            page.wait_for_function("document.documentElement.dataset.ready === 'true'")
+            page = self.open(build().save(folder / f"{name}.html").as_uri() + "#paused")
         self.opened[name] = page
         for other in [*self.opened][:-SCENES]:
             self.opened.pop(other).context.close()

@@ -14,6 +14,8 @@ import pytest
 
 from patience import PATIENCE
 
+READY = "html[data-ready=true]"
+"""A selector of pages whose scene is drawn."""
 KNOTWORK = ("-m", "knotwork")
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
 

@@ -14,6 +14,7 @@ from serving import needs_signals, serve
 
 import knotwork as kw
 from patience import PATIENCE
+from shipped import SCENARIO_FILES
 
 pytestmark = needs_signals
 
@@ -32,8 +33,7 @@ TIP = """(axis) => {
 def served(tmp_path_factory: pytest.TempPathFactory, all_tabs: Any) -> Iterator[tuple[str, Path]]:
     """Address of the page of a task, and its file; its tab is closed before the server stops."""
     file = tmp_path_factory.mktemp("edit") / "task.yaml"
-    source = kw.load_scenario("ur5_deburring").source
-    assert source is not None
+    source = SCENARIO_FILES["ur5_deburring"]
     text = source.read_text(encoding="utf-8")
     file.write_text(text.replace("[-40, 0, 30]", "[-40, 0, -60]"), encoding="utf-8")
     with serve("edit", file, "--no-open") as serving:
@@ -90,7 +90,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
         ("jog", {"time": 0, "position": [9, 9, 9], "quaternion": [0, 0, 0, 1]}, "reach"),
     ],
 )
-def test_errors_change_nothing(
+def test_wrong_requests_change_nothing(
     action: str, asked: Any, words: str, served: tuple[str, Path], tab: Any
 ) -> None:
     status, answer = post(served[0], action, asked)
@@ -102,12 +102,7 @@ def test_errors_change_nothing(
 def tab(served: tuple[str, Path], tabs: Any) -> Any:
     """The page, opened once, with the motion of what was edited last."""
     if "edit" not in tabs.opened:
-        tab = tabs.new()
-        tab.set_viewport_size({"width": 1000, "height": 640})
-        tab.context.set_offline(False)
-        tab.goto(f"{served[0]}#paused")
-        tab.wait_for_selector("html[data-ready=true]", state="attached")
-        tabs.opened["edit"] = tab
+        tabs.opened["edit"] = tabs.open(f"{served[0]}#paused", size=(1000, 640), online=True)
     known(tabs.opened["edit"])
     return tabs.opened["edit"]
 

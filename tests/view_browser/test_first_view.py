@@ -61,15 +61,12 @@ def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Pa
         for one in data["things"]
         if not is_ground(one, data["size"]) and one.get("carrier", 0) < known  # a belt leads out
     ]
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1280, "height": 800})
     start, end = page.html.split('<script id="data" type="application/json">')
     rest = end[end.index("</script>") :]
     text = json.dumps(data).replace("<", "\\u003c")
     file = tmp_path / "scene.html"
     file.write_text(f'{start}<script id="data" type="application/json">{text}{rest}', "utf-8")
-    tab.goto(file.as_uri() + "#paused")
-    tab.wait_for_selector("html[data-ready=true]", state="attached")
+    tab = tabs.open(file.as_uri() + "#paused", size=(1280, 800))
     for width, height in ((1280, 800), (390, 844)):
         tab.set_viewport_size({"width": width, "height": height})
         tab.wait_for_function("width => innerWidth === width", arg=width)
@@ -94,7 +91,6 @@ TASK = {
         {"name": "end", "joints": {"shoulder": -0.7, "elbow": -0.3}, "after": 1},
     ],
 }
-READY = "document.documentElement.dataset.ready === 'true'"
 FRAMES = """new Promise((done) => {
   let left = 4;
   const next = () => (left-- ? requestAnimationFrame(next) : done());
@@ -112,10 +108,7 @@ class Scene:
     """A page whose pixels are looked at as the screen has them: `capture_image` would draw."""
 
     def __init__(self, tabs: Any, address: str, at: str = "paused", **options: Any) -> None:
-        self.tab = tabs.new(**options)
-        self.tab.set_viewport_size({"width": 800, "height": 600})
-        self.tab.goto(f"{address}#{at}")
-        self.tab.wait_for_function(READY)
+        self.tab = tabs.open(f"{address}#{at}", size=(800, 600), **options)
 
     @property
     def time(self) -> float:

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from serving import READY
 
 from knotwork.view import report_page
 from knotwork.view.page import Page
 from plans import planned
 
-READY = "html[data-ready=true]"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 DESK, UPRIGHT, ACROSS, SMALL = (1280, 800), (390, 844), (844, 390), (480, 320)
 
@@ -29,9 +29,8 @@ PAGES: dict[str, Callable[[], Page]] = {
 
 def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options: Any) -> Any:
     """The page in a new tab of that size."""
-    tab = tabs.new(**options)
-    tab.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
-    tab.goto(PAGES[name]().save(folder / f"{name}.html").as_uri() + "#paused")
+    page = PAGES[name]().save(folder / f"{name}.html").as_uri() + "#paused"
+    tab = tabs.open(page, "html", size=size, **options)
     (tab.frames[1] if name == "report" else tab).wait_for_selector(READY, state="attached")
     return tab
 
@@ -92,9 +91,7 @@ def test_keys_turn_the_view(tabs: Any, tmp_path: Path) -> None:
 def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path: Path) -> None:
     page = PAGES["scene"]().save(tmp_path / "scene.html").as_uri()
     for wish in ("no-preference", "reduce"):
-        tab = tabs.new(reduced_motion=wish)
-        tab.goto(page)
-        tab.wait_for_selector(READY, state="attached")
+        tab = tabs.open(page, reduced_motion=wish)
         assert tab.get_attribute("#play", "aria-label") == ("pause" if wish != "reduce" else "play")
         tab.click("#play")
         tab.evaluate(NEXT_FRAME)

@@ -12,7 +12,7 @@ import pytest
 import knotwork as kw
 from drawn import scene, thing, vertices
 from knotwork.view import report_page
-from plans import planned
+from plans import arm, planned
 from seams import ON, task
 from walls import through_wall
 
@@ -21,10 +21,7 @@ from walls import through_wall
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
     plan = planned("planar2_closed_form", planner="parabolic-blend")
     path = report_page(plan).save(tmp_path / "report.html")
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1000, "height": 700})
-    tab.goto(path.as_uri())
-    tab.wait_for_selector("html.has-still", state="attached")
+    tab = tabs.open(path.as_uri(), "html.has-still", size=(1000, 700))
     assert tab.inner_text(".verdict") == "FAILED"
     for group in ("Tool at the waypoints", "Joints at the waypoints"):
         rows = tab.locator(f"[data-group='{group}'] tbody tr")
@@ -63,10 +60,8 @@ def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> Non
 
 def test_view_stays_beside_plots_with_one_cursor(tabs: Any, tmp_path: Path) -> None:
     plan = through_wall()
-    tab = tabs.new()
-    tab.set_viewport_size({"width": 1440, "height": 900})
-    tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())
-    tab.wait_for_selector("html.has-still", state="attached")
+    page = report_page(plan).save(tmp_path / "hit.html")
+    tab = tabs.open(page.as_uri(), "html.has-still", size=(1440, 900))
     for link in tab.locator("nav a").all():
         assert tab.locator(link.get_attribute("href") or "").count() == 1
     panels = tab.locator(".cursor").count()
@@ -145,8 +140,7 @@ def drawn(planner: str | None) -> Any:
 
 def off_seam(points: Any) -> Any:
     """Distance from the line and the half circle [m], in the axes of the URDF's root."""
-    robot = planned_corner(None).space.robot
-    assert robot is not None
+    robot = arm(planned_corner(None))
     base = robot.base_placement.inverse()
     x, y, z = (points @ base.rotation.T + base.translation).T
     line = np.linalg.norm([x - 0.45, y - np.clip(y, -0.1, 0.05), z - 0.06], axis=0)
@@ -164,8 +158,7 @@ def test_the_path_asked_for_is_drawn_as_a_thin_dashed_line(planner: str | None) 
     assert off_seam(points).min() > 0.9 * thick
     corners = np.array([[0.45, -0.1], [0.45, 0.05], [0.48, 0.08], [0.51, 0.05]])
     for corner in corners:  # from its start to its end
-        robot = planned_corner(None).space.robot
-        assert robot is not None
+        robot = arm(planned_corner(None))
         at = robot.base_placement.act(np.array([*corner, 0.06]))
         assert np.linalg.norm(points - at, axis=1).min() < 0.03 * data["size"]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import knotwork as kw
-from plans import planned
+from plans import arm, planned
 from sweeps import mostly_exhaustive
 from walls import through_wall
 
@@ -65,8 +65,7 @@ def is_red(shown: Picture) -> NDArray[np.bool_]:
 
 def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
     """Where the page has the tool centre point, in the axes of the URDF's root [m]."""
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     assert robot.tcp_frame_id is not None
     x, y, z = tab.evaluate(
         """(tip) => {
@@ -86,8 +85,7 @@ def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
 
 
 def true_position(plan: kw.Plan, time: float) -> NDArray[np.float64]:
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     pose = robot.base_placement * robot.forward(plan.trajectory.position(time))
     return np.array(pose.translation)
 
@@ -142,7 +140,7 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
         ),
     ],
 )
-def test_panels_do_not_hide_arm(
+def test_no_panel_covers_the_arm_at_first(
     show: Any, scenario: str, planner: str | None, size: tuple[int, int]
 ) -> None:
     tab = show(scenario, planner)

@@ -16,7 +16,7 @@ from drawn import at_rest, faces, numbers, placed, scene, thing, vertices
 from knotwork.errors import InputError
 from knotwork.view import view_trajectory
 from knotwork.view.page import Page
-from plans import planned
+from plans import arm, planned
 from sweeps import mostly_exhaustive
 from urdfs import joint, link, robot, visual
 
@@ -151,8 +151,7 @@ def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
 
 def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = planned("kinova_dispense")
-    robot = plan.space.robot
-    assert robot is not None
+    robot = arm(plan)
     data = scene(plan.view())
     seconds = data["legend"]["arrow_seconds"]
     arrows = vertices(thing(data, "speeds asked for"))

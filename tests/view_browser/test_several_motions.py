@@ -10,20 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from serving import needs_signals, serve
+from serving import READY, needs_signals, serve
 
 import knotwork as kw
 from drawn import scene
 from knotwork.view import view_trajectory
-from plans import planned
-
-READY = "html[data-ready=true]"
+from plans import arm, planned
+from shipped import SCENARIO_FILES
 
 
 def hurried(folder: Path) -> Path:
     """The shipped task of the planar arm in too little time."""
-    source = kw.load_scenario("planar2_closed_form").source
-    assert source is not None
+    source = SCENARIO_FILES["planar2_closed_form"]
     task = kw.Task.load(source)
     first, second, *others = task.waypoints
     waypoints = [first, second.replace(after=0.3), *others]
@@ -36,16 +34,13 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     page = tmp_path / "both.html"
     ran = knotwork("view", "planar2_closed_form", "--beside", other, "--html", page)
     assert (ran.code, ran.err) == (0, ""), ran.err
-    tab = tabs.new()
-    tab.goto(page.as_uri() + "#t=0.9")
-    tab.wait_for_selector(READY, state="attached")
+    tab = tabs.open(page.as_uri() + "#t=0.9")
     assert tab.evaluate("clock.time") == 0.9
     names = ["planar2_closed_form passed 3.6 s", "hurried FAILED 2.4 s"]
     assert tab.locator("h1").all_inner_texts() == names
     plans = [planned("planar2_closed_form"), kw.plan(other)]
     first, second = plans
-    robot, at = first.space.robot, 0.5 * first.trajectory.duration
-    assert robot is not None
+    robot, at = arm(first), 0.5 * first.trajectory.duration
     tab.evaluate("at => seek(at)", at)
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
@@ -118,10 +113,8 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     shown = study["verdict"].index("passed")
     with serve("view", tmp_path / "study", "--no-open") as serving:
         try:
-            tab = tabs.new()
-            tab.context.set_offline(False)
-            tab.goto(serving.address)
-            tab.wait_for_selector("#row:text('row 0:')")  # nothing is blank before a click
+            # nothing is blank before a click
+            tab = tabs.open(serving.address, "#row:text('row 0:')", online=True)
             for row in (shown, refused):
                 x, y = tab.evaluate("row => layout().place(row)", row)
                 tab.locator("#map").click(position={"x": x, "y": y})
@@ -171,9 +164,7 @@ LAST_TIME = """data => new Promise(done => {
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
     motion = planned("planar2_closed_form").trajectory
     page = view_trajectory(kw.load_robot("planar2"), motion).save(tmp_path / "arm.html")
-    tab = tabs.new(accept_downloads=True)
-    tab.goto(page.as_uri() + "#paused")
-    tab.wait_for_selector(READY, state="attached")
+    tab = tabs.open(page.as_uri() + "#paused", accept_downloads=True)
     tab.select_option("#rate", "2")
     tab.click("#shown summary")
     with tab.expect_download() as found:

@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 from serving import needs_signals, serve
 
-import knotwork as kw
 from command_line import without_progress
+from shipped import SCENARIO_FILES
 
 
 @pytest.fixture
@@ -170,19 +170,15 @@ def save(file: Path, text: str) -> None:
 @needs_signals
 def test_page_follows_saves_and_keeps_last_good_motion(tabs: Any, tmp_path: Path) -> None:
     task = tmp_path / "task.yaml"
-    source = kw.load_scenario("planar2_closed_form").source
-    assert source is not None
+    source = SCENARIO_FILES["planar2_closed_form"]
     good = source.read_text(encoding="utf-8")
     task.write_text("waypoints: 5\n", encoding="utf-8")
     arguments = ("view", "task.yaml", "--watch", "--no-open")
     with serve(*arguments, program=("-c", FAULTY), folder=tmp_path) as serving:
         try:
-            tab = tabs.new()
-            tab.context.set_offline(False)
-            tab.goto(f"{serving.address}#paused")
-            tab.wait_for_selector(
-                "#live.wrong:text('waypoints'):text('mended in the file')"
-            )  # at first
+            wrong_at_first = "#live.wrong:text('waypoints'):text('mended in the file')"
+            tab = tabs.open(f"{serving.address}#paused", wrong_at_first, online=True)
+            assert tab.locator(wrong_at_first).is_visible()
             save(task, good)
             tab.wait_for_selector("html[data-ready=true]", state="attached")
             tab.evaluate("viewer.camera.position.x += 0.5; viewer.controls.update()")

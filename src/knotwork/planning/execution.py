@@ -32,8 +32,8 @@ from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
-from knotwork.verification.path_checks import path_geometry
-from knotwork.verification.waypoint_checks import tool_at_arrivals
+from knotwork.verification.path_checks import check_path_geometry
+from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -187,8 +187,8 @@ def _geometry(
     fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
     at_rest = replace(execution, arrivals=fixed)
     return [
-        *tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
-        *path_geometry(motion, planned.scenario, planned.space, execution),
+        *check_tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
+        *check_path_geometry(motion, planned.scenario, planned.space, execution),
     ]
 
 

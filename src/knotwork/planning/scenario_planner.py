@@ -12,7 +12,7 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
 from knotwork.planning.task_to_joint import Infeasibility, SequenceStep, TaskSolution, solve_task
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.event_reader import found_ways, segments
+from knotwork.task.scenario.event_reader import find_clear_motions, segments
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, check
@@ -98,7 +98,7 @@ class ScenarioPlanner:
         interpolation, waypoints = self._interpolation, solution.waypoints
         scenario, space = interpolation.scenario, interpolation.space
         trajectory = interpolation.trajectory(waypoints)
-        clear_motions = [*found_ways(scenario)] if interpolation.options.chosen else []
+        clear_motions = [*find_clear_motions(scenario)] if interpolation.options.chosen else []
         starts = {i for indices, _ in clear_motions for i in indices[:-1]}
         trajectory = replace(
             trajectory,

@@ -322,7 +322,7 @@ class _Builder:
             if shape.path is not None:
                 self._check_size(placed, shape)
         except InputError as error:
-            raise self.places.error((*shape.place, shape.kind), str(error)) from error
+            raise self.places.error((*shape.location, shape.kind), str(error)) from error
         return placed
 
     def _check_size(self, solid: Solid, shape: PlacedShape) -> None:

@@ -70,8 +70,8 @@ class _Posed(_Waypoint):
         "Frame the orientation alone is in; left out: that of the pose"
     )
     free: Free | None = optional(
-        "Freedom of the pose, and with along also of the path to it; none: no freedom; left "
-        "out: the freedom given for the tool"
+        "Freedom of the pose; with along it also applies to the path to it. none removes the "
+        "tool's freedom, which is the default"
     )
 
 

@@ -23,7 +23,7 @@ from knotwork.verification.limits import (
     jumps_below,
     keeps_limit,
     limit_finding,
-    slower_remedy,
+    slowing_remedy,
 )
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 
-def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
     robot, limits = space.robot, scenario.motion_limits
     if robot is None:
@@ -58,7 +58,7 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         margin = limit - worst.value - (worst.excess if bound.ok else 0.0)
         remedy = ""
         if not keeps_limit(margin, limit) and np.isfinite(worst.value):
-            remedy = slower_remedy(worst.value / limit, order, scenario)
+            remedy = slowing_remedy(worst.value / limit, order, scenario)
         kind, label = ("tool", "tool") if frame is None else ("link", f"link {frame!r}")
         yield limit_finding(
             (TOOL_LIMITS, kind, frame or ""), quantity, f"{label}: {quantity.partition('_')[2]}",
@@ -66,7 +66,7 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         )  # fmt: skip
 
 
-def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find the smallest singular value of the motion, and compare it with its limit, if any."""
     if space.robot is None or space.robot.tool_frame is None:
         return
@@ -91,7 +91,7 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     )  # fmt: skip
 
 
-def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
     if space.carrying is None:
         if space.robot is not None and space.robot.base_moves:

@@ -91,8 +91,8 @@ class Execution:
         return names, executed
 
 
-def place_of_time(scenario: Scenario, time: float) -> str:
-    """Text of the position of a time among the waypoints."""
+def describe_time(scenario: Scenario, time: float) -> str:
+    """The waypoint at a time [s], or the two around it, as text."""
     before = None
     for waypoint in scenario.waypoints:
         if abs(waypoint.time - time) <= AT_WAYPOINT:

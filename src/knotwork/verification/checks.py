@@ -6,47 +6,55 @@ from collections.abc import Callable, Iterable
 
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.bounded_limits import effort_limits, singularity, tool_limits
+from knotwork.verification.bounded_limits import (
+    check_effort_limits,
+    check_singularity,
+    check_tool_limits,
+)
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.collisions import collisions
-from knotwork.verification.continuity import continuity, cycles, resolution
-from knotwork.verification.event_checks import events, parts
+from knotwork.verification.collisions import check_collisions
+from knotwork.verification.continuity import check_continuity, check_resolution, report_cycles
+from knotwork.verification.event_checks import check_events, report_segments
 from knotwork.verification.finding import Finding
-from knotwork.verification.freedom_use import freedoms_used
-from knotwork.verification.limits import joint_limits, missing_limits, unreachable_accelerations
-from knotwork.verification.path_checks import tool_paths, uneven_points
+from knotwork.verification.freedom_use import report_freedoms
+from knotwork.verification.limits import (
+    check_accelerations,
+    check_joint_limits,
+    report_unlimited,
+)
+from knotwork.verification.path_checks import check_point_spacing, check_tool_paths
 from knotwork.verification.waypoint_checks import (
-    approach,
-    joints_at_waypoints,
-    time_span,
-    tool_at_waypoints,
-    waits,
+    check_joint_values,
+    check_time_span,
+    check_tool_poses,
+    check_waits,
+    report_approach,
 )
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
 """Function that gives the findings on a motion of a scenario's joints."""
 
 CHECKS: dict[str, Check] = {
-    "time_span": time_span,
-    "tool_at_waypoints": tool_at_waypoints,
-    "joints_at_waypoints": joints_at_waypoints,
-    "tool_paths": tool_paths,
-    "uneven_points": uneven_points,
-    "freedoms": freedoms_used,
-    "waits": waits,
-    "events": events,
-    "segments": parts,
-    "cycles": cycles,
-    "joint_limits": joint_limits,
-    "effort_limits": effort_limits,
-    "missing_limits": missing_limits,
-    "tool_limits": tool_limits,
-    "collisions": collisions,
-    "continuity": continuity,
-    "unreachable_accelerations": unreachable_accelerations,
-    "resolution": resolution,
-    "singularity": singularity,
-    "approach": approach,
+    "time_span": check_time_span,
+    "tool_at_waypoints": check_tool_poses,
+    "joints_at_waypoints": check_joint_values,
+    "tool_paths": check_tool_paths,
+    "uneven_points": check_point_spacing,
+    "freedoms": report_freedoms,
+    "waits": check_waits,
+    "events": check_events,
+    "segments": report_segments,
+    "cycles": report_cycles,
+    "joint_limits": check_joint_limits,
+    "effort_limits": check_effort_limits,
+    "missing_limits": report_unlimited,
+    "tool_limits": check_tool_limits,
+    "collisions": check_collisions,
+    "continuity": check_continuity,
+    "unreachable_accelerations": check_accelerations,
+    "resolution": check_resolution,
+    "singularity": check_singularity,
+    "approach": report_approach,
 }
 """Checks by name. `CHECKS["name"] = function` adds a check: its findings are in the report, in its
 pages and tables and in the exit code like all others."""

@@ -12,9 +12,9 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, place_of_time
+from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, describe_time
 from knotwork.verification.finding import Finding
-from knotwork.verification.limits import absurdity
+from knotwork.verification.limits import find_absurd_limit
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -26,15 +26,15 @@ COLLISIONS = "Collisions"
 CLEARANCE = "clearance"
 
 MINIMUM_PRECISION = 2e-4
-"""Precision of the minimum clearance of a motion, for the ranking of motions [m]."""
+"""Precision of the clearance from another robot, see `nearest_to` [m]."""
 
 
-def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.collisions.itself or scene.has_bodies()):
+    if robot is None or not (scene.collisions.itself or scene.has_bodies):
         return
-    if absurd := absurdity(motion.curve, space):
+    if absurd := find_absurd_limit(motion.curve, space):
         yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
         return
     from knotwork.verification.bounds.clearance import clearances
@@ -57,7 +57,7 @@ def nearest_to(
     robot, motion = space.robot, Motion(trajectory, space)
     if robot is None:
         return None
-    if absurd := absurdity(motion.curve, space):
+    if absurd := find_absurd_limit(motion.curve, space):
         return collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
     from knotwork.verification.bounds.clearance import least_clearance
 
@@ -89,7 +89,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, and pairs that are not checked."""
     notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
-    has_bodies = scenario.scene.has_bodies()
+    has_bodies = scenario.scene.has_bodies
     if has_bodies and not any(body.kind == "link" for body in model.bodies):
         message = (
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
@@ -146,7 +146,10 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
     for body, obstacle in ((pair.first, pair.second), (pair.second, pair.first)):
         waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
         if waits and body.kind == "object" and obstacle.name in held:
-            return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
+            return (
+                f"{body.name} is present from the start; `appears: NAME` makes it appear at that "
+                "waypoint"
+            )
     spans = pair.contacts or (pair.interval,)
     inside = [
         waypoint_text(waypoint.name)
@@ -158,7 +161,7 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
 
 
 def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
-    """Message with distance, time and position."""
+    """The finding on a pair as one sentence, with distance, time and position."""
     second, first = (body.name for body in (pair.second, pair.first))
     distance, bound, margin = (
         scenario.units.text(length, "m", ".4g")
@@ -167,7 +170,7 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
     at, keep = f"at {pair.time:.3f} s", f", required {margin}" if pair.margin else ""
     if pair.verdict == "clear":
         return f"{second} comes within {distance} of {first} {at}{keep}; never nearer than {bound}"
-    where = f"{at}, {place_of_time(scenario, pair.time)}{keep}"
+    where = f"{at}, {describe_time(scenario, pair.time)}{keep}"
     if pair.verdict == "undecided":
         start, end = pair.interval or (pair.time, pair.time)
         resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
@@ -184,7 +187,7 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
 
 
 def _pair_text(pair: Clearance, scenario: Scenario) -> str:
-    """Text of the distance or the penetration of two bodies."""
+    """Distance or penetration of two bodies, as text."""
     distance = scenario.units.text(abs(pair.distance), "m", ".4g")
     how = f"is {distance} deep in" if pair.distance <= 0 else f"comes within {distance} of"
     return f"{pair.second.name} {how} {pair.first.name}"

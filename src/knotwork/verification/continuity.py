@@ -23,7 +23,7 @@ are about 100 times lower.
 """
 
 
-def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     Every joint that jumps is named; without a jump, the joint with the largest change. The
@@ -64,7 +64,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             )  # fmt: skip
 
 
-def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check that rounding of position, velocity and acceleration is negligible.
 
     If large terms of opposite signs cancel, their rounding errors remain. All other checks assume
@@ -83,7 +83,7 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             )  # fmt: skip
 
 
-def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the time from the first waypoint of a repetition to that of the next."""
     for rows in turns(scenario):
         starts = scenario.times[rows]

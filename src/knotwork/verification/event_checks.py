@@ -21,7 +21,7 @@ MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
 
 
-def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the time of each event, and compare the tool's position along a path with the task."""
     requested = [request.event for request in scenario.events]
     shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MAX_NAMED_EVENTS]]
@@ -30,13 +30,13 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
     for request in scenario.events:
         event = request.event
         inside = event.time <= motion.end_time + TIME_ROUNDING * max(1.0, motion.end_time)
-        fact = f"{event.text} at {event.time:.3f} s: {_place(request, scenario)}"
+        fact = f"{event.text} at {event.time:.3f} s: {_location_text(request, scenario)}"
         if not inside:
             fact += f", but the motion ends at {motion.end_time:.3f} s"
         yield _event_finding(event, "information" if inside else "failed", fact, brief=brief)
         brief = ""
         if inside and request.path is not None:
-            yield _place_on_path(request, motion, scenario, space)
+            yield _compare_on_path(request, motion, scenario, space)
     stored = motion.trajectory
     if stored.events or stored.segments:
         unexpected = "the motion has it, but the scenario does not request it"
@@ -87,8 +87,8 @@ def _missing_from(
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
 
 
-def _place(request: RequestedEvent, scenario: Scenario) -> str:
-    """Text of an event's position or time relative to its waypoint."""
+def _location_text(request: RequestedEvent, scenario: Scenario) -> str:
+    """An event's position or time relative to its waypoint, as text."""
     offset, unit = (request.delay, "s") if request.path is None else (request.distance, "m")
     if not offset and request.path is None:
         return f"at {request.event.waypoint!r}"
@@ -96,29 +96,29 @@ def _place(request: RequestedEvent, scenario: Scenario) -> str:
     return f"{size} {'after' if offset > 0.0 else 'before'} {request.event.waypoint!r}"
 
 
-def _place_on_path(
+def _compare_on_path(
     request: RequestedEvent, motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Finding:
     event, path = request.event, request.path
     if path is None or space.robot is None:
-        raise TypeError("an event has a place on a path, which needs a robot")
+        raise TypeError("an event on a path needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
     reached, _, _ = path.motion.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
-    wanted = path.motion.path.position(np.array([request.arc_length]))
-    miss, tolerance = float(np.linalg.norm(reached - wanted)), scenario.task.tolerances.path
+    requested = path.motion.path.position(np.array([request.arc_length]))
+    miss, tolerance = float(np.linalg.norm(reached - requested)), scenario.task.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
-    place = f"{event.text} at {event.time:.3f} s, {_place(request, scenario)}"
-    fact = f"{place}: the tool is {shown} from that position, tolerance {allowed}"
+    located = f"{event.text} at {event.time:.3f} s, {_location_text(request, scenario)}"
+    fact = f"{located}: the tool is {shown} from that position, tolerance {allowed}"
     return Finding.at_most(
         EVENTS, "event", event.name, "place", fact, miss, tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 
 
-def parts(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_segments(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the interval of each segment of the motion."""
     for segment in motion.trajectory.segments or segments(scenario):
         yield Finding(

@@ -44,7 +44,7 @@ class FreedomUse(NamedTuple):
     bounds: dict[tuple[str, str], tuple[float, float]]
 
 
-def freedom_uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[FreedomUse]:
+def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[FreedomUse]:
     """Sample free turns, tilts and positions; turns are continuous along joined paths."""
     for paths in join_paths(scenario):
         uses = []
@@ -121,12 +121,12 @@ def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
     ]
 
 
-def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_freedoms(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the use of free turns, tilts and positions, from samples, and of external axes."""
     robot = space.robot
     if robot is None:
         return
-    for use in freedom_uses(motion, scenario, robot):
+    for use in sample_freedoms(motion, scenario, robot):
         text = ", ".join(
             f"{key[0]} {_range_text(values, use.bounds[key], scenario.units, key[1])}"
             for key, values in use.values.items()

@@ -15,7 +15,7 @@ from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES,
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
-from knotwork.verification.checked_motion import Motion, place_of_time
+from knotwork.verification.checked_motion import Motion, describe_time
 from knotwork.verification.finding import Finding, Proof, verdict_on
 from knotwork.waypoints import FloatArray
 
@@ -32,9 +32,9 @@ which a joint leaves its range. The distance must also exceed the width of the r
 """
 
 
-def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
-    for finding in derivative_limits(space, motion.curve):
+    for finding in check_derivative_limits(space, motion.curve):
         utilisation, order = finding.utilisation, DERIVATIVES.index(finding.quantity)
         if (
             finding.ok
@@ -45,12 +45,12 @@ def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
         ):
             yield finding
         else:
-            place = place_of_time(scenario, finding.time)
-            slower = slower_remedy(utilisation, order, scenario)
-            yield replace(finding, remedy=f"it is broken {place}; {slower}")
+            when = describe_time(scenario, finding.time)
+            slower = slowing_remedy(utilisation, order, scenario)
+            yield replace(finding, remedy=f"it is broken {when}; {slower}")
 
 
-def slower_remedy(utilisation: float, order: int, scenario: Scenario) -> str:
+def slowing_remedy(utilisation: float, order: int, scenario: Scenario) -> str:
     """Text of the factor of duration with which the motion keeps a limit on a derivative.
 
     In k times the duration, derivatives of this order decrease by a factor of k to the power of the
@@ -66,7 +66,7 @@ def slower_remedy(utilisation: float, order: int, scenario: Scenario) -> str:
     return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
 
 
-def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
+def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
     """Compare exact extrema of position, velocity, acceleration and jerk with the limits.
 
     Args:
@@ -91,7 +91,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
             yield joint_finding(space, i, quantity, worst, limit, margin, jumps.get(i))
 
 
-def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
+def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
     """Name a limit that is exceeded so far that proofs of other properties are useless.
 
     Args:
@@ -257,7 +257,7 @@ MAX_ACCELERATION = 1e3
 """Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
-def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report missing limits of a robot, with the peaks of the motion."""
     if space.robot is None:
         return
@@ -282,9 +282,7 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
         yield Finding(NO_LIMIT, "motion", "", "missing_limits", "information", fact, brief=brief)
 
 
-def unreachable_accelerations(
-    motion: Motion, scenario: Scenario, space: JointSpace
-) -> Iterator[Finding]:
+def check_accelerations(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
     if space.robot is None:
         return
@@ -297,6 +295,6 @@ def unreachable_accelerations(
         yield Finding.at_most(
             "Continuity", "joint", name, "acceleration_spike",
             f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
-            f"{place_of_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
+            f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
             value, MAX_ACCELERATION, unit=unit, time=time,
         )  # fmt: skip

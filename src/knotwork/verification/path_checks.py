@@ -40,7 +40,7 @@ Even a circle through five points is below it.
 """
 
 
-def tool_paths(
+def check_tool_paths(
     motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None = None
 ) -> Iterator[Finding]:
     """Compare the motion of the tool with each stretch of each path of the scenario.
@@ -59,7 +59,7 @@ def tool_paths(
             yield from _stretch_findings(scenario, followed)
 
 
-def uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_point_spacing(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Warn of a curve that deviates far from the line between two of its points.
 
     Its points are then few or uneven, and the tool is on the curve but hardly where it should be.
@@ -84,7 +84,7 @@ def uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
                 )  # fmt: skip
 
 
-def path_geometry(
+def check_path_geometry(
     motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
 ) -> Iterator[Finding]:
     """Compare the tool with the paths of the scenario at any speed: positions, turns and progress.
@@ -106,7 +106,7 @@ def path_geometry(
         kind = "woven" if path.motion.seam_carrier is None else "in a moving frame"
         fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
         yield Finding("Warnings", "motion", "", "path", "warning", fact)
-    yield from tool_paths(motion, scenario, space, execution)
+    yield from check_tool_paths(motion, scenario, space, execution)
 
 
 def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:

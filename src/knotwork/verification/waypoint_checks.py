@@ -33,7 +33,7 @@ MAX_TIME_SLACK = 1e-6
 """Maximum of that tolerance [s]. The tolerance is at least the floating-point resolution."""
 
 
-def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check that the motion has the time span of its scenario."""
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
@@ -44,7 +44,7 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
     yield motion_finding("time_span", message, ok=same)
 
 
-def approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report that a motion without a start begins at its first waypoint."""
     if space.robot is None or scenario.task.start is not None:
         return
@@ -65,13 +65,13 @@ def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
     return Finding("Motion", "motion", "", quantity, verdict_on(ok), message)
 
 
-def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_tool_poses(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
     for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
         yield from _tool_findings(waypoint, time, motion, scenario, space)
 
 
-def tool_at_arrivals(
+def check_tool_at_arrivals(
     motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
 ) -> Iterator[Finding]:
     """Compare the tool with waypoints that a motion with another clock passes.
@@ -89,7 +89,7 @@ def tool_at_arrivals(
             yield from _tool_findings(passed, time, motion, scenario, space)
 
 
-def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_joint_values(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint values with those of waypoints and of the two ends.
 
     If the tool must stop, all joints must stop, because self-motion would not move the tool.
@@ -151,8 +151,8 @@ def _tool_findings(
     turn = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation)))
     if waypoint.freedom is not None:
         turn = _excess_rotation(waypoint.freedom, rotation, pose.rotation)
-        place = rotation.T @ (pose.translation - waypoint.position)
-        offset = float(np.linalg.norm(place - np.clip(place, *np.transpose(waypoint.freedom.box))))
+        shift = rotation.T @ (pose.translation - waypoint.position)
+        offset = float(np.linalg.norm(shift - np.clip(shift, *np.transpose(waypoint.freedom.box))))
     if velocity_freedom is not None and velocity_freedom.tilt:
         spin = waypoint.angular  # a free tilt may have any speed
     elif velocity_freedom is not None and velocity_freedom.turn[0] < velocity_freedom.turn[1]:
@@ -247,7 +247,7 @@ def _error_finding(
     )  # fmt: skip
 
 
-def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint positions during each wait with those at its start, over all time."""
     tolerances = space.tolerances["joint_position"]
     for i in space.waits:

@@ -25,7 +25,7 @@ from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
-from knotwork.verification.limits import LIMITS, derivative_limits
+from knotwork.verification.limits import LIMITS, check_derivative_limits
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -171,7 +171,7 @@ class ShownMotion:
     @cached_property
     def joint_uses(self) -> dict[tuple[str, str], Finding]:
         """Use of the limits of joints, by joint and quantity."""
-        findings = self.findings or tuple(derivative_limits(self.space, self.curve))
+        findings = self.findings or tuple(check_derivative_limits(self.space, self.curve))
         return {
             (finding.name, finding.quantity): finding
             for finding in findings

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import unite_intervals
-from knotwork.verification.freedom_use import freedom_uses
+from knotwork.verification.freedom_use import sample_freedoms
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.limit_share import frame_values, limit_shares
 from knotwork.view.scene_parts import pack_numbers
@@ -119,7 +119,7 @@ def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any
         factor, unit = scenario.units.shown(1.0, "m/s")
         speed = frame_values(robot, limit.frame, 1, *(curve(time, order) for order in range(3)))
         yield _curve(f"speed of {limit.frame}", unit, time, factor * speed, [factor * limit.speed])
-    for path in freedom_uses(Motion(shown.trajectory, shown.space), scenario, robot):
+    for path in sample_freedoms(Motion(shown.trajectory, shown.space), scenario, robot):
         for (freedom, si_unit), values in path.values.items() if path.subject == "path" else ():
             factor, unit = scenario.units.shown(1.0, si_unit)
             bounds = [factor * edge for edge in path.bounds[freedom, si_unit] if np.isfinite(edge)]

@@ -95,7 +95,7 @@ class SolutionSearch:
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
         scene = scenario.scene
-        is_checked = scene.collisions.itself or scene.has_bodies()
+        is_checked = scene.collisions.itself or scene.has_bodies
         self.obstacles = Obstacles(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
@@ -119,7 +119,7 @@ class SolutionSearch:
         """
         self._find_candidates()
         start = self.space.targets[0]
-        if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies():
+        if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies:
             self.obstacles.check_start(start.position)
         layers = [self._layer(i) for i in range(len(self.candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)

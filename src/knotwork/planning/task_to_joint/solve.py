@@ -106,7 +106,7 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
     targets = [target for target in space.targets if target is not None]
     positions = np.array([target.position for target in targets])
     velocities = np.array([target.velocity for target in targets])
-    if space.robot is not None and scenario.scene.has_bodies():
+    if space.robot is not None and scenario.scene.has_bodies:
         from knotwork.planning.task_to_joint.obstacles import Obstacles
 
         Obstacles(scenario, space, space.robot).check_start(positions[0])

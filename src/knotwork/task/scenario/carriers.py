@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 class Carriers:
     """Moving frames that carry the poses of one file.
 
+    Poses are given in them, and the robot follows them: so they decide which poses depend on the
+    time, and which requests a moving frame excludes.
+
     Args:
         file: Content of the file, in SI.
         places: Locations of its parts in the file, for errors.
@@ -94,7 +97,9 @@ class Carriers:
         return carrier
 
     def check_smooth(self, i: int, carrier: MovingFrame | None, span: tuple[float, float]) -> None:
-        """Refuse a path while the speed of its frame jumps, as with a file of positions only.
+        """Raise an error if the frame's speed jumps during a path.
+
+        It jumps if the file of its motion gives positions without velocities.
 
         Args:
             i: The waypoint at the end of the path.

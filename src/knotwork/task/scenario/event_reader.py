@@ -117,11 +117,11 @@ class EventReader:
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:
             return RequestedEvent(event, moment)
-        path, s = self._place(leaving if action.at > 0.0 else arrival, action.at, where)
+        path, s = self._locate_on_path(leaving if action.at > 0.0 else arrival, action.at, where)
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
         return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
-    def _place(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
+    def _locate_on_path(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
         """The path through a waypoint, and an arc length along it [m]."""
         where = (*where, "at")
         onward = at > 0.0
@@ -172,7 +172,7 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
     return {name: event.value}
 
 
-def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
+def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
     for run in scenario.given.chosen or ():
         if run.way:

@@ -17,7 +17,7 @@ from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
-SAME_PLACE_TOLERANCE = 1e-12
+SAME_STATE_TOLERANCE = 1e-12
 """Distance within which poses and joint positions are equal [m, rad]."""
 
 
@@ -105,7 +105,7 @@ class JointReader:
         return {
             "targets": tuple(targets),
             "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
-            "waits": tuple(waits(self.scenario, at_rest)),
+            "waits": tuple(find_waits(self.scenario, at_rest)),
             "near": None if task.near is None else self.array(task.near, "near"),
             "end_acceleration": self._ends(),
             "accelerations": presets,
@@ -160,8 +160,8 @@ class JointReader:
         return JointState(position, self.array(target.velocity, *place, missing=0.0))
 
 
-def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
-    """Indices of waypoints at rest that are followed by an equal one without a tool path.
+def find_waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
+    """Find the waypoints at rest that are followed by an equal one without a tool path.
 
     Args:
         scenario: The scenario.
@@ -172,17 +172,17 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
     if scenario.unknowns is not None:  # a chosen velocity is not a stop
         speeds = pairwise(scenario.unknowns.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
-    places = [
+    states = [
         waypoint.pose.homogeneous
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any()
         else position
         for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
     in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
-    for i, (first, second) in enumerate(pairwise(places)):
+    for i, (first, second) in enumerate(pairwise(states)):
         if in_world[i] != in_world[i + 1]:
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue
-        if np.abs(first - second).max() <= SAME_PLACE_TOLERANCE:
+        if np.abs(first - second).max() <= SAME_STATE_TOLERANCE:
             yield i

@@ -78,7 +78,7 @@ class PathCurves:
             yield
         except InputError as error:
             message = (
-                error.in_units(self.text, partial(self._place, i))
+                error.in_units(self.text, partial(self._point_text, i))
                 if isinstance(error, PathError)
                 else str(error)
             )
@@ -95,14 +95,14 @@ class PathCurves:
         number = round(value / self.length, MESSAGE_DECIMALS)
         return f"{number:.{digits}g} {self.file.units.length}{per}"
 
-    def _place(self, i: int, point: FloatArray) -> str:
+    def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
         local = (
             np.round(self.frames[i].actInv(np.array(point)) / self.length, MESSAGE_DECIMALS) + 0.0
         )
         return f"({', '.join(f'{value:.9g}' for value in local)}) {self.file.units.length}"
 
-    def _point(self, i: int, point: Sequence[float]) -> FloatArray:
+    def _in_base(self, i: int, point: Sequence[float]) -> FloatArray:
         return np.asarray(self.frames[i].act(np.array(point)))
 
     def curve(self, i: int) -> Curve:
@@ -124,9 +124,9 @@ class PathCurves:
         if arc.normal is not None:
             normal = self.frames[i].rotation @ np.array(arc.normal)
         if arc.through is not None:
-            return tool_paths.Arc.through(start, self._point(i, arc.through), end)
+            return tool_paths.Arc.through(start, self._in_base(i, arc.through), end)
         if arc.centre is not None:
-            centre = self._point(i, arc.centre)
+            centre = self._in_base(i, arc.centre)
             return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
         radius = arc.radius or 0.0
         axis = np.zeros(3) if normal is None else normal
@@ -218,8 +218,8 @@ class PathCurves:
             return
         allowed = MAX_SPACINGS * float(spacing.max())
         ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
-        for end_name, point, waypoint, place in ends:
-            gap = float(np.linalg.norm(point - place))
+        for end_name, point, waypoint, position in ends:
+            gap = float(np.linalg.norm(point - position))
             if gap > allowed:
                 raise PathError(
                     f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
@@ -325,12 +325,12 @@ class PathCurves:
                 "rounds the corner between two lines, and this waypoint is not between two lines",
                 "no blend; or along: line here and at the next waypoint",
             )
-        room = 0.5 * min(line.length for line in lines)
-        if distance > room * (1.0 + BLEND_ROUNDING):
+        longest = 0.5 * min(line.length for line in lines)
+        if distance > longest * (1.0 + BLEND_ROUNDING):
             raise self.places.error(
                 ("waypoints", i, "blend"),
                 f"is {self.text(distance, digits=6)}, more than half of the shorter line",
-                f"at most {self.text(room, digits=6)}",
+                f"at most {self.text(longest, digits=6)}",
             )
         with self.errors(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)

@@ -93,7 +93,7 @@ class RequestedTiming:
         return timing, tuple(speeds)
 
     def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
-        """The largest speeds, at most the chosen ones, that allow the changes of speed.
+        """Lower chosen speeds until the stretches are long enough for the changes of speed.
 
         Args:
             chosen: Chosen speeds of stretches [m/s], by index.
@@ -106,8 +106,8 @@ class RequestedTiming:
             try:
                 self.timed(speeds)
             except RampError as error:
-                # With faster neighbours a stretch needs shorter changes of speed, so no speed is
-                # lowered too much.
+                # Lowering one stretch never lets a neighbour go faster, so lowering them one by one
+                # gives the largest feasible speeds.
                 if error.stretch not in speeds or error.highest_speed is None:
                     raise
                 speeds[error.stretch] = error.highest_speed

@@ -224,7 +224,7 @@ class Scenario:
         knots = self.task.knots
         if isinstance(knots, Balanced):
             return knots.balanced
-        # where nothing is chosen, that is along paths, optimal knots are the paper's
+        # along tool paths no knots are optimised: the paper's rule is used
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property

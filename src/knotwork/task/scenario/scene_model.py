@@ -34,7 +34,7 @@ class PlacedShape:
         scale: Scale factors of the file to m, along x, y and z.
         exact: Whether the exact mesh is checked, not its convex hull.
         resolution: Edge length of the cells of a point cloud [m].
-        place: Location in the scenario.
+        location: Location in the scenario.
     """
 
     kind: str
@@ -44,7 +44,7 @@ class PlacedShape:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exact: bool = False
     resolution: float = 0.0
-    place: tuple[str | int, ...] = ()
+    location: tuple[str | int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +144,7 @@ class Scene:
             carrier is not None and carrier.is_moving for carrier in carriers
         )
 
+    @property
     def has_bodies(self) -> bool:
         """Whether the scenario has bodies to check in addition to the links of the robot."""
         objects = any(not item.visual for item in self.objects)

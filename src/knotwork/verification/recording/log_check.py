@@ -183,7 +183,8 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
         return alignment.uncertainty(order, time)[columns]
 
     quantity = finding.quantity.removeprefix("joint_")
-    if finding.subject == "wait" and finding.interval is not None:  # between two of its times
+    if finding.subject == "wait" and finding.interval is not None:
+        # the finding compares two times, so both errors add
         return float((errors(0) + errors(0, finding.interval[0])).max())
     if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
         return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
