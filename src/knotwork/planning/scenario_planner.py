@@ -108,9 +108,9 @@ class ScenarioPlanner:
         )
         known = [_velocity_finding(limit, scenario.units) for limit in solution.infeasibilities]
         if chosen is not None:
-            from knotwork.planning.choosing.chosen_times_findings import findings
+            from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
-            known += findings(chosen, space)
+            known += chosen_times_findings(chosen, space)
             # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities

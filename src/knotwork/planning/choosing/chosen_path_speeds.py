@@ -230,7 +230,7 @@ def _path_error(
         accepted = "speed: fastest"
     if limit == SpeedBound.RAMPS:
         shown = text(path.requested.acceleration, "m/s²")
-        reason = f"there is no {limit} at path.acceleration, {shown}"
+        reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
     elif isinstance(limit, SpeedBound):
         reason = "the tolerances are not kept"

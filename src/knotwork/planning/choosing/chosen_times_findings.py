@@ -32,7 +32,7 @@ _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
 
-def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
+def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
