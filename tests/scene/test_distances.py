@@ -17,7 +17,7 @@ from command_line import python
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.building import build_collision_model, build_robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, convex_hull
+from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, make_convex_hull
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, Solid, make_solid
 from knotwork.task.scenario import PlacedShape, load_scenario
@@ -253,7 +253,7 @@ def sphere(count: int) -> Any:
     ],
 )
 def test_a_hull_is_larger_than_its_points_by_a_known_little(points: Any) -> None:
-    hull = convex_hull(points)
+    hull = make_convex_hull(points)
     corners, normals = np.array(hull.points()), sphere(200)
     more = (corners @ normals.T).max(axis=0) - (points @ normals.T).max(axis=0)
     size = np.linalg.norm(points - points.mean(axis=0), axis=1).max()

@@ -82,7 +82,7 @@ def edit(
     files = _Edited(draft)
 
     def made() -> tuple[dict[str, Any], list[Path], str] | None:
-        renewed = session.renew()
+        renewed = session.replan()
         if renewed is None:
             return None
         scene, plan = renewed

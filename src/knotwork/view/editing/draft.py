@@ -69,7 +69,7 @@ class Draft:
                 "revision": self.revision,
                 "file": self.file.name,
                 "data": _finite(data),
-                "build": build(data),
+                "build": structure_digest(data),
                 "undo": self._index > 0,
                 "redo": self._index + 1 < len(self._texts),
                 "unsaved": self.text != self._disk,
@@ -158,7 +158,7 @@ def _parse(text: str, file: Path) -> Document:
     return parse(text, file)
 
 
-def build(data: Any) -> str:
+def structure_digest(data: Any) -> str:
     """A short digest of a text's structure, without its numbers.
 
     Names and locations in one text are valid in any other with the same structure.
