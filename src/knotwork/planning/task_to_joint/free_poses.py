@@ -197,7 +197,7 @@ def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
 
 
 def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
-    """What makes two virtual joints the same, so that freedoms share them."""
+    """Key that equal virtual joints have in common, so that freedoms share them."""
     axes = b"" if joint.axes is None else np.asarray(joint.axes).tobytes()
     return joint.name, joint.axis, axes
 
