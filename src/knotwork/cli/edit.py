@@ -55,7 +55,7 @@ class _Edited(Files):
     "copy",
     metavar="FILE",
     type=NewPath(),
-    help="Edit a copy, written to this file; required for a shipped scenario.",
+    help="Edit a copy, which is written to this file. A shipped scenario requires it.",
 )
 @no_open_option
 @port_option

@@ -163,9 +163,9 @@ def _picture(figure: Figure) -> dict[str, str]:
     for i, axis in enumerate(figure.axes):
         axis.set_gid(f"panel:{i}")
         box, (start, end), (low, high) = axis.get_position(), axis.get_xlim(), axis.get_ylim()
-        place = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
+        area = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
         span = {"start": float(start), "end": float(end), "low": float(low), "high": float(high)}
-        axes.append({**place, **span})
+        axes.append({**area, **span})
     drawing = inline_svg(figure)
     return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
 

@@ -188,12 +188,12 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
         ToolRow("off tool path", "m", off, limit=allowed.path, tolerance=True),
         ToolRow("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
     ]
-    places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
-    places += [
+    motion_rows = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
+    motion_rows += [
         (f"speed of {limit.frame}", limit.frame, limit.speed, 1, "frame_speed")
         for limit in limits.frame_speeds
     ]
-    for title, frame, limit, order, quantity in places:
+    for title, frame, limit, order, quantity in motion_rows:
         if limit is not None:
             curve = partial(frame_rates, frame=frame, order=order)
             unit = rate_unit("m", order)

@@ -72,13 +72,13 @@ class DraftReading:
         by_place = {handle.at: handle for handle in reversed(all_handles)}
         in_file = [place for place in by_place.values() if part_of(document.data, place.at)]
         return cls(
-            revision,
-            scenario,
-            robot,
-            in_file[::-1],
-            structure_digest(document.data),
-            units(document.data, robot),
-            _names(scenario),
+            revision=revision,
+            scenario=scenario,
+            robot=robot,
+            handles=in_file[::-1],
+            structure=structure_digest(document.data),
+            units=units(document.data, robot),
+            names=_names(scenario),
         )
 
 
