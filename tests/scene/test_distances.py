@@ -17,7 +17,7 @@ from command_line import python
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.building import build_collision_model, build_robot_collision_model
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, convex_hull
+from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, make_convex_hull
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, Solid, make_solid
 from knotwork.task.scenario import PlacedShape, load_scenario
@@ -189,7 +189,6 @@ def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
 def test_bounding_spheres_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
-    assert robot is not None
     pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
@@ -253,7 +252,7 @@ def sphere(count: int) -> Any:
     ],
 )
 def test_a_hull_is_larger_than_its_points_by_a_known_little(points: Any) -> None:
-    hull = convex_hull(points)
+    hull = make_convex_hull(points)
     corners, normals = np.array(hull.points()), sphere(200)
     more = (corners @ normals.T).max(axis=0) - (points @ normals.T).max(axis=0)
     size = np.linalg.norm(points - points.mean(axis=0), axis=1).max()
@@ -292,5 +291,4 @@ def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
     ):
         mesh.export(tmp_path / "part.stl")
         made = make_solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
-        assert made.triangles is not None
         assert len(made.triangles) == len(mesh.faces)
