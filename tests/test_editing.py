@@ -18,7 +18,7 @@ from knotwork.task.scenario.joint_space import joint_space
 from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
-from knotwork.view.editing.session import Session, draft_of, standing_scene
+from knotwork.view.editing.session import Session, draft_of, unplanned_scene
 from plans import arm
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
@@ -139,13 +139,13 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     """The motion leads through the pose that the arm had, and all checks pass as before."""
     made = Session(draft_in(tmp_path, name))
     made.server.server_close()
-    assert made.renew() is not None
+    assert made.replan() is not None
     assert made.plan is not None
     robot, before = arm(made.plan), made.plan
     pose = robot.forward(before.trajectory.position(time))
     add = made.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]
-    assert made.renew() is not None
+    assert made.replan() is not None
     assert made.plan.report.ok
     scenario = made.plan.scenario
     assert len(scenario.waypoints) == len(before.scenario.waypoints) + 1
@@ -163,13 +163,13 @@ def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
     draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
     made = Session(draft)
     with pytest.raises(InputError, match="out of reach"):
-        made.renew()
+        made.replan()
     state = made.server.state()["draft"]
     assert made.server.scene["revision"] != state["revision"] == state["handled"]
     high = next(one for one in state["handles"] if one["name"] == "above")
     x, y, z = high["position"]
     made.server.actions["move"]({**high, "position": [x, y, z - 1.94]})
-    renewed = made.renew()
+    renewed = made.replan()
     assert renewed[1].report.ok
     made.server.server_close()
 
@@ -214,7 +214,7 @@ TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not tas
 def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
     made = Session(draft_in(tmp_path, name))
     made.server.server_close()
-    renewed = made.renew()
+    renewed = made.replan()
     assert renewed[1].report.ok
 
 
@@ -235,7 +235,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
         key = "rate" if rate == 120 else "planner"
         made.draft.apply([{"at": [key], "value": value}])
         monkeypatch.setattr(sessions, "plan", slow)
-        worker = threading.Thread(target=lambda: found.append(made.renew()))
+        worker = threading.Thread(target=lambda: found.append(made.replan()))
         worker.start()
         begun.wait()
         made.draft.apply([{"at": ["rate"], "value": rate}])
@@ -245,7 +245,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
         assert made.plan is None
     made.draft.undo()
     made.draft.undo()
-    renewed = made.renew()
+    renewed = made.replan()
     assert renewed is not None
     assert made.plan.scenario.given.rate == 120
     made.server.server_close()
@@ -256,7 +256,7 @@ def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> No
     scenario = SCENARIOS[name]
     robot = joint_space(scenario).robot
     assert robot is not None
-    scene = standing_scene(scenario, robot)
+    scene = unplanned_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
     assert drawn >= set(scenario.given.scene.objects)
     times = [one["time"] for one in scene["waypoints"]]

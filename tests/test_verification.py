@@ -201,7 +201,7 @@ def test_too_short_trajectory_fails() -> None:
     assert failing(report) == {("", "time_span")}
     (defect,) = report.failures
     assert "from 0 s to 1 s, but the waypoints of the scenario are from 0 s to 2 s" in str(defect)
-    late = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(SOUND.polynomial.c, [0.5, 1.5, 2.5]))
+    late = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(SOUND.polynomial.c, [0.5, 1.0, 2.0]))
     assert ("", "time_span") in failing(check(late, scenario()))
     assert failing(check(SOUND, scenario(), defects=["scratched"])) == {("", "defect")}
 

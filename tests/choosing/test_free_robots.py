@@ -178,6 +178,15 @@ def test_link_speed_limit_bounds_speed_along_path() -> None:
     assert bound.ok or not along[0] <= bound.time <= along[-1]
 
 
+@pytest.mark.exhaustive
+def test_tool_acceleration_bounds_speed_along_arc() -> None:
+    """On a half circle of 200 mm, by the root of 1200 times 200."""
+    arc = line("fastest") | {"along": {"arc": {"through": [600, 0, 300]}}}
+    made = kw.plan(reach(arc, limits={"acceleration": 400, "tool_acceleration": 1200}))
+    made.report.raise_if_failed()
+    assert 0.98 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
+
+
 def test_refuses_waypoint_speed_beyond_tool_limit() -> None:
     middle = {"name": "mid", "pose": {"position": [400, 0, 300], "rpy": [180, 0, 0]}, "speed": 400}
     end = {"pose": {"position": [400, 200, 300], "rpy": [180, 0, 0]}}

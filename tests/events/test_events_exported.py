@@ -176,6 +176,10 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
     assert foreign.ok
     (warned,) = foreign.select(group="Events", verdict="warning")
     assert "switching is not checked" in warned.message
+    curve = motion.polynomial
+    cut = kw.PiecewisePolynomial(curve.c[:, :-9], curve.x[:-9])
+    ended = kw.check(kw.JointTrajectory(motion.joint_names, cut), plan.scenario)
+    assert [one.name for one in ended.failures if "but the motion ends at" in one.message]
 
 
 def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:

@@ -1,5 +1,6 @@
 """Finding robots, taking a chain out of a bigger model, and saying what is wrong with a file."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,10 @@ def test_shipped_robots_have_regular_home(name: str) -> None:
     assert robot.model.nq == robot.model.nv == robot.dof == len(robot.joint_names)
     assert not any("finger" in joint or "ripper" in joint for joint in robot.joint_names)
     assert (robot.velocity_limit > 0).all()
+    for limit in (robot.acceleration_limit, robot.jerk_limit):
+        assert ((limit > 0) & np.isfinite(limit)).all()
+    comment = robot.source.read_text(encoding="utf-8").split("\nlimits:\n")[1].split("  acc")[0]
+    assert re.search("our default|documentation|of our own", comment)
 
 
 def test_loads_robot_by_name_path_and_description(tmp_path: Path, write) -> None:

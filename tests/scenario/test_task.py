@@ -129,6 +129,14 @@ def test_shipped_scenarios_survive_being_saved(name: str, tmp_path: Path) -> Non
     np.testing.assert_array_equal(kw.load_scenario(task).times, shipped.times)
 
 
+def test_free_time_is_nan() -> None:
+    np.testing.assert_array_equal(kw.load_scenario(SWING).times, [0.0, np.nan, np.nan])
+    end = TASK.waypoints[2].replace(speed="fastest")
+    task = TASK.replace(waypoints=[*TASK.waypoints[:2], end, TASK.waypoints[3]])
+    expected = [0.0, 2.0, 3.0, 3.2, np.nan, np.nan]  # the wait stands twice
+    np.testing.assert_array_equal(kw.load_scenario(task).times, expected)
+
+
 def test_lists_of_task_are_immutable() -> None:
     task = TASK.replace(knots=np.array([0.0, 2.0, 3.0]), gravity=[0.0, 0.0, -9.81])
     assert task.knots == (0.0, 2.0, 3.0)

@@ -86,3 +86,19 @@ def test_no_scheduler_at_an_address(monkeypatch: pytest.MonkeyPatch) -> None:
     for address in ("tcp://127.0.0.1:9", "no such address"):
         with pytest.raises(kw.InputError, match=f"scheduler {address}: can't be reached"):
             kw.sweep(TASK, VARY, scheduler=address, **OPTIONS)
+
+
+def test_lost_scheduler_costs_no_finished_row(serial: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "study"
+    with cluster_of(1, 2) as cluster:
+
+        def midway(at: kw.sweeps.SweepProgress) -> None:
+            if at.done >= 60:
+                cluster.close()
+
+        address = {"scheduler": cluster.scheduler_address}
+        with pytest.raises(kw.InputError, match=r"scheduler was lost.*continue with --resume"):
+            kw.sweep(TASK, VARY, out=folder, progress=midway, **address, **OPTIONS)
+    assert 60 <= len(kw.Study.open(folder)) < 240
+    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
+    assert without_time(study) == serial

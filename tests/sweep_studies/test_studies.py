@@ -53,7 +53,12 @@ def test_resuming_plans_only_missing_rows(lifted: Path, tmp_path: Path) -> None:
     file.write_text("".join([*lines[:4], *lines[7:9], lines[9][:-5]]), encoding="utf-8")
     assert len(kw.Study.open(folder)) == 6
     seen: list[kw.sweeps.SweepProgress] = []
-    again = kw.sweep(LIFT, VARY, out=folder, workers=0, resume=True, progress=seen.append)
+
+    def progress(at: kw.sweeps.SweepProgress) -> None:
+        assert len(kw.Study.open(folder)) == at.done  # nothing is lost if it ends now
+        seen.append(at)
+
+    again = kw.sweep(LIFT, VARY, out=folder, workers=0, resume=True, progress=progress)
     assert without_time(again) == without_time(kw.Study.open(lifted))
     assert without_time(kw.Study.open(folder)) == without_time(again)
     assert [at.done for at in seen] == [7, 8, 9, 10]
@@ -219,11 +224,12 @@ def test_rows_that_are_wrong_and_out_of_reach_are_wrong(tmp_path: Path) -> None:
 
 
 FAULTY = """
-import ctypes, os
+import ctypes, os, pathlib
 from knotwork.verification import CHECKS
 
 def faulty(motion, scenario, space):
-    seconds = motion.trajectory.duration
+    seconds, ended = motion.trajectory.duration, pathlib.Path(__file__).with_name("ended")
+    if seconds == 1.25 and not ended.exists(): ended.touch(); os._exit(9)
     if seconds == 1.5: os.abort()
     if seconds == 2.0: ctypes.PyDLL(None).sleep(10_000)  # no other thread of Python runs meanwhile
     if seconds == 3.0: os._exit(7)
@@ -235,7 +241,7 @@ CHECKS["faulty"] = faulty
 
 @pytest.mark.exhaustive
 def test_rows_hang_or_crash_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a check of one's own in the processes that plan."""
+    """By a check in the processes that plan; a row that crashes once is planned again."""
     (tmp_path / "sitecustomize.py").write_text(FAULTY, encoding="utf-8")
     paths = (str(tmp_path), *sys.path[1:])
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
@@ -246,6 +252,7 @@ def test_rows_hang_or_crash_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert "SIGABRT" in messages[1]
     assert messages[2] == "took longer than 20 s"
     assert "EXIT(7)" in messages[4]
+    assert (tmp_path / "ended").exists()
 
 
 def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,10 +110,10 @@ def test_waypoints_and_knots_are_marked(paper_case: Plan) -> None:
     assert [text.get_text() for text in waypoint_names(figure.axes[0])] == list("ABCD")
     assert not waypoint_names(figure.axes[1])
     for axis, asked in zip(figure.axes, ([0, 30, 90, 180], [0, 8, 8, 0]), strict=False):
-        time, value = data(lines(axis, "asked")[0])
+        time, value = data(lines(axis, "given")[0])
         np.testing.assert_array_equal(time, [0, 5, 15, 25])
         np.testing.assert_allclose(value, asked, atol=1e-12)
-    assert not lines(figure.axes[2], "asked")
+    assert not lines(figure.axes[2], "given")
 
 
 def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: Plan) -> None:
@@ -191,7 +191,7 @@ def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) ->
     assert "edge start" in [text.get_text() for text in waypoint_names(figure.axes[0])]
     assert re.search(r"shoulder_pan_joint: .* at [\d.]+ s, limit ±180 deg/s", str(notes(figure)))
     # of the poses it is not known which solution was meant; the start is given by joint values
-    assert [len(data(line)[0]) for line in lines(figure.axes[0], "asked")] == [1] * 6
+    assert [len(data(line)[0]) for line in lines(figure.axes[0], "given")] == [1] * 6
 
 
 def test_a_joint_that_stands_still_shows_no_noise(deburring: Plan) -> None:

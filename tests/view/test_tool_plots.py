@@ -33,7 +33,7 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
         if len(near) == 2:
             by_differences = 1e3 * float(np.linalg.norm(near[1] - near[0])) / 2e-5
             assert speed[i] == pytest.approx(by_differences, abs=0.01)
-    asked_time, asked = data(lines(figure.axes[0], "asked")[0])
+    asked_time, asked = data(lines(figure.axes[0], "given")[0])
     np.testing.assert_allclose(asked, [0, *[50] * 7, 0], atol=1e-9)
     np.testing.assert_array_equal(asked_time, deburring.scenario.times[1:])
 
@@ -46,11 +46,11 @@ def test_a_velocity_that_planning_chose_is_not_marked_as_given() -> None:
     end = {"name": "end", "time": 4.0, "stop": True, "pose": ends[2]}
     plan = kw.plan({"robot": "ur5", "waypoints": [start, over, end]})
     for axis in plot_tool(plan).axes[:2]:
-        np.testing.assert_array_equal(data(lines(axis, "asked")[0])[0], [0, 4])
+        np.testing.assert_array_equal(data(lines(axis, "given")[0])[0], [0, 4])
     position, velocity, *_ = plot_joints(plan).axes
-    for line in lines(position, "asked"):
+    for line in lines(position, "given"):
         np.testing.assert_array_equal(data(line)[0], [0, 2, 4])
-    for line in lines(velocity, "asked"):
+    for line in lines(velocity, "given"):
         np.testing.assert_array_equal(data(line)[0], [0, 4])
 
 

@@ -55,7 +55,7 @@ class _Edited(Files):
     "copy",
     metavar="FILE",
     type=NewPath(),
-    help="Edit a copy, written to this file; required for a shipped scenario.",
+    help="Edit a copy, which is written to this file. A shipped scenario requires it.",
 )
 @no_open_option
 @port_option
@@ -82,7 +82,7 @@ def edit(
     files = _Edited(draft)
 
     def made() -> tuple[dict[str, Any], list[Path], str] | None:
-        renewed = session.renew()
+        renewed = session.replan()
         if renewed is None:
             return None
         scene, plan = renewed

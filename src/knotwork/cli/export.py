@@ -178,7 +178,7 @@ def export(
         raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
     if out is not None:
         exporting.checked_target(out, force=force)
-    trajectory, asked = read_motion(motion, reference, planner)
+    trajectory, checked = read_motion(motion, reference, planner)
     if without_events:
         trajectory = replace(trajectory, events=())
     if form.tabular and labels:
@@ -189,9 +189,9 @@ def export(
             f"format {form.name!r} can't hold the events and segments of the motion; give a file "
             "with -o FILE, and they go into a second file, or --without-events"
         )
-    if not passes(asked, allow_failed):
+    if not passes(checked, allow_failed):
         return FAILED
-    result = _content(form, trajectory, asked, chosen, allow_failed)
+    result = _content(form, trajectory, checked, chosen, allow_failed)
     if result is None:
         return FAILED
     content, note = result
@@ -212,7 +212,7 @@ def export(
 def _content(
     form: Format,
     trajectory: JointTrajectory,
-    asked: Plan | CheckedFile | None,
+    checked: Plan | CheckedFile | None,
     chosen: dict[str, Any],
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
@@ -228,11 +228,11 @@ def _content(
         accelerations = chosen.get("accelerations", False)
         source = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
         note = points.describe()
-        if not points_pass(asked, points, allowed):
+        if not points_pass(checked, points, allowed):
             return None
-    elif form.tabular and asked is not None:
-        chosen.setdefault("rate", asked.scenario.task.rate)
-    robot = asked.space.robot if asked is not None else None
+    elif form.tabular and checked is not None:
+        chosen.setdefault("rate", checked.scenario.task.rate)
+    robot = checked.space.robot if checked is not None else None
     if form.tabular:
         table = exporting.motion_table(source, robot=robot, **chosen)
         return exporting.content(table, form.name), table.note
@@ -263,28 +263,28 @@ def read_motion(
     return (motion, None) if isinstance(motion, JointTrajectory) else (motion.trajectory, motion)
 
 
-def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
+def passes(checked: Plan | CheckedFile | None, allowed: bool) -> bool:
     """Report a failed check, and return whether to export the motion."""
-    if asked is None or asked.report.ok:
+    if checked is None or checked.report.ok:
         return True
-    report = asked.report
+    report = checked.report
     verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
     _show(report.failures, f"{report.scenario}: ", f"{report.scenario} fails its check: {verdict}")
     return allowed
 
 
-def points_pass(asked: Plan | CheckedFile | None, points: Points, allowed: bool) -> bool:
+def points_pass(checked: Plan | CheckedFile | None, points: Points, allowed: bool) -> bool:
     """Report fitted points that fail the check, and return whether to export them.
 
     The check is that of the motion. A fit by cubics always has errors and jumps of the
     acceleration: these are listed, but do not prevent the export.
     """
-    if points.exact or asked is None:
+    if points.exact or checked is None:
         return True
-    report = check(points.trajectory, asked.scenario, space=asked.space)
+    report = check(points.trajectory, checked.scenario, space=checked.space)
     if report.ok:
         return True
-    failures = [finding for finding in report.failures if finding not in asked.report.failures]
+    failures = [finding for finding in report.failures if finding not in checked.report.failures]
     cubic = all(failure.quantity in UNMET_BY_CUBIC_FITS for failure in failures)
     if points.with_acceleration or not cubic:
         verdict = ("not exported (--allow-failed exports them)", "exported all the same")[allowed]

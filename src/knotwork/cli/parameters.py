@@ -88,7 +88,7 @@ class Listed(click.ParamType[Any]):
 planner_option = click.option(
     "--planner",
     metavar="NAME[:RULE]",
-    help="Planner, in place of the scenario's; `knotwork planners` lists them and their rules.",
+    help="Planner in place of the scenario's. `knotwork planners` lists them and their rules.",
 )
 budget_option = click.option(
     "--budget",
@@ -97,7 +97,9 @@ budget_option = click.option(
     help="For free times: computing time after which the best motion is taken, such as 10s.",
 )
 full_option = click.option(
-    "--full", is_flag=True, help="Print all findings, as tables; by default only the tightest."
+    "--full",
+    is_flag=True,
+    help="Print all findings as tables. By default only the tightest are printed.",
 )
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
@@ -112,7 +114,7 @@ freeze_option = click.option(
     "numbers, comments kept; planning that file gives the same motion. For one scenario.",
 )
 no_open_option = click.option(
-    "--no-open", is_flag=True, help="Open no browser; only print the address."
+    "--no-open", is_flag=True, help="Print the address only, and open no browser."
 )
 
 
@@ -132,7 +134,7 @@ port_option = click.option(
     "--port",
     metavar="PORT",
     type=click.IntRange(1, 65535),
-    help="Port of the address; by default any free one.",
+    help="Port of the address. By default any free one is taken.",
 )
 
 package_path_option = click.option(

@@ -54,7 +54,9 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )
-@click.option("--joints", type=Listed(), metavar="A,B,…", help="Joints to draw; all by default.")
+@click.option(
+    "--joints", type=Listed(), metavar="A,B,…", help="Joints to draw. By default all are drawn."
+)
 @click.option(
     "--quantities",
     type=Listed(),
@@ -75,7 +77,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 @click.option(
     "--size",
     type=click.Choice(["a4", "slide"]),
-    help="Size of the picture; by default from its panels.",
+    help="Size of the picture. By default it follows from the panels.",
 )
 @click.option(
     "--degrees/--radians",

@@ -63,10 +63,10 @@ def replan(
     start, or its first waypoint if there are several and no start. Times in SCENARIO count from
     the given time.
     """
-    asked = Task.load(task)
-    motion, current = _motion(source, asked)
+    new_task = Task.load(task)
+    motion, current = _motion(source, new_task)
     try:
-        scenario = planning.scenario_from(motion, at, asked, current)
+        scenario = planning.scenario_from(motion, at, new_task, current)
         with show_planning(task, as_json) as progress:
             plan = planning.plan(scenario, budget=budget, progress=progress)
     except DocumentError as error:
@@ -83,12 +83,12 @@ def replan(
     return code
 
 
-def _motion(source: str, asked: Task) -> tuple[JointTrajectory, Scenario | None]:
+def _motion(source: str, new_task: Task) -> tuple[JointTrajectory, Scenario | None]:
     """The running motion, and its scenario if known."""
     if not is_trajectory(source):
         planned = planning.plan(source)
         return planned.trajectory, planned.scenario
-    robot, described = None, asked.robot
+    robot, described = None, new_task.robot
     if is_foreign(source):
         if described is None:
             raise InputError(f"{source} needs a robot, and the scenario names none")

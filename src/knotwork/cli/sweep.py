@@ -60,7 +60,9 @@ MAX_REASONS = 12
     type=click.IntRange(min=1),
     help="Number of random samples of uniform(…) values.",
 )
-@click.option("--seed", metavar="N", type=int, help="Seed of the random samples; 0 if left out.")
+@click.option(
+    "--seed", metavar="N", type=int, help="Seed of the random samples. It is 0 by default."
+)
 @folder_option("Folder for the study.")
 @click.option("--resume", is_flag=True, help="Continue the study in the folder.")
 @click.option(
@@ -84,9 +86,13 @@ MAX_REASONS = 12
     "--time-limit",
     metavar="TIME",
     type=Seconds(),
-    help="Time limit of a row, for example 20s; 60 s if left out.",
+    help="Time limit of a row, for example 20s. It is 60 s by default.",
 )
-@click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
+@click.option(
+    "--best",
+    metavar="FIGURE",
+    help="Figure by which the best row is chosen. By default it is the duration.",
+)
 @freeze_option
 @package_path_option
 @json_option

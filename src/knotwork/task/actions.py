@@ -108,6 +108,5 @@ class Action(TaskPart):
 
 
 Actions = Annotated[
-    Action | Several[Action],
-    Forms("a mapping, as {gripper: close}, or a list of mappings"),
+    Action | Several[Action], Forms("a mapping, as {gripper: close}, or a list of mappings")
 ]

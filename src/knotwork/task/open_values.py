@@ -103,8 +103,7 @@ class FreePose(TaskPart):
 
 
 Free = Annotated[
-    FreePose | Literal["none"],
-    Forms("a mapping with turn, tilt, angles or position, or none"),
+    FreePose | Literal["none"], Forms("a mapping with turn, tilt, angles or position, or none")
 ]
 
 
@@ -124,8 +123,7 @@ class ClearWay(DefaultsInSI):
 
 
 Way = Annotated[
-    Literal["clear"] | ClearWay,
-    Forms("clear, or {clear: true, tries: a number, room: a length}"),
+    Literal["clear"] | ClearWay, Forms("clear, or {clear: true, tries: a number, room: a length}")
 ]
 
 

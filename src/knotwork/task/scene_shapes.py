@@ -178,8 +178,7 @@ class HeldObject(_Appearing):
 
 
 Shapes = Annotated[
-    ToolShape | Several[ToolShape],
-    Forms("a mapping with a shape, or a list of them"),
+    ToolShape | Several[ToolShape], Forms("a mapping with a shape, or a list of them")
 ]
 
 

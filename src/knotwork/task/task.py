@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, Tag
 
 from knotwork.files import storage
 from knotwork.files.documents import Document, Text, apply_edits, validate
-from knotwork.files.documents.edits import block
+from knotwork.files.documents.edits import to_block_yaml
 from knotwork.files.documents.values import (
     Forms,
     Items,
@@ -73,8 +73,7 @@ class Task(TaskPart):
     units: TaskUnits = optional("Units of every value in the file", TaskUnits.model_construct())
     robot: (
         Annotated[
-            Text | dict[str, Any],
-            Forms("a robot's name, a path, or a mapping that describes one"),
+            Text | dict[str, Any], Forms("a robot's name, a path, or a mapping that describes one")
         ]
         | None
     ) = optional(
@@ -172,10 +171,7 @@ class Task(TaskPart):
         "--freeze` writes them"
     )
     end_acceleration: (
-        Annotated[
-            Literal["zero"] | EndAcceleration,
-            Forms("zero or a mapping with start and end"),
-        ]
+        Annotated[Literal["zero"] | EndAcceleration, Forms("zero or a mapping with start and end")]
         | None
     ) = optional("Joint accelerations at the two ends; left out: chosen by the planner")
     planner_options: Presets = optional(
@@ -225,7 +221,7 @@ class Task(TaskPart):
         """
         target, data = Path(path), self.to_dict()
         moved = moved_paths(data, Path.cwd(), target.parent.resolve())
-        text = block(apply_edits(Document(data), moved).data)
+        text = to_block_yaml(apply_edits(Document(data), moved).data)
         return storage.write_files(target.parent, {target.name: text})[0]
 
 
@@ -265,10 +261,7 @@ class Repeat(TaskPart):
         Text
         | PlacesFile
         | Several[
-            Annotated[
-                Text | Frame,
-                Forms("the name of a frame, or a mapping with a position"),
-            ]
+            Annotated[Text | Frame, Forms("the name of a frame, or a mapping with a position")]
         ],
         Forms("the name of a frame with a grid, a list of frames and places, or a file"),
     ] = required(

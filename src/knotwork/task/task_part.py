@@ -90,8 +90,5 @@ def plain(value: Any, depth: int = 0) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if hasattr(value, "homogeneous"):  # a `pin.SE3`, without loading Pinocchio
-        return {
-            "position": value.translation.tolist(),
-            "rotation_matrix": value.rotation.tolist(),
-        }
+        return {"position": value.translation.tolist(), "rotation_matrix": value.rotation.tolist()}
     return str(value) if isinstance(value, Path) else value

@@ -92,10 +92,7 @@ class PoseWaypoint(_Posed):
         "Reference configuration: the IK solution nearest to it is taken", unit="angle or length"
     )
     velocity: (
-        Annotated[
-            Velocity | Literal["free"],
-            Forms("a mapping of linear, angular and in, or free"),
-        ]
+        Annotated[Velocity | Literal["free"], Forms("a mapping of linear, angular and in, or free")]
         | None
     ) = optional(
         "Velocity of the tool; the first and last waypoint stop without one, "
@@ -160,8 +157,7 @@ class AlongPoints(TaskPart):
     """Along a smooth curve through points."""
 
     points: Annotated[
-        Text | Several[Vector3],
-        Forms("the name of a CSV file, or a list of points x, y, z"),
+        Text | Several[Vector3], Forms("the name of a CSV file, or a list of points x, y, z")
     ] = required(
         "The points x, y, z in the waypoint's frame; or a CSV file, relative to "
         "this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, "
@@ -240,8 +236,7 @@ class JointWaypoint(_Waypoint):
     )
     velocity: (
         Annotated[
-            JointMap | Literal["free"],
-            Forms("a mapping of joint names to velocities, or free"),
+            JointMap | Literal["free"], Forms("a mapping of joint names to velocities, or free")
         ]
         | None
     ) = optional(

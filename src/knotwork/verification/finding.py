@@ -30,6 +30,9 @@ class Finding:
     All output of a report (table, page, JSON, marks in the 3D scene, exit code) iterates over
     findings and is independent of specific checks.
 
+    The attributes are, in this order: what is judged, the verdict, the numbers, when, how it is
+    proved, what was requested, and what is shown.
+
     Attributes:
         group: Heading in the report, for example `"Joint limits"`.
         subject: Kind of subject: `"waypoint"`, `"joint"`, `"tool"`, `"link"`, `"pair"` (of bodies),

@@ -209,10 +209,7 @@ def _follow_paths(
 
 
 def _executed_stretches(
-    motion: Motion,
-    scenario: Scenario,
-    paths: Sequence[ScenarioPath],
-    execution: Execution | None,
+    motion: Motion, scenario: Scenario, paths: Sequence[ScenarioPath], execution: Execution | None
 ) -> Iterator[tuple[ScenarioPath, tuple[str, str], Stretch]]:
     """Stretches within the time of a motion, with their paths and the names of their ends."""
     for path in paths:

@@ -172,9 +172,9 @@ def _tool_findings(
     )
     for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
-            "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
-            requested, achieved, error, getattr(scenario.task.tolerances, quantity), unit,
-            scenario.units,
+            "Tool at the waypoints", waypoint.name, waypoint.time, quantity, requested=requested,
+            achieved=achieved, error=error, tolerance=getattr(scenario.task.tolerances, quantity),
+            unit=unit, units=scenario.units,
         )  # fmt: skip
 
 
@@ -212,9 +212,9 @@ def _joint_finding(
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
     return _error_finding(
-        "Joints at the waypoints", name, time, quantity, requested, achieved,
-        float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
-        scenario.units,
+        "Joints at the waypoints", name, time, quantity, requested=requested, achieved=achieved,
+        error=float(errors[worst]), tolerance=float(tolerances[worst]),
+        unit=rate_unit(space.joint_units[worst], order), units=scenario.units,
     )  # fmt: skip
 
 
@@ -230,6 +230,7 @@ def _error_finding(
     waypoint: str,
     time: float,
     quantity: str,
+    *,
     requested: FloatArray,
     achieved: FloatArray,
     error: float,

@@ -52,15 +52,20 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     q = motion.curve(time)
     if not (np.ptp(q, axis=0).any() or model.known):
         return None
-    around = tuple(pair for pair in model.pairs if pair.involves_scene)
-    pairs, distance = _nearest(model, around, q, time)
-    while still := {k for k in set(pairs) - {-1} if _stands_still(model, around[k], q, time)}:
-        around = tuple(pair for k, pair in enumerate(around) if k not in still)
-        pairs, distance = _nearest(model, around, q, time)
+    pairs_with_scene = tuple(pair for pair in model.pairs if pair.involves_scene)
+    pairs, distance = _nearest(model, pairs_with_scene, q, time)
+    while still := {
+        k for k in set(pairs) - {-1} if _stands_still(model, pairs_with_scene[k], q, time)
+    }:
+        pairs_with_scene = tuple(pair for k, pair in enumerate(pairs_with_scene) if k not in still)
+        pairs, distance = _nearest(model, pairs_with_scene, q, time)
     if np.isnan(distance).all():
         return None
     kinds = sorted({k for k in pairs if k >= 0})
-    bodies = [(model.bodies[around[k].second], model.bodies[around[k].first]) for k in kinds]
+    bodies = [
+        (model.bodies[pairs_with_scene[k].second], model.bodies[pairs_with_scene[k].first])
+        for k in kinds
+    ]
     return ClearanceCurve(
         time,
         distance,

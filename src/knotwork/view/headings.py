@@ -78,9 +78,9 @@ def write_around(
         if motions[0].waypoint_values is not None:
             _name_waypoints(axes, motions[0].waypoint_values)
         if axes.get_title(loc="right"):  # above the note
-            place: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
+            above: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
             look: dict[str, Any] = {"ha": "center", "va": "bottom", "weight": "bold"}
-            axes.annotate(heading, (0.5, 1.2), xycoords=place, fontsize=NORMAL, **look)
+            axes.annotate(heading, (0.5, 1.2), xycoords=above, fontsize=NORMAL, **look)
         else:
             axes.set_title(heading, fontsize=NORMAL, weight="bold")
     rows = len(figure.axes) // columns
@@ -143,13 +143,13 @@ def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
 def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
     """Write the names of the waypoints above a panel; only some of them if there are too many."""
     figure: Any = axes.figure
-    place = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
+    x = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
     names = shorten_names(marks.names, NAME_LETTERS)
     widths = LETTER_WIDTH * SMALL * np.array([len(name) + 1 for name in names])
-    level = bool(np.all(np.diff(place) >= 0.5 * (widths[1:] + widths[:-1])))
+    level = bool(np.all(np.diff(x) >= 0.5 * (widths[1:] + widths[:-1])))
     shown = [0]
-    for i in range(1, len(place)):
-        if level or place[i] - place[shown[-1]] >= 1.3 * SMALL:
+    for i in range(1, len(x)):
+        if level or x[i] - x[shown[-1]] >= 1.3 * SMALL:
             shown.append(i)
     above = axes.secondary_xaxis("top")
     above.set_xticks(marks.time[shown], [names[i] for i in shown], fontsize=SMALL, color=DARK)
@@ -191,13 +191,13 @@ def _add_mark_legend(figure: Figure, motion: ShownMotion) -> None:
 
 
 def _add_legend(
-    figure: Figure, handles: Sequence[Any], names: Sequence[str], place: str, title: str
+    figure: Figure, handles: Sequence[Any], names: Sequence[str], side: str, title: str
 ) -> Legend:
     """Put a legend above or below the panels, in as many columns as fit."""
-    size = NORMAL if place == "upper" else SMALL
+    size = NORMAL if side == "upper" else SMALL
     longest = max(map(len, names), default=1)
     width = 72.0 * figure.get_figwidth() / (LETTER_WIDTH * size * (longest + 6))
-    outside: Any = f"outside {place} center"
+    outside: Any = f"outside {side} center"
     legend = figure.legend(
         handles,
         [
@@ -208,7 +208,7 @@ def _add_legend(
         frameon=False,
         fontsize=size,
         title=printable(title) or None,
-        title_fontsize=LARGE if place == "upper" else SMALL,
+        title_fontsize=LARGE if side == "upper" else SMALL,
         handlelength=2.8,
         columnspacing=1.6,
         borderaxespad=0.3,

@@ -20,7 +20,7 @@ from knotwork.verification.brief import (
     worst_failures,
 )
 from knotwork.view.joint_plots import plot_joints
-from knotwork.view.page import Page, asset, frame, render_template, scene_page
+from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.scene_data import scene_of
 from knotwork.view.scene_verdict import failures
@@ -62,7 +62,7 @@ def report_page(plan: PlanLike) -> Page:
             plots.append(("The tool over time", plot_tool(plan)))
         scene = scene_page(scene_of(plan), embedded=True, autoplay=False)
     parts = {"style": asset("report.css"), "night": night_colours(), "script": asset("report.js")}
-    parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""
+    parts["scene"] = iframe(scene.html, height="100%", name="3D view") if scene else ""
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
     text = render_template(
         "report.html",
@@ -163,9 +163,9 @@ def _picture(figure: Figure) -> dict[str, str]:
     for i, axis in enumerate(figure.axes):
         axis.set_gid(f"panel:{i}")
         box, (start, end), (low, high) = axis.get_position(), axis.get_xlim(), axis.get_ylim()
-        place = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
+        area = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
         span = {"start": float(start), "end": float(end), "low": float(low), "high": float(high)}
-        axes.append({**place, **span})
+        axes.append({**area, **span})
     drawing = inline_svg(figure)
     return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
 

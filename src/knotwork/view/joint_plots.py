@@ -3,23 +3,67 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
+from knotwork.units import Units
+from knotwork.verification import Finding
+from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.view.curves import strokes
 from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
-from knotwork.view.joint_panels import Series, joint_panel
-from knotwork.view.panel import finish_panel, new_axes, new_figure, page_size
+from knotwork.view.panel import LimitLine, Panel, finish_panel, new_axes, new_figure, page_size
 from knotwork.view.plotted_motions import choose_names, motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
-from knotwork.view.style import printable, settings, shorten_names
+from knotwork.view.style import DARK, colour, printable, rounded_text, settings, shorten_names
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+# Number of marks above which they are small or left out, because they would hide the curve.
+MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
+# Number of motions up to which each has its own row of knots.
+MAX_KNOT_ROWS = 3
 MAX_COLUMNS = 8
 """Largest number of joints of several motions in one picture."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """One joint of one motion in a panel, and its style.
+
+    Attributes:
+        motion: The motion.
+        joint: Its joint.
+        index: Index of colour and line style.
+        label: Its name in the panel; empty if it is the only one.
+    """
+
+    motion: ShownMotion
+    joint: str
+    index: int
+    label: str
+
+    @property
+    def component(self) -> int:
+        """Index of the joint in the motion."""
+        return self.motion.trajectory.joint_names.index(self.joint)
+
+    def use(self, quantity: str) -> Finding | None:
+        """Use of the limit of a quantity; `None` without a limit."""
+        return self.motion.joint_uses.get((self.joint, quantity))
+
+    def margin(self, quantity: str) -> float:
+        """Margin to a limit as a fraction of half the range; negative beyond it."""
+        use = self.use(quantity)
+        margin = use.margin if use is not None and use.margin is not None else 0.0
+        lower, upper = self.motion.bounds(self.joint, quantity)
+        return float(margin / (0.5 * (upper - lower))) if np.isfinite(upper - lower) else margin
 
 
 def plot_joints(
@@ -69,7 +113,7 @@ def plot_joints(
         grid = new_axes(figure, len(rows), len(titles))
         for line, row in zip(grid, rows, strict=True):
             for axes, (kind, series) in zip(line, row, strict=True):
-                finish_panel(joint_panel(axes, kind, series, units))
+                finish_panel(_joint_panel(axes, kind, series, units))
         heading = picture_title(drawn, "joint motions") if title is None else title
         write_around(figure, drawn, heading, curves, titles=titles, grows=page is None)
     return figure
@@ -111,3 +155,96 @@ def _joints_together(motion: ShownMotion, names: list[str], kinds: list[str]) ->
         for group in of_unit
         if group
     ]
+
+
+def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Units) -> Panel:
+    """Draw the panel of a quantity.
+
+    The limits are those of the joint nearest to its limit. They have its colour if another joint
+    has other limits.
+
+    Args:
+        axes: Axes to draw on.
+        quantity: Name of the quantity.
+        series: The curves, of joints with one unit.
+        units: Displayed units.
+    """
+    first, order = series[0], DERIVATIVES.index(quantity)
+    joint_unit = first.motion.trajectory.joint_units[first.component]
+    factor, unit = units.shown(1.0, rate_unit(joint_unit, order))
+    panel = Panel(axes, quantity, unit, factor)
+    for item in series:
+        _draw_curve(panel, item, len(series))
+    if first.motion.waypoint_values is not None:
+        panel.mark_waypoints(first.motion.waypoint_values.time)
+    motions = {item.motion.label: item for item in series}
+    if order < 2:
+        _mark_given(panel, series, order, one_motion=len(motions) == 1)
+    for row, item in enumerate(motions.values() if len(motions) <= MAX_KNOT_ROWS else ()):
+        if len(item.motion.curve.x) <= MAX_KNOT_TICKS:
+            shade = DARK if len(motions) == 1 else colour(item.index)
+            panel.mark_knots(row, item.motion.curve.x, shade)
+    limited = [item for item in series if item.use(quantity) is not None]
+    if limited:
+        nearest = min(limited, key=lambda item: item.margin(quantity))
+        bounds = nearest.motion.bounds(nearest.joint, quantity)
+        span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
+        alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
+        one_curve = None if alike else colour(nearest.index)
+        panel.levels = [LimitLine("limit", factor * end, span, colour=one_curve) for end in bounds]
+        panel.note, panel.failed = _limit_note(nearest, limited, panel)
+    return panel
+
+
+def _draw_curve(panel: Panel, series: Series, count: int) -> None:
+    """Draw one of `count` curves, its jumps, and its parts beyond the limit.
+
+    Parts are only marked if the exact extrema exceed the limit.
+    """
+    motion, quantity, factor = series.motion, panel.title, panel.factor
+    drawn = strokes(motion.curve, series.component, DERIVATIVES.index(quantity), factor)
+    name = f"{motion.label}:{series.joint}:{quantity}"
+    panel.draw_curve(name, series.index, *drawn.line(steps=quantity == "jerk"))
+    if quantity != "jerk":
+        marker = "o" if drawn.jumps.size * count <= MAX_LARGE_MARKS else ""
+        panel.mark("jump", name, *drawn.jump_lines(), color=colour(series.index), marker=marker)
+    use = series.use(quantity)
+    if use is not None and not use.ok:
+        lower, upper = (
+            factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
+            for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
+        )
+        panel.mark("broken", name, *drawn.beyond(lower, upper))
+
+
+def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
+    """Mark the given values at the waypoints, once for each joint."""
+    for item in {item.joint: item for item in reversed(series)}.values():
+        marks = item.motion.waypoint_values
+        if marks is not None:
+            value = panel.factor * marks.values[order][:, item.component]
+            known = np.isfinite(value)
+            large = len(marks.time) * len(series) <= MAX_LARGE_MARKS
+            look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
+            look |= {"mec": colour(item.index)} if one_motion else {}
+            panel.mark("given", item.joint, marks.time[known], value[known], **look)
+
+
+def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:
+    """Name the curve nearest to its limit or farthest beyond it, and state whether it is beyond."""
+    factor, unit = panel.factor, panel.unit
+    uses = {item: use for item in limited if (use := item.use(panel.title)) is not None}
+    use = uses[nearest]
+    name = f"{nearest.label}: " if nearest.label else ""
+    lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, panel.title))
+    if lower == -upper:
+        limits = f"limit ±{rounded_text(upper)} {unit}"
+    elif np.isfinite([lower, upper]).all():
+        limits = f"limits {rounded_text(lower)} … {rounded_text(upper)} {unit}"
+    else:
+        limits = f"limit {rounded_text(factor * (use.limit or 0.0))} {unit}"
+    value = rounded_text(factor * (use.value or 0.0)) if np.isfinite(use.value or 0.0) else "a jump"
+    broken = sum(not item.ok for item in uses.values())
+    more = f", and {broken - 1} more beyond" if broken > 1 else ""
+    proof = ", sampled only" if use.only_sampled else ""
+    return f"{name}{value} at {rounded_text(use.time or 0.0)} s, {limits}{more}{proof}", broken > 0

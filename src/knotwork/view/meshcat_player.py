@@ -196,13 +196,13 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
     middle = (low + high) / 2
     width, height = (0.55 * size * side / BOARD_WIDTH for side in (BOARD_WIDTH, BOARD_HEIGHT))
     aside = float(((points - middle) @ right).min()) - 0.5 * width - 0.05 * size
-    place = pin.SE3(np.column_stack([right, up, towards]), middle + aside * right)
-    place.translation[2] = high[2] - 0.5 * height
+    pose = pin.SE3(np.column_stack([right, up, towards]), middle + aside * right)
+    pose.translation[2] = high[2] - 0.5 * height
     picture = MeshBasicMaterial(map=ImageTexture(image=PngImage(drawn_board(scene))))
     node.set_object(Box([width, height, 1e-3 * size]), picture)
-    node.set_transform(place.homogeneous)
+    node.set_transform(pose.homogeneous)
     corners = np.array([(i * width, j * height, 0.0) for i in (-0.5, 0.5) for j in (-0.5, 0.5)])
-    return np.asarray(corners @ place.rotation.T + place.translation)
+    return np.asarray(corners @ pose.rotation.T + pose.translation)
 
 
 def board_lines(scene: Mapping[str, Any]) -> list[str]:

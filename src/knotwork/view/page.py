@@ -54,13 +54,13 @@ class Page:
         return write_file(checked_page_path(path), self.html, kind="a page")
 
     def _repr_html_(self) -> str:
-        return frame(self.html, height="520px")
+        return iframe(self.html, height="520px")
 
     def __repr__(self) -> str:
         return f"<Page {self.title!r}: {len(self.html) / 1e6:.1f} MB of HTML>"
 
 
-def frame(text: str, *, height: str, name: str = "") -> str:
+def iframe(text: str, *, height: str, name: str = "") -> str:
     """Embed a page in a frame of another page."""
     source = html.escape(text, quote=True)
     title = html.escape(name or "Knotwork scene", quote=True)
@@ -149,7 +149,7 @@ def _mark_code(text: object) -> Markup:
 
 
 def asset(name: str) -> str:
-    """Text of a file of which pages consist."""
+    """Read a file of `assets/`."""
     return (ASSETS / name).read_text(encoding="utf-8")
 
 

@@ -57,10 +57,10 @@ def _given_speeds(shown: ShownMotion) -> set[float]:
     return along | {float(np.linalg.norm(target.linear)) for target in given_velocities(shown)}
 
 
-def mix_colours(share: FloatArray, colours: FloatArray) -> FloatArray:
+def mix_colours(position: FloatArray, colours: FloatArray) -> FloatArray:
     """Colours for positions in 0 … 1 on a scale, shape (n, 3)."""
     at = np.linspace(0.0, 1.0, len(colours))
-    return np.stack([np.interp(share, at, column) for column in colours.T], axis=1)
+    return np.stack([np.interp(position, at, column) for column in colours.T], axis=1)
 
 
 STEEL = (0.35, 0.36, 0.4, 1.0)
@@ -84,8 +84,8 @@ def draw_paths(
     parts.draw("way", clear, lit=False)
     carrier = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     parts.draw("tool", _tool_mesh(robot, size), carrier=carrier)
-    for joint, dashes in asked_points(shown, size):
-        lines = (_line_mesh(points, ASKED, WIDTH * size) for points in dashes)
+    for joint, dashes in given_path_points(shown, size):
+        lines = (_line_mesh(points, GIVEN, WIDTH * size) for points in dashes)
         parts.draw("path asked for", _merged_lines(lines), lit=False, carrier=joint)
     paths = shown.scenario.paths
     return legend | {
@@ -134,21 +134,23 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
         colours: Colour of each point, shape (n, 3).
         radius: Radius [m].
     """
-    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    keep = np.concatenate([[True], apart > 1e-9])
+    segment_lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    keep = np.concatenate([[True], segment_lengths > 1e-9])
     points, colours = points[keep], colours[keep]
     return tube(points, colours, radius) if len(points) > 1 else None
 
 
-ASKED, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
-# Dashes along a path: number of points of each, largest number on a path; size relative to
+GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
+# Half the period of the dashes along a path, relative to the scene's size; number of points of a
+# dash, and largest number of dashes of a path.
 DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
 # Length of a dash in half periods: the path's colours must be visible between dashes.
 DASHED = 0.3
+# Radius of dashes relative to the scene's size.
 WIDTH = 0.0045
 
 
-def asked_points(
+def given_path_points(
     shown: ShownMotion, size: float, *, at_rest: bool = False
 ) -> Iterator[tuple[int | None, list[FloatArray]]]:
     """Points of dashes along each of the scenario's tool paths [m], in a scene of a given size [m].

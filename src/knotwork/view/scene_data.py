@@ -11,29 +11,46 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree, place_joints
+from knotwork.units import Units
 from knotwork.view.base_joints import base_joints, drawn_joints
-from knotwork.view.camera import views
-from knotwork.view.known_joints import draw_other_robots, joint_origins, known_joints
+from knotwork.view.environment_joints import (
+    draw_other_robots,
+    environment_joints,
+    environment_positions,
+    joint_origins,
+)
 from knotwork.view.mesh import box_corners
 from knotwork.view.page import Page, scene_page
-from knotwork.view.path_meshes import asked_points, draw_paths
-from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
-from knotwork.view.scene_parts import SceneParts, pack_mesh
+from knotwork.view.path_meshes import draw_paths, given_path_points
+from knotwork.view.scene_parts import SceneParts, pack_mesh, pack_numbers
 from knotwork.view.scene_verdict import verdict
 from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.view.surroundings import draw_surroundings
 from knotwork.view.targets import tool_targets
 from knotwork.view.task_marks import draw_frames, draw_marks
 from knotwork.view.time_strip import time_strip
-from knotwork.view.tool_trace import tool_trace
+from knotwork.view.tool_trace import tool_speeds, tool_trace
 from knotwork.waypoints import FloatArray
 
 ROBOT_PARTS = ("joints", "shapes")
 """Parts of a scene that depend only on the robot: most of the data."""
 OUTLINE_SAMPLES = 100
 """Number of samples of the arm along the motion, all of which are in view."""
+FRAME_RATE = 120.0
+"""Frame rate of an animation that has fewer frames than the maximum [Hz]."""
+MAX_FRAMES = 240_000
+MAX_SPEEDS = 30_000
+# Elevation, and of scenes lower than FLAT_SCENE, relative to their width.
+ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
+# Azimuth relative to the direction of the task, so that the arm does not hide it.
+ASIDE_ANGLE = np.radians(10.0)
+# Turn of the azimuth away from other robots, so that they do not hide the arm.
+CLEAR_ANGLE = np.radians(75.0)
+# Margin around a view of the task alone, as a fraction of its size.
+VIEW_MARGIN = 0.35
 
 
 def scene_of(plan: PlanLike, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -122,16 +139,16 @@ def make_scene(
     return {
         **_description(shown),
         **robot_parts,
-        "arm": arm_frames(shown),
+        "arm": _arm_frames(shown),
         "first_joint": base.count,
         "things": base.carry(parts.things),
         "labels": base.carry(_merge_labels(parts.labels)),
-        "waypoints": waypoint_times(shown),
+        "waypoints": _waypoint_times(shown),
         "strip": time_strip(shown),
         "legend": legend,
         "size": size,
         "floor": float(min(outlines[:, 2].min(), 0.0)),
-        **views(
+        **_views(
             _extreme_points(np.concatenate(in_view)),
             task,
             _at_start(shown, joint_origins(shown)[1]),
@@ -140,6 +157,85 @@ def make_scene(
         **verdict(shown),
         "warnings": parts.warnings,
     }
+
+
+def _arm_frames(shown: ShownMotion) -> dict[str, Any]:
+    """Give a motion's frames, and the tool's speed at each unless there are too many.
+
+    Between two frames the first one is shown, not interpolated. The last is the motion's end.
+    """
+    curve, robot = shown.curve, shown.robot
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    time = make_sample_times(start, end, min(FRAME_RATE, MAX_FRAMES / (end - start)))
+    position = np.hstack((curve(time), environment_positions(shown.model, time)))
+    arm: dict[str, Any] = {
+        "start": start,
+        "time": pack_numbers((time - start).astype("<f4")),
+        "position": pack_numbers(base_joints(robot).positions(position).astype("<f4")),
+    }
+    if robot.tcp_frame_id is not None and len(time) <= MAX_SPEEDS:
+        arm["speed"] = pack_numbers(tool_speeds(shown, time).astype("<f4"))
+    return arm
+
+
+def _waypoint_times(shown: ShownMotion) -> list[dict[str, Any]]:
+    """Names and times of the waypoints; for a stored trajectory its own ones."""
+    waypoints = shown.scenario.waypoints
+    names = [waypoint.name for waypoint in waypoints] or [str(i) for i in range(len(shown.times))]
+    times = [waypoint.time for waypoint in waypoints] or shown.times.tolist()
+    return [{"name": name, "time": time} for name, time in zip(names, times, strict=True)]
+
+
+def _joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:
+    """Names, units and limits of the joints; `None` for a missing limit."""
+    panel = []
+    limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
+    for name, unit, bounds in zip(robot.joint_names, robot.joint_units, limits, strict=True):
+        factor, shown = units.shown(1.0, unit)
+        low, high = (factor * float(bound) if np.isfinite(bound) else None for bound in bounds)
+        panel.append({"name": name, "unit": shown, "factor": factor, "low": low, "high": high})
+    return panel
+
+
+def _views(
+    points: FloatArray,
+    task: FloatArray,
+    other_robots: FloatArray,
+    towards: Sequence[float] | None = None,
+) -> dict[str, Any]:
+    """Choose the views of the whole, and of the task alone.
+
+    Args:
+        points: Points of the arm and the task, all in view [m], z up, shape (n, 3).
+        task: Points of the tool's path and the waypoints [m], shape (m, 3), m >= 0.
+        other_robots: Points of other robots [m], shape (k, 3), k >= 0.
+        towards: Unit vector from the scene towards the camera, if known.
+
+    Returns:
+        `view` has the direction `from` and the `points` of the view of all. `work` has those of the
+        task alone, or is `None`.
+    """
+    size = np.ptp(points, axis=0)
+    if towards is None:
+        x, y, _ = (task if len(task) else points).mean(axis=0)
+        azimuth = (np.arctan2(y, x) if np.hypot(x, y) > 1e-3 else 0.0) + ASIDE_ANGLE
+        if len(other_robots):
+            offset_x, offset_y = (other_robots[:, :2] - [x, y]).mean(axis=0)
+            azimuth -= np.copysign(CLEAR_ANGLE, np.sin(np.arctan2(offset_y, offset_x) - azimuth))
+        up = STEEP if size[2] < FLAT_SCENE * size[:2].max() else ELEVATION
+        level = np.cos(up)
+        towards = [
+            float(level * np.cos(azimuth)),
+            float(level * np.sin(azimuth)),
+            float(np.sin(up)),
+        ]
+    view = {"from": towards, "points": points.tolist()}
+    extent = float(np.ptp(task, axis=0).max()) if len(task) else 0.0
+    if extent < 1e-3 * size.max():
+        return {"view": view, "work": None}
+    margin = VIEW_MARGIN * extent
+    corners = box_corners(np.array([task.min(axis=0) - margin, task.max(axis=0) + margin]))
+    return {"view": view, "work": {**view, "points": corners.tolist()}}
 
 
 def _at_start(shown: ShownMotion, points: FloatArray) -> FloatArray:
@@ -158,7 +254,7 @@ def _task_points(shown: ShownMotion) -> FloatArray:
 
 def _fixed_points(shown: ShownMotion) -> FloatArray:
     """Fixed points in the base frame [m], shape (n, 3)."""
-    paths = asked_points(shown, 1.0, at_rest=True) if tool_trace(shown) is not None else ()
+    paths = given_path_points(shown, 1.0, at_rest=True) if tool_trace(shown) is not None else ()
     base = shown.robot.base_placement
     frames = [(base * frame).translation for frame in shown.scenario.frames.values()]
     points = [joint_origins(shown)[0], np.reshape(frames, (-1, 3))]
@@ -187,14 +283,14 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
         "robot": shown.robot.name,
         "planner": shown.trajectory.planner,
         "description": scenario.task.description.strip(),
-        "joint_panel": joint_panel(shown.robot, units),
+        "joint_panel": _joint_panel(shown.robot, units),
         "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
     }
 
 
 def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[str, Any]:
     """The parts `ROBOT_PARTS`, reused from `before` if equal."""
-    known, base = known_joints(shown), base_joints(shown.robot)
+    known, base = environment_joints(shown), base_joints(shown.robot)
     carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in known)]
     parts: dict[str, Any] = {
         "joints": base.below([*drawn_joints(shown.robot), *known]),

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.view.page import Page, asset, frame, json_in_html, render_template, scene_page
+from knotwork.view.page import Page, asset, iframe, json_in_html, render_template, scene_page
 from knotwork.view.path_meshes import max_speed
 from knotwork.view.scene_data import make_scene
 from knotwork.view.shown_motion import PlanLike, ShownMotion
@@ -43,7 +43,7 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     difference = _difference(plans)
     parts["json"] = json_in_html(difference)
     for key, page, name in zip(("first", "second"), pages, names, strict=True):
-        parts[key] = frame(page.html, height="100%", name=name)
+        parts[key] = iframe(page.html, height="100%", name=name)
     title = " and ".join(names)
     text = render_template(
         "beside.html",

@@ -42,7 +42,7 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
 # its kind.
 MARK_LOOKS: dict[str, dict[str, Any]] = {
     "waypoint": {"color": FAINT, "lw": 0.8, "label": "waypoint"},
-    "asked": {
+    "given": {
         "ls": "",
         "marker": "o",
         "ms": 6,

@@ -50,9 +50,9 @@ def given_velocities(shown: ShownMotion) -> list[CartesianWaypoint]:
     return [target for target in tool_targets(shown) if target.name not in chosen]
 
 
-def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
+def spacings(targets: Sequence[CartesianWaypoint]) -> FloatArray:
     """Distances between consecutive waypoints [m], without zero ones."""
-    points = np.array([target.pose.translation for target in asked]).reshape(-1, 3)
+    points = np.array([target.pose.translation for target in targets]).reshape(-1, 3)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.asarray(lengths[lengths > 1e-6])
 
@@ -66,7 +66,7 @@ ASIDE_DISTANCE = 0.014
 MIN_DRAWN_SPEED = 1e-9
 
 
-def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
+def velocity_arrows(targets: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
     """Draw the linear velocities; `None` if all are stops.
 
     The longest arrow is at most a sixth of the scene, and about as long as the waypoint spacing.
@@ -74,13 +74,13 @@ def velocity_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     Returns:
         The arrows, and the time in which the tool moves by their length [s].
     """
-    moving = [target for target in asked if np.linalg.norm(target.linear) > MIN_DRAWN_SPEED]
+    moving = [target for target in targets if np.linalg.norm(target.linear) > MIN_DRAWN_SPEED]
     if not moving:
         return None
     longest = size / 6
-    apart = spacings(asked)
-    if len(apart):
-        longest = min(longest, max(float(np.median(apart)), 0.04 * size))
+    gaps = spacings(targets)
+    if len(gaps):
+        longest = min(longest, max(float(np.median(gaps)), 0.04 * size))
     fastest = max(float(np.linalg.norm(target.linear)) for target in moving)
     fitting = (seconds for seconds in _NICE_SECONDS if seconds * fastest <= longest)
     seconds = next(fitting, _NICE_SECONDS[-1])

@@ -95,9 +95,9 @@ def _waypoint_detail(target: CartesianWaypoint, units: Units) -> str:
     )
 
 
-def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
-    apart = spacings(asked)
-    nearest = float(apart.min()) if len(apart) else size
+def _axis_length(targets: Sequence[CartesianWaypoint], size: float) -> float:
+    gaps = spacings(targets)
+    nearest = float(gaps.min()) if len(gaps) else size
     return min(0.06 * size, max(0.6 * nearest, 0.025 * size))
 
 

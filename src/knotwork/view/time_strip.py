@@ -11,7 +11,7 @@ from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import sample_freedoms
 from knotwork.view.clearance_curve import clearance_curve
-from knotwork.view.limit_share import frame_values, limit_shares
+from knotwork.view.plotted_utilisation import frame_values, sample_utilisation
 from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import stretches
@@ -33,16 +33,18 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     curve, trajectory, scenario = shown.curve, shown.trajectory, shown.scenario
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = np.linspace(start, end, STRIP_SAMPLES)
-    shares = list(limit_shares(shown, shown.findings, time))
-    asked = [
+    utilisations = list(sample_utilisation(shown, shown.findings, time))
+    given = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
     ]
-    use = np.max([np.zeros(STRIP_SAMPLES), *(share for _, share in shares)], axis=0)
+    use = np.max(
+        [np.zeros(STRIP_SAMPLES), *(utilisation for _, utilisation in utilisations)], axis=0
+    )
     return {
         "use": pack_numbers(use.astype("<f4")),
-        "asked": asked,
-        "broken": broken_spans(shown.failures, shares, time),
+        "given": given,
+        "broken": broken_spans(shown.failures, utilisations, time),
         "clearance": _clearance(shown),
         "speed_limit": scenario.motion_limits.tool_speed,
         "curves": [
@@ -54,7 +56,9 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
                 segment.start - start,
                 segment.end - start,
                 segment.name,
-                _limiting_constraint(segment.start, segment.end, shown.findings, shares, time),
+                _limiting_constraint(
+                    segment.start, segment.end, shown.findings, utilisations, time
+                ),
             ]
             for segment in trajectory.segments
         ],
@@ -65,13 +69,13 @@ _Shares = list[tuple[Finding, FloatArray]]
 
 
 def broken_spans(
-    failures: Sequence[Finding], shares: _Shares, time: FloatArray
+    failures: Sequence[Finding], utilisations: _Shares, time: FloatArray
 ) -> list[list[float]]:
     """Time intervals of failures, since the start [s], long enough to be visible.
 
     Args:
         failures: Failures of the check.
-        shares: Use of each limit from `limit_shares`.
+        utilisations: Use of each limit from `sample_utilisation`.
         time: Times of these samples [s].
     """
     start, end = float(time[0]), float(time[-1])
@@ -81,8 +85,8 @@ def broken_spans(
         if failure.at is not None
         for span in failure.spans or ((failure.at, failure.at),)
     ]
-    for finding, share in shares:
-        over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not finding.ok), False]))
+    for finding, utilisation in utilisations:
+        over = np.flatnonzero(np.diff(np.r_[False, (utilisation > 1.0) & (not finding.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
     least = 0.5 * MIN_FAILURE_WIDTH * (end - start)
     wide = unite_intervals((max(a - least, start), min(b + least, end)) for a, b in spans)
@@ -90,7 +94,7 @@ def broken_spans(
 
 
 def _limiting_constraint(
-    start: float, end: float, findings: Sequence[Finding], shares: _Shares, time: FloatArray
+    start: float, end: float, findings: Sequence[Finding], utilisations: _Shares, time: FloatArray
 ) -> str:
     """Limiting constraint of a segment: that of the choice of times, else the limit nearest to it.
 
@@ -101,11 +105,11 @@ def _limiting_constraint(
         if span is not None and span[0] <= start and end <= span[1]:
             return finding.label
     within = (time >= start) & (time <= end)
-    slowing = [pair for pair in shares if pair[0].quantity != "position" or not pair[0].ok]
+    slowing = [pair for pair in utilisations if pair[0].quantity != "position" or not pair[0].ok]
     if not slowing or not within.any():
         return ""
-    limiting, share = max(slowing, key=lambda pair: float(pair[1][within].max()))
-    most = float(share[within].max())
+    limiting, utilisation = max(slowing, key=lambda pair: float(pair[1][within].max()))
+    most = float(utilisation[within].max())
     if most < NOTABLE_SHARE:
         return ""
     part = f"{100.0 * most:.0f} %" if np.isfinite(most) else "a jump"

@@ -15,7 +15,7 @@ from knotwork.robot import Robot
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.verification.bounds.path_samples import PathStretch
 from knotwork.view.clearance_curve import clearance_curve
-from knotwork.view.limit_share import frame_values, singular_values
+from knotwork.view.plotted_utilisation import frame_values, singular_values
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
@@ -156,7 +156,7 @@ class ToolRow:
         unit: Its SI unit, or `"%"`.
         curve: Function that measures a motion.
         component: Index of the displayed value.
-        asked: Part of a waypoint's velocity to mark, `"linear"` or `"angular"`, or none.
+        given: Part of a waypoint's velocity to mark, `"linear"` or `"angular"`, or none.
         limit: Limit in SI, or `None`.
         tolerance: Whether it is a tolerance along tool paths, to both sides.
         judged: Quantity and name of the findings on that limit.
@@ -167,7 +167,7 @@ class ToolRow:
     unit: str
     curve: Callable[[ShownMotion], Curve]
     component: int = 0
-    asked: str = ""
+    given: str = ""
     limit: float | None = None
     tolerance: bool = False
     judged: tuple[str, str] = ("", "")
@@ -188,12 +188,12 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
         ToolRow("off tool path", "m", off, limit=allowed.path, tolerance=True),
         ToolRow("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
     ]
-    places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
-    places += [
+    motion_rows = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
+    motion_rows += [
         (f"speed of {limit.frame}", limit.frame, limit.speed, 1, "frame_speed")
         for limit in limits.frame_speeds
     ]
-    for title, frame, limit, order, quantity in places:
+    for title, frame, limit, order, quantity in motion_rows:
         if limit is not None:
             curve = partial(frame_rates, frame=frame, order=order)
             unit = rate_unit("m", order)

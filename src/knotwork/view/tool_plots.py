@@ -100,10 +100,10 @@ def _panel(
         for waypoint in scenario.waypoints
         if isinstance(waypoint, CartesianWaypoint) and waypoint.name not in chosen
     ]
-    if row.asked and poses:
-        asked = [factor * float(np.linalg.norm(getattr(pose, row.asked))) for pose in poses]
-        panel.mark("asked", row.title, np.array([pose.time for pose in poses]), np.array(asked))
-    if row.asked == "linear":
+    if row.given and poses:
+        given = [factor * float(np.linalg.norm(getattr(pose, row.given))) for pose in poses]
+        panel.mark("given", row.title, np.array([pose.time for pose in poses]), np.array(given))
+    if row.given == "linear":
         part = scenario.task.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:

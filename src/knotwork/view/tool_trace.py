@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
-from knotwork.view.limit_share import limit_shares
+from knotwork.view.plotted_utilisation import sample_utilisation
 from knotwork.view.shown_motion import ShownMotion, cached_by_motion
 from knotwork.view.targets import tool_targets
 from knotwork.waypoints import FloatArray
@@ -58,9 +58,9 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     broken = np.zeros(len(time), dtype=bool)
     for begin, end in spans:
         broken |= (time >= begin) & (time <= end)
-    for failure, share in limit_shares(shown, limits, time):
+    for failure, utilisation in sample_utilisation(shown, limits, time):
         slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
-        broken |= share > 1.0 + slack
+        broken |= utilisation > 1.0 + slack
     return ToolTrace(time, position, speed, broken)
 
 

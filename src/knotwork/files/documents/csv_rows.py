@@ -107,7 +107,7 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
             yield "\n" if comment else line
 
     rows: list[tuple[int, list[str]]] = []
-    room = MAX_CSV_CELLS
+    remaining = MAX_CSV_CELLS
     reader = _reader(lines(), delimiter)
     try:
         for cells in reader:
@@ -116,8 +116,8 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
             if delimiter != ",":
                 cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
             rows.append((reader.line_num, cells))
-            room -= len(cells)
-            if len(cells) > MAX_CSV_COLUMNS or room < 0:
+            remaining -= len(cells)
+            if len(cells) > MAX_CSV_COLUMNS or remaining < 0:
                 most = f"at most {MAX_CSV_COLUMNS} columns and {MAX_CSV_CELLS} numbers are accepted"
                 raise DocumentError(path, [Problem(reader.line_num, "", "is too large", most)])
     except csv.Error as error:

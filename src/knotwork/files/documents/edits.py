@@ -56,7 +56,7 @@ def apply_edits(document: Document, edits: Edits) -> Document:
     return replace(document, data=data)
 
 
-def differences(old: Any, new: Any, place: Location = ()) -> Edits:
+def differences(old: Any, new: Any, location: Location = ()) -> Edits:
     """The edits that turn one set of data into another; a whole number equals the same float.
 
     >>> differences({"a": 1, "b": [2, 3]}, {"a": 1, "b": [2, 5], "d": 6})
@@ -69,16 +69,16 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
         pairs = [(i, *pair) for i, pair in enumerate(zip(old, new, strict=True))]
     else:
         same = old == new and isinstance(old, bool) == isinstance(new, bool)
-        return {} if same else {place: new}
+        return {} if same else {location: new}
     edits: dict[Location, Any] = {}
     for key, before, after in pairs:
-        edits |= differences(before, after, (*place, key))
+        edits |= differences(before, after, (*location, key))
     return edits
 
 
-def part_of(data: Any, place: Location) -> Any:
+def part_of(data: Any, location: Location) -> Any:
     """The value at a location, or `None`."""
-    for key in place:
+    for key in location:
         if isinstance(data, dict):
             data = data.get(key)
         elif isinstance(data, list) and isinstance(key, int) and 0 <= key < len(data):
@@ -106,14 +106,14 @@ def edited_text(text: str, edits: Edits) -> str:
     return _written(text, changes, wanted, [*edits])
 
 
-def changed_text(text: str, place: Location, value: Any, *, insert: bool = False) -> str:
+def changed_text(text: str, location: Location, value: Any, *, insert: bool = False) -> str:
     r"""The text of a YAML file with one change at any location.
 
     Missing mappings around a new key are added; a mapping that loses its last key is removed.
 
     Args:
         text: The text.
-        place: Location of the value; for an inserted item, its new index.
+        location: Location of the value; for an inserted item, its new index.
         value: The new value; `REMOVED` removes the key or item.
         insert: Insert an item into a list, before the item with its index.
 
@@ -130,34 +130,40 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
     """
     data = parse(text).data
     if value is REMOVED:
-        while len(place) > 1 and isinstance(around := part_of(data, place[:-1]), dict):
-            if len(around) > 1:
+        while len(location) > 1 and isinstance(parent := part_of(data, location[:-1]), dict):
+            if len(parent) > 1:
                 break
-            place = place[:-1]
+            location = location[:-1]
     else:
-        while len(place) > 1 and part_of(data, place[:-1]) is None:
-            place, value, insert = place[:-1], [value] if insert else {place[-1]: value}, False
-    around, last = part_of(data, place[:-1]), place[-1]
-    inside = isinstance(around, list) and isinstance(last, int) and 0 <= last < len(around) + insert
-    exists = part_of(data, place) is not None if value is REMOVED else isinstance(last, str)
-    if not inside and not (isinstance(around, dict) and exists and not insert):
-        raise InputError(f"nothing can be changed at {field_path(place)}: no such field")
+        while len(location) > 1 and part_of(data, location[:-1]) is None:
+            location, value, insert = (
+                location[:-1],
+                [value] if insert else {location[-1]: value},
+                False,
+            )
+    parent, last = part_of(data, location[:-1]), location[-1]
+    inside = isinstance(parent, list) and isinstance(last, int) and 0 <= last < len(parent) + insert
+    exists = part_of(data, location) is not None if value is REMOVED else isinstance(last, str)
+    if not inside and not (isinstance(parent, dict) and exists and not insert):
+        raise InputError(f"nothing can be changed at {field_path(location)}: no such field")
     if not insert and not (value is REMOVED and isinstance(last, int)):
-        return edited_text(text, {place: value})
+        return edited_text(text, {location: value})
     wanted = copy.deepcopy(data)
-    items = part_of(wanted, place[:-1])
+    items = part_of(wanted, location[:-1])
     items[int(last) : int(last) + (not insert)] = [value] if insert else []
-    if not items or not around:
-        return edited_text(text, {place[:-1]: items})
-    _, part = _nodes(text)[place[:-1]]
+    if not items or not parent:
+        return edited_text(text, {location[:-1]: items})
+    _, part = _nodes(text)[location[:-1]]
     if insert:
         change = _inserted_item(text, part, int(last), value)
     else:
         change = _removal(text, part, int(last))
-    return _written(text, [change], wanted, [place])
+    return _written(text, [change], wanted, [location])
 
 
-def _written(text: str, changes: Sequence[Change], wanted: Any, places: Sequence[Location]) -> str:
+def _written(
+    text: str, changes: Sequence[Change], wanted: Any, locations: Sequence[Location]
+) -> str:
     """The changed text, if it has the wanted content.
 
     Raises:
@@ -171,7 +177,7 @@ def _written(text: str, changes: Sequence[Change], wanted: Any, places: Sequence
     except InputError:
         done = None
     if done != wanted:
-        named = ", ".join(map(field_path, places[:3]))
+        named = ", ".join(map(field_path, locations[:3]))
         raise InputError(
             f"the change can't be written into the text of the file, at {named} or further on; "
             "write out aliases (*), and give each waypoint as a mapping of its own"
@@ -182,13 +188,15 @@ def _written(text: str, changes: Sequence[Change], wanted: Any, places: Sequence
 def _nodes(text: str) -> dict[Location, tuple[Any, Any]]:
     """Index in its part, and node, by location."""
 
-    def walk(node: Any, place: Location, index: int) -> Iterator[tuple[Location, tuple[int, Any]]]:
-        yield place, (index, node)
+    def walk(
+        node: Any, location: Location, index: int
+    ) -> Iterator[tuple[Location, tuple[int, Any]]]:
+        yield location, (index, node)
         for i, entry in enumerate(node.value if isinstance(node, yaml.CollectionNode) else ()):
             if isinstance(entry, tuple):
-                yield from walk(entry[1], (*place, entry[0].value), i)
+                yield from walk(entry[1], (*location, entry[0].value), i)
             else:
-                yield from walk(entry, (*place, i), i)
+                yield from walk(entry, (*location, i), i)
 
     return dict(walk(yaml.compose(text, Loader=yaml.SafeLoader), (), 0))
 
@@ -197,27 +205,27 @@ def _changes(text: str, edits: Edits) -> list[Change]:
     """The changes of a text; new keys take the place of removed ones."""
     nodes, changes = _nodes(text), list[Change]()
     new_keys: dict[Location, list[tuple[Any, Any]]] = {}
-    for place, value in edits.items():
-        if place not in nodes:
-            new_keys.setdefault(place[:-1], []).append((place[-1], value))
-    for place, value in edits.items():
-        if place not in nodes:
+    for location, value in edits.items():
+        if location not in nodes:
+            new_keys.setdefault(location[:-1], []).append((location[-1], value))
+    for location, value in edits.items():
+        if location not in nodes:
             continue
-        (_, part), (index, node) = nodes[place[:-1]], nodes[place]
+        (_, part), (index, node) = nodes[location[:-1]], nodes[location]
         column = _indent(text, part)
         if value is not REMOVED:
             # a list in block style may begin at the column of its key, at most
             space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
-            new = space + flow(value, column)
+            new = space + to_flow_yaml(value, column)
             changes.append(Change(node.start_mark.index, _end(node), new))
-        elif len(place) > 1 and (new_items := new_keys.get(place[:-1])):
+        elif len(location) > 1 and (new_items := new_keys.get(location[:-1])):
             new = _key_and_value(*new_items.pop(0), column)
             changes.append(Change(_start(part.value[index]), _end(node), new))
         else:
             changes.append(_removal(text, part, index))
-    for place, items in new_keys.items():
-        part = nodes[place][1]
-        changes += [_inserted_key(text, part, key, value, top=not place) for key, value in items]
+    for location, items in new_keys.items():
+        part = nodes[location][1]
+        changes += [_inserted_key(text, part, key, value, top=not location) for key, value in items]
     return changes
 
 
@@ -247,7 +255,9 @@ def _inserted_key(text: str, part: Any, key: str, value: Any, *, top: bool) -> C
         return Change(at, at, comma + _key_and_value(key, value, _indent(text, part)))
     if top:
         at = part.end_mark.index
-        return Change(at, at, ("" if text[:at].endswith("\n") else "\n") + block({key: value}))
+        return Change(
+            at, at, ("" if text[:at].endswith("\n") else "\n") + to_block_yaml({key: value})
+        )
     at, column = _start(part.value[min(1, len(part.value) - 1)]), part.start_mark.column
     return Change(at, at, f"{_key_and_value(key, value, column)}\n{' ' * column}")
 
@@ -257,10 +267,10 @@ def _inserted_item(text: str, part: Any, index: int, value: Any) -> Change:
     items = part.value
     if part.flow_style:
         if index < len(items):
-            return Change(_start(items[index]), _start(items[index]), flow(value) + ", ")
-        return Change(_end(items[-1]), _end(items[-1]), ", " + flow(value))
+            return Change(_start(items[index]), _start(items[index]), to_flow_yaml(value) + ", ")
+        return Change(_end(items[-1]), _end(items[-1]), ", " + to_flow_yaml(value))
     column = part.start_mark.column
-    lines = [flow(value, column + 2)]
+    lines = [to_flow_yaml(value, column + 2)]
     if isinstance(value, dict) and value:
         lines = [_key_and_value(key, item, column + 2) for key, item in value.items()]
     new = " " * column + "- " + f"\n{' ' * (column + 2)}".join(lines) + "\n"
@@ -293,16 +303,16 @@ def _indent(text: str, node: Any) -> int:
 
 
 def _key_and_value(key: Any, value: Any, column: int) -> str:
-    return flow({key: value}, column - 2)[1:-1]
+    return to_flow_yaml({key: value}, column - 2)[1:-1]
 
 
-def flow(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:
+def to_flow_yaml(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:
     """Plain data in YAML's flow style, in lines that begin right of a column."""
     text = _dump_yaml([value], default_flow_style=True, width=width - column - LAST_VALUE_WIDTH)
     return text.strip()[1:-1].replace("\n  ", "\n" + " " * column)
 
 
-def block(value: Mapping[str, Any]) -> str:
+def to_block_yaml(value: Mapping[str, Any]) -> str:
     """Plain data in YAML's block style; parts without nested parts in flow style."""
     styles = {
         key: None if isinstance(part, Mapping | list) else False for key, part in value.items()

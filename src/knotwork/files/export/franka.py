@@ -54,8 +54,8 @@ class Arm:
             return (np.broadcast_to(self.velocity, q.shape),) * 2
         k, offset, lower, upper = self.slowing
         down, up = (
-            np.clip(np.sqrt(np.maximum(k * room, 0.0)) - offset, 0.0, self.velocity)
-            for room in (q - lower, upper - q)
+            np.clip(np.sqrt(np.maximum(k * distance, 0.0)) - offset, 0.0, self.velocity)
+            for distance in (q - lower, upper - q)
         )
         return down, up
 

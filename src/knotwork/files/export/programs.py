@@ -57,7 +57,7 @@ class ProgramStep:
         to: Index of the point.
         time: Duration [s].
         moving_time: Time at its end since the arm was last at rest [s].
-        stands: Whether the arm is at rest.
+        at_rest: Whether the arm is at rest.
         first, last: Whether the arm starts to move, or comes to rest at the end.
         notes: Names of segments that begin at its start.
         flying: Events at its end that are switched while the arm moves.
@@ -67,7 +67,7 @@ class ProgramStep:
     to: int
     time: float
     moving_time: float
-    stands: bool
+    at_rest: bool
     first: bool
     last: bool
     notes: tuple[str, ...]
@@ -230,7 +230,7 @@ def _body(
     lines = [switch(event) for event, i in _events_by_point(points) if i == 0]
     for step in steps:
         lines += [remark.format(note) for note in step.notes]
-        lines += [wait.format(step.time)] if step.stands else move(step)
+        lines += [wait.format(step.time)] if step.at_rest else move(step)
         lines += map(switch, step.resting)
     return lines
 
@@ -262,25 +262,25 @@ def _steps(points: Positions) -> Iterator[ProgramStep]:
         start = segment.start - motion.start_time + 0.5 * TIME_TICK
         i = int(np.searchsorted(time, start, "right"))
         notes[min(i, len(time) - 1)].append(one_ascii_line(segment.name))
-    stands = [True, *_stands(points), True]
+    at_rest = [True, *_find_rests(points), True]
     # without the points inside a rest
     ends = [
         i
         for i in range(1, len(time) - 1)
-        if not (stands[i] and stands[i + 1]) or switched[i] or notes[i + 1]
+        if not (at_rest[i] and at_rest[i + 1]) or switched[i] or notes[i + 1]
     ]
     moving_time = 0.0
     for before, i in pairwise([0, *ends, len(time) - 1]):
         duration = float(time[i] - time[before])
-        moving_time = 0.0 if stands[i] else moving_time + duration
-        first, last = stands[before], stands[i + 1]
-        is_flying = not (stands[i] or last)
+        moving_time = 0.0 if at_rest[i] else moving_time + duration
+        first, last = at_rest[before], at_rest[i + 1]
+        is_flying = not (at_rest[i] or last)
         flying, resting = (switched[i], []) if is_flying else ([], switched[i])
         texts = tuple(notes[before + 1]), tuple(flying), tuple(resting)
-        yield ProgramStep(i, duration, moving_time, stands[i], first, last, *texts)
+        yield ProgramStep(i, duration, moving_time, at_rest[i], first, last, *texts)
 
 
-def _stands(points: Positions) -> list[bool]:
+def _find_rests(points: Positions) -> list[bool]:
     """Whether the arm is at rest between two points; times are rounded by half a tick."""
     motion = points.trajectory
     start, end = points.time[:-1], points.time[1:]

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
-from knotwork.files.documents.edits import block, differences
+from knotwork.files.documents.edits import differences, to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
@@ -146,7 +146,7 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
     """
     content = _data(scenario, folder)
     if scenario.source is None:
-        return block(content)
+        return to_block_yaml(content)
     file = read(scenario.source)
     return edited_text(read_text(scenario.source), differences(file.data, content))
 
@@ -157,7 +157,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
         return frozen_text(scenario, folder)
     except InputError as error:
         why = str(error).replace("\n", " ")
-        text = block(_data(scenario, folder))
+        text = to_block_yaml(_data(scenario, folder))
         return f"# Written anew, without the comments of the original file: {why}\n{text}"
 
 

@@ -20,6 +20,7 @@ from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingE
 from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.task import PlainTask
 from knotwork.task.scenario import Scenario, Unknowns, resolve_task
+from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
@@ -168,7 +169,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     for i in _unknowns(scenario).time_dependent:
         k = scenario.index[i]
         time = scenario.given.waypoints[k].time
-        if time is None or k == scenario.index[i - 1]:
+        if time is None or ends_wait(scenario.index, i):
             continue
         if times[i] > time:
             raise _too_soon(scenario, i, time, float(times[i]))

@@ -11,7 +11,7 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, Edits, Location, field_path, read, resources
-from knotwork.files.documents.edits import differences, flow
+from knotwork.files.documents.edits import differences, to_flow_yaml
 from knotwork.planning.sweeps.field_path import location_of
 from knotwork.planning.sweeps.figures import FIGURES
 from knotwork.planning.sweeps.named_files import file_digests
@@ -84,8 +84,8 @@ class StudySpec:
     def record(self, row: int, outcome: Outcome) -> dict[str, Any]:
         """A finished row by column; varied mappings and lists are text, as in a file."""
         values = (
-            value if isinstance(value, int | float | str) else flow(value, width=LONGEST_LINE)
-            for value in self.values(row)
+            item if isinstance(item, int | float | str) else to_flow_yaml(item, width=LONGEST_LINE)
+            for item in self.values(row)
         )
         figures = (outcome.figures.get(name) for name in FIGURES)
         finite = (x if x is not None and math.isfinite(x) else None for x in figures)

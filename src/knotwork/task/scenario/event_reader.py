@@ -15,6 +15,7 @@ from knotwork.files.documents import Location, Places
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9
@@ -109,9 +110,7 @@ class EventReader:
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
             raise self.places.error(
-                where,
-                f"{name} is a digital output, and {value!r} is not a state",
-                "on or off",
+                where, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
@@ -201,9 +200,8 @@ def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[S
     points, index = scenario.waypoints, scenario.index
     parts = []
     for i, (first, second) in enumerate(pairwise(points)):
-        waits = index[i] == index[i + 1]
-        over = i > 0 and index[i - 1] == index[i]
-        begin = points[i - 1].name if over else first.name
+        waits = ends_wait(index, i + 1)
+        begin = points[i - 1].name if ends_wait(index, i) else first.name
         name = f"wait at {begin}" if waits else f"{begin} to {second.name}"
         kind: SegmentKind = "free motion"
         if waits:

@@ -167,7 +167,6 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
                 "leaves the position open along a path, which defines the position",
                 "position at poses where the tool stops",
             )
-    for i, freedom in enumerate(along, path.first + 1):
         if freedom != along[0]:
             raise places.error(
                 ("waypoints", i, "free"),

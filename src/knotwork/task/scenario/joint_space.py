@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 class JointSpace:
     """Joints with their units and limits, their robot, and the requirements on them.
 
+    It has all that planning and the check need of a task's joints in SI, so that neither reads
+    joint values in the units of a file.
+
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each joint.
@@ -138,13 +141,13 @@ def joint_space(scenario: Scenario) -> JointSpace:
             }
         )
     return JointSpace(
-        robot.joint_names,
-        robot.joint_units,
-        robot.lower_position_limit,
-        robot.upper_position_limit,
-        dict(robot.limits),
-        robot,
-        None if robot.base_moves else robots_with_loads(scenario, robot),
+        joint_names=robot.joint_names,
+        joint_units=robot.joint_units,
+        lower_position_limit=robot.lower_position_limit,
+        upper_position_limit=robot.upper_position_limit,
+        limits=dict(robot.limits),
+        robot=robot,
+        carrying=None if robot.base_moves else robots_with_loads(scenario, robot),
         **read.requirements(),
     )
 

@@ -111,11 +111,11 @@ class PathReader:
         times, full = start + timing.times, start + timing.full_speed
         stretches = tuple(
             Stretch(
-                ("woven " if step.weave else "") + kind_of(step),
-                float(begin),
-                float(end),
-                speed,
-                (float(low), float(high)),
+                kind=("woven " if step.weave else "") + kind_of(step),
+                start=float(begin),
+                end=float(end),
+                speed=speed,
+                full_speed=(float(low), float(high)),
             )
             for step, speed, (begin, end), (low, high) in zip(
                 steps, speeds, pairwise(times), full, strict=True
@@ -198,12 +198,12 @@ class PathReader:
         last = first + len(steps)
         upper_bounds = [max_speed(step.speed) for step in steps]
         return RequestedTiming(
-            tuple(lengths.tolist()),
-            tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
-            tuple(self._durations(first, steps, start)),
-            (0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
-            self.curves.file.path.acceleration,
-            {k: bound for k, bound in enumerate(upper_bounds) if bound is not None},
+            lengths=tuple(lengths.tolist()),
+            speeds=tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
+            durations=tuple(self._durations(first, steps, start)),
+            ends=(0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
+            acceleration=self.curves.file.path.acceleration,
+            at_most={k: bound for k, bound in enumerate(upper_bounds) if bound is not None},
         )
 
     def _solve_timing(

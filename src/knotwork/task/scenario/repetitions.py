@@ -14,6 +14,7 @@ from knotwork.errors import suggest_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
+from knotwork.task.scenario.unknowns import ends_wait
 
 PLACE_FRAME = "place"
 """Name of the frame of the current location, in a repeated block."""
@@ -52,7 +53,7 @@ def turns(scenario: Scenario) -> list[list[int]]:
     starts: dict[Location, list[int]] = {}
     for i, k in enumerate(scenario.index):
         location = scenario.places.given(("waypoints", k))
-        if location[2:] == ("repeat", 0) and (not i or scenario.index[i - 1] != k):
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.index, i):
             starts.setdefault(location[:2], []).append(i)
     return list(starts.values())
 

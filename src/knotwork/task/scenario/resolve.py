@@ -11,10 +11,7 @@ from knotwork.files.documents import Location, Places
 from knotwork.task import Limits, PlainTask, Task
 from knotwork.task.scenario.event_reader import EventReader, with_waits
 from knotwork.task.scenario.repetitions import expand_repeats
-from knotwork.task.scenario.scenario import (
-    SMALLEST_PATH_TOLERANCE,
-    Scenario,
-)
+from knotwork.task.scenario.scenario import SMALLEST_PATH_TOLERANCE, Scenario
 from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import WaypointReader

@@ -146,14 +146,14 @@ class _SceneReader:
             for i in (self.reader.indices[take], self.reader.indices[leave])
         )
         return GraspedObject(
-            name,
-            self._shape(held, place, moves=True),
-            take,
-            leave,
-            tuple(held.allow),
-            (taken_from, left_on),
-            appears,
-            read_payload(held, self.reader.places, place),
+            name=name,
+            shape=self._shape(held, place, moves=True),
+            take=take,
+            leave=leave,
+            allow=tuple(held.allow),
+            carriers=(taken_from, left_on),
+            appears=appears,
+            payload=read_payload(held, self.reader.places, place),
         )
 
     def _frame(self, name: str) -> MovingFrame | None:
@@ -177,12 +177,12 @@ class _SceneReader:
         path = folder / os.path.expanduser(robot.scenario)
         motion = robot.motion and places.named_file(robot.motion, (*place, "motion"))
         return PlacedRobot(
-            name,
-            base.rest_placement * self.reader.placement(robot, place),
-            path if path.is_file() else robot.scenario,
-            motion or None,
-            robot.delay,
-            self._frame(robot.parent),
+            name=name,
+            placement=base.rest_placement * self.reader.placement(robot, place),
+            scenario=path if path.is_file() else robot.scenario,
+            motion=motion or None,
+            delay=robot.delay,
+            carrier=self._frame(robot.parent),
         )
 
     def _shape(

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -90,6 +89,16 @@ class Unknowns:
         return unknown
 
 
+def ends_wait(index: Sequence[int], i: int) -> bool:
+    """Whether waypoint i of a scenario is the end of a wait: the second of its two waypoints.
+
+    Args:
+        index: Index in the file of each waypoint of the scenario.
+        i: Index in the scenario.
+    """
+    return i > 0 and index[i] == index[i - 1]
+
+
 def min_time(file: PlainTask, i: int) -> float | None:
     """Lower bound of the time to a waypoint [s], 0 without one; `None` if it is given."""
     waypoint = file.waypoints[i]
@@ -132,7 +141,8 @@ def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Un
             chosen.
     """
     lower_bounds = [
-        min_time(file, end) if end >= 0 and start != end else None for start, end in pairwise(index)
+        None if k < 0 or ends_wait(index, i) else min_time(file, k)
+        for i, k in enumerate(index[1:], 1)
     ]
     speed: list[SpeedKind] = ["given"] * len(index)
     at_most = np.full(len(index), np.inf)
@@ -140,7 +150,7 @@ def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Un
     ways: dict[int, ClearWay] = {}
     timed: list[int] = []
     for i, k in enumerate(index):
-        if k < 0 or (i and k == index[i - 1]):  # this is the start, or the end of a wait
+        if k < 0 or ends_wait(index, i):  # k < 0 is the start
             continue
         waypoint = file.waypoints[k]
         maximum = max_speed(getattr(waypoint, "speed", None))

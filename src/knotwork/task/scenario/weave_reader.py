@@ -120,13 +120,13 @@ class WeaveReader:
             )
         axes = requested.axes or (("across", "along") if requested.loop else ("across",))
         weave = WeavePattern(
-            requested.shape,
-            requested.width,
-            requested.frequency,
-            tuple(WEAVE_AXES.index(axis) for axis in axes),
-            requested.dwell or 0.0,
-            requested.rounding or allowed,
-            duration,
+            shape=requested.shape,
+            width=requested.width,
+            frequency=requested.frequency,
+            axes=tuple(WEAVE_AXES.index(axis) for axis in axes),
+            dwell=requested.dwell or 0.0,
+            rounding=requested.rounding or allowed,
+            duration=duration,
         )
         if requested.normal is None:
             return weave, None

@@ -277,10 +277,7 @@ class _ClearanceSearch:
         waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.combo]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
-        columns = (
-            waiting,
-            *(x[waiting] for x in (tests.combo, tests.interval, lower, motion)),
-        )
+        columns = (waiting, *(x[waiting] for x in (tests.combo, tests.interval, lower, motion)))
         for i, c, k, nearest, moved in zip(*(x.tolist() for x in columns), strict=True):
             if nearest >= goal[c]:
                 continue

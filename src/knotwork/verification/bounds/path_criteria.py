@@ -167,11 +167,7 @@ def path_errors(
 
     distance = samples.distance
     judge(
-        "path_deviation",
-        limits.position,
-        distance,
-        _worse_end(distance) + chord_excess,
-        everywhere,
+        "path_deviation", limits.position, distance, _worse_end(distance) + chord_excess, everywhere
     )
     judge(
         "path_orientation",

@@ -96,11 +96,7 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
 
 
 def _point_bound(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    frame: str | None,
-    order: int,
-    limit: float,
+    robot: Robot, trajectory: JointTrajectory, frame: str | None, order: int, limit: float
 ) -> Bound:
     index = robot.require_tool() if frame is None else robot.frame_index(frame)
     quantity, limits = speed_quantity(robot.model, index, order), np.array([limit])
@@ -115,10 +111,7 @@ VALUE_RESOLUTION = 1e-3
 
 
 def singular_value_bound(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    *,
-    limit: float | None = None,
+    robot: Robot, trajectory: JointTrajectory, *, limit: float | None = None
 ) -> Bound:
     """Lower bound of the smallest singular value σ of the tool Jacobian, over all time.
 

@@ -18,10 +18,7 @@ from knotwork.waypoints import FloatArray
 
 
 def torque_bound(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    *,
-    limit: ArrayLike | None = None,
+    robot: Robot, trajectory: JointTrajectory, *, limit: ArrayLike | None = None
 ) -> tuple[Bound, ...]:
     """Bound every joint's torque (its force, if prismatic) over all time [N m or N].
 
@@ -84,12 +81,12 @@ def masses(model: Any) -> Masses:
     """Read inertias from a Pinocchio model."""
     moments = [np.linalg.eigvalsh(inertia.inertia) for inertia in model.inertias]
     return Masses(
-        tuple(float(inertia.mass) for inertia in model.inertias),
-        tuple(float(np.linalg.norm(inertia.lever)) for inertia in model.inertias),
-        tuple(float(np.abs(values).max()) for values in moments),
-        tuple(float(values[-1] - values[0]) / 2.0 for values in moments),
-        float(np.linalg.norm(model.gravity.linear)),
-        np.array(model.armature),
+        mass=tuple(float(inertia.mass) for inertia in model.inertias),
+        lever=tuple(float(np.linalg.norm(inertia.lever)) for inertia in model.inertias),
+        inertia=tuple(float(np.abs(values).max()) for values in moments),
+        spread=tuple(float(values[-1] - values[0]) / 2.0 for values in moments),
+        gravity=float(np.linalg.norm(model.gravity.linear)),
+        armature=np.array(model.armature),
     )
 
 

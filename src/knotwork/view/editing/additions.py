@@ -37,7 +37,7 @@ def waypoint_here(
     q: FloatArray,
     after: int,
     *,
-    share: float = 0.5,
+    fraction: float = 0.5,
     joints: bool = False,
 ) -> list[Change]:
     """The changes that add a waypoint at the arm's present state, between two others.
@@ -47,7 +47,7 @@ def waypoint_here(
         robot: Its robot.
         q: Joint positions, joints in the robot's order, shape (d,).
         after: Index in `scenario.given` of the previous waypoint; -1 for the start.
-        share: Fraction of the time between the two at which the arm is there.
+        fraction: Fraction of the time between the two at which the arm is there.
         joints: Use joint values, as an arm with few joints needs, not the pose of the tool.
 
     Raises:
@@ -56,7 +56,7 @@ def waypoint_here(
     task = scenario.given
     length, angle = si_factors(task.units)
     beside = task.waypoints[max(after, 0)]
-    added, changes = _time_between(scenario, after, share)
+    added, changes = _time_between(scenario, after, fraction)
     line = "along" in added
     if joints and line:
         raise InputError("on a tool path a waypoint can't be given by joint values")
@@ -70,11 +70,11 @@ def waypoint_here(
         frame = getattr(beside, "frame", None)
         if _moves(task, frame or task.frame or "base"):
             frame = "base"
-        around = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
+        parent = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
         pose = robot.forward(q)
         if line:
             _snap(scenario, after, pose)
-        pose = around.actInv(pose)
+        pose = parent.actInv(pose)
         neighbour = getattr(beside, "pose", None)
         forms = (name for name in FORMS if getattr(neighbour, name, None) is not None)
         form = next(forms, "rpy").replace("euler", "rpy")
@@ -105,7 +105,7 @@ def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
 
 
 def _time_between(
-    scenario: Scenario, after: int, share: float
+    scenario: Scenario, after: int, fraction: float
 ) -> tuple[dict[str, Any], list[Change]]:
     """Time and velocity of a new waypoint, and changes of its neighbours."""
     task = scenario.given
@@ -127,7 +127,7 @@ def _time_between(
         added = {key: path[key] for key in ("along", "speed") if key in path}
         added["blend"] = file_values([CORNER_BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
     if isinstance(following.after, float):
-        first = round(share * following.after, 3)
+        first = round(fraction * following.after, 3)
         added["after"] = first
         remaining = round(following.after - first, 6)
         changes = [
@@ -136,7 +136,9 @@ def _time_between(
     elif following.time is not None:
         before = task.waypoints[after].time if after >= 0 else 0.0
         timed = (
-            {} if before is None else {"time": round(before + share * (following.time - before), 3)}
+            {}
+            if before is None
+            else {"time": round(before + fraction * (following.time - before), 3)}
         )
         added |= timed or {"after": 1.0}
     elif following.after is not None:

@@ -69,7 +69,7 @@ class Draft:
                 "revision": self.revision,
                 "file": self.file.name,
                 "data": _finite(data),
-                "build": build(data),
+                "build": structure_digest(data),
                 "undo": self._index > 0,
                 "redo": self._index + 1 < len(self._texts),
                 "unsaved": self.text != self._disk,
@@ -158,7 +158,7 @@ def _parse(text: str, file: Path) -> Document:
     return parse(text, file)
 
 
-def build(data: Any) -> str:
+def structure_digest(data: Any) -> str:
     """A short digest of a text's structure, without its numbers.
 
     Names and locations in one text are valid in any other with the same structure.
@@ -170,7 +170,7 @@ def build(data: Any) -> str:
 def units(data: Any, robot: Robot | None) -> dict[str, str]:
     """The units of the values of a file, by their location as JSON."""
     joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
-    known = ((at, unit_at(data, at, joints)) for at in _places(data))
+    known = ((at, unit_at(data, at, joints)) for at in _locations(data))
     return {as_javascript(at): unit for at, unit in known if unit}
 
 
@@ -179,13 +179,13 @@ def as_javascript(at: Location) -> str:
     return json.dumps(at, separators=(",", ":"), ensure_ascii=False)
 
 
-def _places(data: Any, at: Location = ()) -> Iterator[Location]:
+def _locations(data: Any, at: Location = ()) -> Iterator[Location]:
     """Locations of the values of a file; a list of numbers counts as one, and so does each item."""
     parts = data.items() if isinstance(data, dict) else enumerate(data)
     for key, part in parts:
         yield (*at, key)
         if isinstance(part, dict | list):
-            yield from _places(part, (*at, key))
+            yield from _locations(part, (*at, key))
 
 
 def _numberless(data: Any) -> Any:
@@ -197,11 +197,11 @@ def _numberless(data: Any) -> Any:
 
 
 def _location(change: Mapping[str, Any]) -> Location:
-    place = change.get("at")
-    fine = isinstance(place, list | tuple) and place and all(type(k) in (str, int) for k in place)
-    if not fine:
-        raise InputError(f"an edit is at {place!r}; accepted: a list of keys and indices")
-    return tuple(place or ())
+    at = change.get("at")
+    is_valid = isinstance(at, list | tuple) and at and all(type(key) in (str, int) for key in at)
+    if not is_valid:
+        raise InputError(f"an edit is at {at!r}; accepted: a list of keys and indices")
+    return tuple(at or ())
 
 
 def _finite(data: Any) -> Any:

@@ -33,7 +33,7 @@ class Handle:
         name: Name of the moved part.
         kind: `"waypoint"`, `"via"`, `"object"` or `"frame"`.
         pose: In the axes of the URDF's root, `pin.SE3`.
-        around: Frame of the position and of the orientation in the file: axes and origin, and axes.
+        parent_frame: Frame of the position in the file, and axes of the orientation, shape (3, 3).
         form: Key of the orientation; empty without one.
         order: Order of its Euler angles, for that form.
         position: As given, in the file's unit, shape (3,).
@@ -43,7 +43,7 @@ class Handle:
     name: str
     kind: str
     pose: pin.SE3
-    around: tuple[pin.SE3, FloatArray]
+    parent_frame: tuple[pin.SE3, FloatArray]
     position: Sequence[float]
     form: str = ""
     order: str = ""
@@ -56,7 +56,7 @@ class Handle:
             "kind": self.kind,
             "position": self.pose.translation.tolist(),
             "quaternion": pin.Quaternion(self.pose.rotation).coeffs().tolist(),
-            "axes": pin.Quaternion(self.around[0].rotation).coeffs().tolist(),
+            "axes": pin.Quaternion(self.parent_frame[0].rotation).coeffs().tolist(),
             "turns": bool(self.form),
         }
 
@@ -97,12 +97,12 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         for name, part in parts.items():
             if (name if where == ("frames",) else part.parent) not in still:
                 continue
-            at, around = (*where, name), frame(part.parent)
+            at, parent = (*where, name), frame(part.parent)
             if scenario.places.given(at) != at:
                 continue  # the place of a repetition
-            pose = around * read_placement(part, scenario.places, at)
+            pose = parent * read_placement(part, scenario.places, at)
             form, order = _form(part)
-            axes, kind = (around, around.rotation), where[-1].removesuffix("s")
+            axes, kind = (parent, parent.rotation), where[-1].removesuffix("s")
             numbered = in_file[name].position, form or "rpy", order
             by_place[at] = Handle(at, name, kind, pose, axes, *numbered)
     return list(by_place.values())
@@ -110,23 +110,23 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
 
 def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator[Handle]:
     waypoint = cast(PoseWaypoint | PathWaypoint, file.waypoints[i])
-    around = frame(waypoint.frame or file.frame)
-    axes = around.rotation
+    parent = frame(waypoint.frame or file.frame)
+    axes = parent.rotation
     if waypoint.orientation_in is not None:
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
     at = scenario.places.given(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.given.waypoints[i])
-    pose = pin.SE3(turn, around * np.array(waypoint.pose.position))
+    pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
     form, position = _form(waypoint.pose), raw.pose.position
-    yield Handle((*at, "pose"), shown.name, "waypoint", pose, (around, axes), position, *form)
+    yield Handle((*at, "pose"), shown.name, "waypoint", pose, (parent, axes), position, *form)
     if isinstance(waypoint, PathWaypoint):
         points = zip(_points(waypoint.along), _points(getattr(raw, "along", None)), strict=True)
         for (place, point), (_, position) in points:
-            pose = pin.SE3(turn, around * np.array(point))
+            pose = pin.SE3(turn, parent * np.array(point))
             name = f"{shown.name}: {place[-1]}"
-            yield Handle((*at, "along", *place), name, "via", pose, (around, axes), position)
+            yield Handle((*at, "along", *place), name, "via", pose, (parent, axes), position)
 
 
 def _points(along: Any) -> Iterator[tuple[Location, Any]]:
@@ -161,7 +161,7 @@ def move_handle(
     """
     changes: list[Mapping[str, Any]] = []
     if position is not None:
-        local = handle.around[0].actInv(np.asarray(position, dtype=float))
+        local = handle.parent_frame[0].actInv(np.asarray(position, dtype=float))
         at = handle.at if handle.kind == "via" else (*handle.at, "position")
         pairs = zip(file_values(local, units[0], LENGTH_STEP), handle.position, strict=True)
         value = [  # unchanged values are not rounded
@@ -170,7 +170,9 @@ def move_handle(
         ]
         changes.append({"at": at, "value": value})
     if quaternion is not None and handle.form:
-        turn = handle.around[1].T @ pin.Quaternion(np.asarray(quaternion, dtype=float)).matrix()
+        turn = (
+            handle.parent_frame[1].T @ pin.Quaternion(np.asarray(quaternion, dtype=float)).matrix()
+        )
         turned = orientation_value(turn, handle.form, units[1], handle.order)
         changes.append({"at": (*handle.at, handle.form), "value": turned})
     return changes

@@ -25,7 +25,7 @@ from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.task.si_units import si_factors
 from knotwork.view.editing.additions import box_at, waypoint_here
-from knotwork.view.editing.draft import Draft, as_javascript, build, units
+from knotwork.view.editing.draft import Draft, as_javascript, structure_digest, units
 from knotwork.view.editing.handles import Handle, handles, move_handle
 from knotwork.view.live_server import LiveServer
 from knotwork.view.scene_data import make_scene, scene_of
@@ -45,8 +45,8 @@ class DraftReading:
         scenario: The task.
         robot: Its robot, or `None`.
         handles: Its handles; of repeated waypoints only those of the first repetition.
-        build: The structure of its text, as from `build`.
-        units: Units of the file's values, as from `units`.
+        structure: Digest of the structure of its text, from `structure_digest`.
+        units: Units of the file's values, by their location as JSON.
         names: Names of waypoints in the scene, by location in the file.
     """
 
@@ -54,7 +54,7 @@ class DraftReading:
     scenario: Scenario
     robot: Robot | None
     handles: list[Handle]
-    build: str
+    structure: str
     units: dict[str, str]
     names: dict[str, str]
 
@@ -72,13 +72,13 @@ class DraftReading:
         by_place = {handle.at: handle for handle in reversed(all_handles)}
         in_file = [place for place in by_place.values() if part_of(document.data, place.at)]
         return cls(
-            revision,
-            scenario,
-            robot,
-            in_file[::-1],
-            build(document.data),
-            units(document.data, robot),
-            _names(scenario),
+            revision=revision,
+            scenario=scenario,
+            robot=robot,
+            handles=in_file[::-1],
+            structure=structure_digest(document.data),
+            units=units(document.data, robot),
+            names=_names(scenario),
         )
 
 
@@ -113,7 +113,7 @@ class Session:
     def _answer(self, action: Callable[[Request], Answer | None], request: Request) -> Answer:
         return {**(action(request) or {}), "revision": self.draft.revision}
 
-    def renew(self) -> tuple[dict[str, Any], Plan] | None:
+    def replan(self) -> tuple[dict[str, Any], Plan] | None:
         """Plan the present draft; the scene and the plan, or `None` if it was edited meanwhile.
 
         Raises:
@@ -136,7 +136,7 @@ class Session:
         if reading.robot is not None:
             self.server.start()
             if self.server.scene is None:
-                scene = standing_scene(reading.scenario, reading.robot)
+                scene = unplanned_scene(reading.scenario, reading.robot)
                 self.server.show({**scene, "revision": -1})
                 self.server.start()
         planned = plan(reading.scenario, budget=self._budget)
@@ -167,28 +167,30 @@ class Session:
         more: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
         if reading is not None:
             more |= {"handled": reading.revision, "units": reading.units}
-            if draft["build"] == reading.build:
-                shown = [{**handle.to_dict(), "build": reading.build} for handle in reading.handles]
+            if draft["build"] == reading.structure:
+                shown = [
+                    {**handle.to_dict(), "build": reading.structure} for handle in reading.handles
+                ]
                 more |= {"handles": shown, "names": reading.names}
         return {"draft": {**draft, **more, "verdict": self._verdict}}
 
     def _edit(self, request: Request) -> None:
         """Change the text; if the page names a structure, only while the text has it."""
         if "build" in request:
-            self._same_build(request)
+            self._require_same_structure(request)
         changes = request.get("changes")
         if not isinstance(changes, list) or not all(isinstance(change, dict) for change in changes):
             raise InputError("an edit needs changes: a list of mappings with at and value")
         self.draft.apply(changes, str(request.get("gesture", "")))
 
-    def _same_build(self, request: Request) -> None:
+    def _require_same_structure(self, request: Request) -> None:
         """Refuse a request if the draft no longer has the structure that the page shows."""
-        if request.get("build") != build(self.draft.document().data):
+        if request.get("build") != structure_digest(self.draft.document().data):
             raise InputError("nothing was changed: the task has changed since; try again")
 
     def _move(self, request: Request) -> Answer:
         """Move a handle of the present text."""
-        self._same_build(request)
+        self._require_same_structure(request)
         reading, place = self._read(), (tuple(request.get("at", ())), str(request.get("name")))
         known = {(handle.at, handle.name): handle for handle in reading.handles}
         handle = known.get(place)
@@ -204,7 +206,7 @@ class Session:
             raise InputError("the quaternion of a handle must have norm 1")
         changes = move_handle(handle, si_factors(reading.scenario.given.units), **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
-        return {"build": build(self.draft.document().data)}
+        return {"build": structure_digest(self.draft.document().data)}
 
     def _jog(self, request: Request) -> Answer:
         """Joint positions and the pose of the tool, one of them computed from the other."""
@@ -234,14 +236,14 @@ class Session:
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
         else:
-            after, share = _place_in_file(planned, float(request.get("time", 0.0)))
+            after, fraction = _place_in_file(planned, float(request.get("time", 0.0)))
             if "after" in request:
-                place, share = tuple(request["after"]), 0.5
+                place, fraction = tuple(request["after"]), 0.5
                 places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
                 inside = [i for i, known in enumerate(places) if known[: len(place)] == place]
                 after = max(inside, default=after)
             joints = request.get("what") == "joints"
-            changes = waypoint_here(scenario, robot, q, after, share=share, joints=joints)
+            changes = waypoint_here(scenario, robot, q, after, fraction=fraction, joints=joints)
         self.draft.apply(changes)
         return {"at": changes[-1]["at"]}
 
@@ -256,7 +258,7 @@ class Session:
         return robot, np.asarray(curve(np.clip(float(request["time"]), curve.x[0], curve.x[-1])))
 
 
-def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
+def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     """The scene of a task before it is planned: the robot at rest."""
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
@@ -287,8 +289,8 @@ def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))
     if i + 1 == len(times):
         return scenario.index[i], 1.0
-    share = (time - times[i]) / (times[i + 1] - times[i])
-    return scenario.index[i], float(np.clip(share, 0.2, 0.8))
+    fraction = (time - times[i]) / (times[i + 1] - times[i])
+    return scenario.index[i], float(np.clip(fraction, 0.2, 0.8))
 
 
 def draft_of(source: Path, copy: Path | None = None) -> Draft:

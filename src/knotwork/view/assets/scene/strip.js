@@ -48,7 +48,7 @@ class Strip {
       const limit = this.data.speed_limit;
       found.push({ name: "tool speed", colour: "speed", unit: `${length}/s`, time: player.times,
         value: player.speeds.map((one) => factor * one), limits: limit ? [factor * limit] : [],
-        asked: this.data.asked.map(([start, end, speed]) => [start, end, factor * speed]) });
+        given: this.data.given.map(([start, end, speed]) => [start, end, factor * speed]) });
     }
     if (this.data.clearance) {
       const { time, distance, pair, names, margin } = this.data.clearance;
@@ -202,17 +202,17 @@ class Strip {
   }
 
   drawCurve(pen, colour, top, bottom) {
-    const { name, unit, time, value, limits, asked = [], most: scale = Infinity, colour: look } = this.chosen;
-    const given = [...value].filter((one) => one !== null);
-    const reach = given.reduce((far, one) => [Math.min(far[0], one), Math.max(far[1], one)], [Infinity, -Infinity]);
+    const { name, unit, time, value, limits, given = [], most: scale = Infinity, colour: look } = this.chosen;
+    const known = [...value].filter((one) => one !== null);
+    const reach = known.reduce((far, one) => [Math.min(far[0], one), Math.max(far[1], one)], [Infinity, -Infinity]);
     const near = limits.filter((one) => one <= 1.6 * Math.max(reach[1], 1e-9) && one >= reach[0] - (reach[1] - reach[0]));
     const low = Math.min(look === "way" ? reach[0] : 0, ...near, reach[0]);
-    const high = Math.max(Math.min(reach[1], scale), ...near, ...asked.map((one) => one[2]), low + 1e-9);
+    const high = Math.max(Math.min(reach[1], scale), ...near, ...given.map((one) => one[2]), low + 1e-9);
     const up = (one) => bottom - 1 - ((bottom - top - 2) * (Math.min(one, high) - low)) / (high - low);
     pen.lineWidth = 6;
-    pen.strokeStyle = colour("asked");
+    pen.strokeStyle = colour("given");
     pen.beginPath();
-    for (const [start, end, speed] of asked) {
+    for (const [start, end, speed] of given) {
       pen.moveTo(this.x(start), up(speed));
       pen.lineTo(this.x(end), up(speed));
     }

@@ -1,7 +1,4 @@
-"""Joints after those of the robot, with known positions, and what they carry.
-
-They carry moving frames and other robots.
-"""
+"""The joints of moving frames and other robots, which follow those of the robot in the tree."""
 
 from __future__ import annotations
 
@@ -20,16 +17,16 @@ from knotwork.view.surroundings import HELD_COLOUR, TOOL_COLOUR, solid_mesh
 from knotwork.waypoints import FloatArray
 
 
-def known_joints(shown: ShownMotion) -> list[dict[str, Any]]:
-    """Describe the joints after the robot's, like `drawn_joints`."""
+def environment_joints(shown: ShownMotion) -> list[dict[str, Any]]:
+    """Describe the joints after the robot's for the page, in the form of `drawn_joints`."""
     if shown.model is None:
         return []
     tree, first = shown.model.joints, shown.robot.model.njoints
     return [drawn_joint(tree, i, f"known joint {i}") for i in range(first, len(tree.parent))]
 
 
-def known_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:
-    """Positions of these joints, shape (k, m), with m = 0 without moving objects."""
+def environment_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:
+    """Positions of the joints after the robot's, shape (k, m) at k times; m is 0 if none moves."""
     known = () if model is None else model.known
     return np.hstack([np.zeros((len(time), 0)), *(positions(time) for positions in known)])
 
@@ -56,8 +53,8 @@ def draw_other_robots(parts: SceneParts, shown: ShownMotion, size: float) -> Non
                 carrier = root + body.joint
                 parts.draw("other robots", merge_meshes(meshes), carrier=carrier, between=span)
         carrier, base = shown.carrier_of(other.carrier)
-        place = (base * other.placement).translation
-        parts.write(other.name, "object", place, f"robot {other.name!r}", carrier=carrier)
+        position = (base * other.placement).translation
+        parts.write(other.name, "object", position, f"robot {other.name!r}", carrier=carrier)
         parts.warnings += [f"robot {other.name!r}: {warning}" for warning in links.warnings]
 
 

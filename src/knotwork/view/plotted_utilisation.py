@@ -22,7 +22,7 @@ FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
 MIN_SINGULAR_VALUE = "smallest_singular_value"
 
 
-def limit_shares(
+def sample_utilisation(
     shown: ShownMotion, findings: Iterable[Finding], time: FloatArray
 ) -> Iterator[tuple[Finding, FloatArray]]:
     """Sample the use of each limit. The maximum is the finding's own, at the nearest sample.
@@ -40,8 +40,8 @@ def limit_shares(
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
     for finding in findings:
-        most = np.inf if finding.utilisation is None and not finding.ok else finding.utilisation
-        if finding.group not in LIMITS or finding.limit is None or most is None:
+        maximum = np.inf if finding.utilisation is None and not finding.ok else finding.utilisation
+        if finding.group not in LIMITS or finding.limit is None or maximum is None:
             continue
         values, lower, upper = np.zeros(time.shape), -np.inf, finding.limit
         if finding.subject == "joint" and finding.quantity in JOINT_QUANTITIES:
@@ -54,9 +54,11 @@ def limit_shares(
             values, lower, upper = singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf
-        share = np.minimum(np.maximum(_part(values, upper), _part(-values, -lower)), most)
-        share[... if finding.time is None else np.abs(time - finding.time).argmin()] = most
-        yield finding, share
+        utilisation = np.minimum(
+            np.maximum(_utilisation(values, upper), _utilisation(-values, -lower)), maximum
+        )
+        utilisation[... if finding.time is None else np.abs(time - finding.time).argmin()] = maximum
+        yield finding, utilisation
 
 
 def frame_values(
@@ -99,7 +101,7 @@ def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[floa
     return (lower, np.inf) if finding.limit == lower else (-np.inf, upper)
 
 
-def _part(values: FloatArray, upper: float) -> FloatArray:
+def _utilisation(values: FloatArray, upper: float) -> FloatArray:
     """Used fraction of an upper limit, as in findings."""
     if not np.isfinite(upper):
         return np.zeros(values.shape)
