@@ -126,8 +126,8 @@ def test_names_low_path_acceleration() -> None:
     given, slow = line("a", -160, 200), line("b", 0, turn=-120)
     task = reach(given, slow, limits={"velocity": 60, "acceleration": 8000, "jerk": 1e6})
     says = (
-        r"waypoints\[1\]\.speed: at 200 mm/s along the path from 'in' to 'a': there is no room for "
-        r"changes of speed at path\.acceleration, 1000 mm/s²; "
+        r"waypoints\[1\]\.speed: at 200 mm/s along the path from 'in' to 'a': the stretch is "
+        r"too short to change speed at path\.acceleration, 1000 mm/s²; "
         r"accepted: speed: fastest, a higher path\.acceleration, or a higher limit"
     )
     with pytest.raises(InputError, match=says):

@@ -70,7 +70,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
         raise first_error or AssertionError("a sequence without a plan has an error")
     best = replace(best, tried_sequences=tried)
     if failed_pairs(best.report.findings):
-        return _with_detour(planner, best, tried)
+        return _with_clear_motion(planner, best, tried)
     if tried == 1:
         return best
     return _with_finding(
@@ -88,9 +88,9 @@ def _colliding_intervals(plan: Plan) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
+def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
-    ends, late, notes = _detour_ends(best), planner.is_late, []
+    ends, late, notes = _avoidable_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
         from knotwork.planning.choosing.segments import with_clear_motions
@@ -121,17 +121,17 @@ def _with_detour(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
 
 
 def _rank(plan: Plan) -> tuple[int, int]:
-    """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
+    """Number of colliding pairs and of failures, by which plans are compared; smaller is better."""
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _detour_ends(plan: Plan) -> list[int]:
-    """Indices of waypoints at which `way: clear` could avoid a collision of the motion to them.
+def _avoidable_ends(plan: Plan) -> list[int]:
+    """Waypoints, by index, at which `way: clear` could avoid a collision of the motion to them.
 
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
     free velocity keep it, so that the motions to them and from them are replaced together.
     """
-    scenario, unknowns = plan.scenario, _free_times(plan)
+    scenario, unknowns = plan.scenario, _chosen_unknowns(plan)
     requested = scenario if plan.chosen is None else plan.chosen.requested
     planner, _ = planner_and_rule(requested.task.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
@@ -153,14 +153,14 @@ def _detour_ends(plan: Plan) -> list[int]:
     return sorted(ends - unusable)
 
 
-def _free_times(plan: Plan) -> Unknowns | None:
+def _chosen_unknowns(plan: Plan) -> Unknowns | None:
     """Unknowns that were chosen for a plan."""
     return None if plan.chosen is None else plan.chosen.requested.unknowns
 
 
 def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:
     """The waypoints among some whose times are chosen."""
-    unknowns = _free_times(plan)
+    unknowns = _chosen_unknowns(plan)
     return [i for i in ends if unknowns and unknowns.duration[i - 1]]
 
 
@@ -173,7 +173,7 @@ def _proposal(plan: Plan, ends: Sequence[int]) -> str:
     if not ends or plan.scenario.scene.has_moving_bodies:
         return ""
     collisions = "the collision" if len(ends) == 1 else "the collisions"
-    unknowns = _free_times(plan)
+    unknowns = _chosen_unknowns(plan)
     passed = unknowns and any(unknowns.speed[i] == "free" for i in ends)
     # motions joined at a free velocity are one motion, which takes no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""

@@ -171,7 +171,16 @@ def _geometry(
         if not planned.scenario.paths:
             return []
         fact = "the motion leaves the tool paths of the task, which are not checked"
-        return [Finding("Warnings", "motion", "", "path", "warning", fact)]
+        return [
+            Finding(
+                group="Warnings",
+                subject="motion",
+                name="",
+                quantity="path",
+                verdict="warning",
+                fact=fact,
+            )
+        ]
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
     execution = Execution(clock, times, executed.ends)
     moving = on_moving_frames(planned.scenario.given)

@@ -106,7 +106,7 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
 
 
 def on_moving_frames(task: Task) -> list[int]:
-    """Indices of the waypoints of a task in moving frames."""
+    """Waypoints of a task that are in moving frames, by index."""
     frames = task.frames
 
     def moves(name: str | None) -> bool:
@@ -145,7 +145,7 @@ def scene_from(
     objects: dict[str, Any] = {}
 
     def shift_appearance(item: Any, i: int | None) -> Any:
-        """An object that appears at waypoint i; `None` if that is later."""
+        """An object that appears at waypoint i, or `None` if the execution ends before."""
         since = first if i is None else times[i]
         appears = scenario.waypoints[i].name if i is not None and first < since else None
         return None if last < since else item.replace(appears=appears)

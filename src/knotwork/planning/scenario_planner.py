@@ -1,4 +1,4 @@
-"""Planning of one scenario with any sequence of solutions of its poses."""
+"""Plans of a scenario with a given sequence of IK solutions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
 
 @dataclass(frozen=True, eq=False)
 class ScenarioPlanner:
-    """Plans a scenario with a sequence of solutions; unknown times are chosen first.
+    """Plans a scenario with one sequence of IK solutions, after its unknowns are chosen.
 
     Attributes:
         scenario, planner, progress: As of `plan`.
@@ -108,9 +108,9 @@ class ScenarioPlanner:
         )
         known = [_velocity_finding(limit, scenario.units) for limit in solution.infeasibilities]
         if chosen is not None:
-            from knotwork.planning.choosing.chosen_times_findings import findings
+            from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
-            known += findings(chosen, space)
+            known += chosen_times_findings(chosen, space)
             # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities

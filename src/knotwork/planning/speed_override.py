@@ -102,11 +102,11 @@ def _override_finding(requested: Profile, executed: Profile, end: float) -> Find
         return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)
 
     return Finding(
-        "Warnings",
-        "motion",
-        "",
-        "override",
-        "warning",
-        f"the override {{{text(requested)}}} changes faster than limits of acceleration and jerk "
-        f"allow; executed instead: {{{text(executed)}}}",
+        group="Warnings",
+        subject="motion",
+        name="",
+        quantity="override",
+        verdict="warning",
+        fact=f"the override {{{text(requested)}}} changes faster than limits of acceleration and "
+        f"jerk allow; executed instead: {{{text(executed)}}}",
     )

@@ -194,7 +194,7 @@ def _pair_text(pair: Clearance, scenario: Scenario) -> str:
 
 
 def _contact_times(pair: Clearance) -> str:
-    """Text of the worst contact interval, and of the number of others."""
+    """The worst contact interval, and the number of others, as text."""
     start, end = pair.interval or (pair.time, pair.time)
     others = len(pair.contacts) - 1
     more = f" and {others} more {'times' if others > 1 else 'time'}" if others > 0 else ""
@@ -202,7 +202,7 @@ def _contact_times(pair: Clearance) -> str:
 
 
 def _vector_text(vector: FloatArray) -> str:
-    """Text of a vector."""
+    """A vector as text, without negative zeros."""
     return "[" + ", ".join(f"{value:.4g}" for value in np.round(vector, 4) + 0.0) + "]"
 
 

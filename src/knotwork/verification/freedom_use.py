@@ -1,4 +1,4 @@
-"""Use of the freedoms of poses by the motion."""
+"""Free values of poses: where a motion is in their ranges."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
 
 
 def report_freedoms(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Report the use of free turns, tilts and positions, from samples, and of external axes."""
+    """Report from samples where free values are in their ranges, and how far external axes move."""
     robot = space.robot
     if robot is None:
         return

@@ -1,4 +1,4 @@
-"""Choice of the unknowns of a scenario: durations, speeds and knots, as numbers in its place."""
+"""Numbers for the unknown durations, speeds and knots of a scenario."""
 
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.choosing.chosen_values import frozen_text, saved_text

@@ -230,7 +230,7 @@ def _path_error(
         accepted = "speed: fastest"
     if limit == SpeedBound.RAMPS:
         shown = text(path.requested.acceleration, "m/s²")
-        reason = f"there is no {limit} at path.acceleration, {shown}"
+        reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
     elif isinstance(limit, SpeedBound):
         reason = "the tolerances are not kept"
@@ -246,6 +246,6 @@ def _path_error(
 
 
 def _key(task: TimingTask, i: int) -> str:
-    """Key of the speed of the stretch to a waypoint."""
+    """The key that gives the speed to a waypoint on a path."""
     waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)

@@ -137,12 +137,12 @@ def choose_times(
         raise error.combined_error() from None
     task = paths.task
     return ChosenTimes(
-        scenario,
-        with_chosen_values(task, motions),
-        task.solution,
-        tuple(motion for _, motion in motions),
-        paths.binding,
-        assumed_jerk(task.space),
+        requested=scenario,
+        scenario=with_chosen_values(task, motions),
+        solution=task.solution,
+        segments=tuple(motion for _, motion in motions),
+        path_limits=paths.binding,
+        assumed_jerk=assumed_jerk(task.space),
     )
 
 
@@ -196,7 +196,7 @@ def _duration(
 
 
 def _motions(paths: ChosenPathSpeeds, budget: Budget) -> list[tuple[TimingSegment, TimedMotion]]:
-    """The motions of all segments of a task with given speeds along its paths.
+    """Solve all segments of a task whose speeds along paths are known.
 
     Raises:
         NoMotionsError: Some segments have no motion.

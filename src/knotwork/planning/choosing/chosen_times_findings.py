@@ -32,7 +32,7 @@ _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
 
-def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
+def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
@@ -77,7 +77,16 @@ def _of_motion(
 ) -> Finding:
     """A finding on the whole motion, with a time if there is one [s]."""
     unit = "s" if seconds is not None else ""
-    return Finding(TIMES_GROUP, "motion", "", quantity, verdict, message, value=seconds, unit=unit)
+    return Finding(
+        group=TIMES_GROUP,
+        subject="motion",
+        name="",
+        quantity=quantity,
+        verdict=verdict,
+        fact=message,
+        value=seconds,
+        unit=unit,
+    )
 
 
 def _duration(chosen: ChosenTimes) -> str:

@@ -60,7 +60,7 @@ def with_chosen_values(
 def solutions_near(
     task: TimingTask, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
-    """Changes of the task's waypoints that select the solutions of the poses again.
+    """Keys `near` of the waypoints, with which planning chooses the same IK solutions again.
 
     Args:
         task: The task.
@@ -109,7 +109,7 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
 def _chosen_motion(
     task: TimingTask, timed: Scenario, segment: TimingSegment, motion: TimedMotion
 ) -> ChosenMotion:
-    """A segment for the task; its knots begin at the preceding waypoint of the task.
+    """Knots and velocities of a segment, with which the task defines its motion.
 
     Args:
         task: The task with unknowns.
@@ -135,7 +135,7 @@ def _chosen_motion(
 
 
 def frozen_text(scenario: Scenario, folder: Path) -> str:
-    """YAML of a scenario's task: the text of its file with other values, or else a new text.
+    """YAML of a task that keeps the comments of its file, if there is one.
 
     Args:
         scenario: The scenario.
@@ -144,7 +144,7 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
     Raises:
         InputError: The file can't be read any more, or the values can't be written into its text.
     """
-    content = _data(scenario, folder)
+    content = _task_data(scenario, folder)
     if scenario.source is None:
         return to_block_yaml(content)
     file = read(scenario.source)
@@ -152,16 +152,16 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
 
 
 def saved_text(scenario: Scenario, folder: Path) -> str:
-    """Frozen text; new text with a comment if the text of the file can't be kept."""
+    """YAML of a task, without the comments of its file if these can't be kept."""
     try:
         return frozen_text(scenario, folder)
     except InputError as error:
         why = str(error).replace("\n", " ")
-        text = to_block_yaml(_data(scenario, folder))
+        text = to_block_yaml(_task_data(scenario, folder))
         return f"# Written anew, without the comments of the original file: {why}\n{text}"
 
 
-def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
+def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
     data, source = scenario.given.to_dict(), scenario.source
     source_folder = Path.cwd() if source is None else source.parent
     moved = moved_paths(data, source_folder.resolve(), folder.resolve())

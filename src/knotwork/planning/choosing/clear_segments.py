@@ -1,4 +1,4 @@
-"""Collision-free motions of segments with `way: clear`."""
+"""Collision-free motions for segments with `way: clear`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def plan_clear_segment(
     budget: Budget,
     start: FloatArray | None = None,
 ) -> TimedMotion:
-    """The fastest collision-free motion found for a segment, proved.
+    """Find a fast motion for a segment, proved to be collision-free.
 
     Args:
         task: The task.
@@ -62,12 +62,12 @@ def plan_clear_segment(
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     way_problem = ClearMotionProblem(
         problem,
-        _solutions(task, segment, problem, robot, 0),
-        _solutions(task, segment, problem, robot, -1),
-        robot.model,
-        _bodies(task, segment),
-        task.scenario.scene.collisions.resolution,
-        lambda: _stop(task, segment, problem),
+        starts=_solutions(task, segment, problem, robot, 0),
+        goals=_solutions(task, segment, problem, robot, -1),
+        arm_model=robot.model,
+        collision_model=_bodies(task, segment),
+        resolution=task.scenario.scene.collisions.resolution,
+        stop=lambda: _stop(task, segment, problem),
     )
     tries = 0
 
@@ -99,7 +99,7 @@ def plan_clear_segment(
 def _timed_motion(
     way: ClearMotion, curve: PiecewisePolynomial, problem: TimingProblem, ends: ClearMotionProblem
 ) -> TimedMotion:
-    """The timed motion of a collision-free motion, like that of any segment."""
+    """Convert a collision-free motion to the result that every segment has."""
     least = min(
         lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
         for first in ends.starts
@@ -113,7 +113,7 @@ def _timed_motion(
 def _stop(
     task: TimingTask, segment: TimingSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
-    """The previous motion, stopped on its path or at its end."""
+    """The motion that the task continues, stopped on its path or at its end; `None` without one."""
     if task.scenario.continued_motion is None or segment.waypoints[0]:
         return None
     motion, at = task.scenario.continued_motion
@@ -189,7 +189,7 @@ def _solutions(
 def _stretch_to_time(
     way: ClearMotion, problem: TimingProblem, task: TimingTask, segment: TimingSegment
 ) -> PiecewisePolynomial:
-    """The motion stretched to the given time, if there is one."""
+    """Stretch a motion to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
     least = float(problem.at_least.sum())
     duration = max(way.duration, least) if np.isnan(given_time) else given_time
@@ -217,7 +217,7 @@ def _stretch_to_time(
 def _located_error(
     no_way: NoClearMotionError, task: TimingTask, segment: TimingSegment
 ) -> NoWayFoundError:
-    """The error for a missing motion, at the waypoint of the fault, or else at the goal."""
+    """Make the error for a missing motion, at the waypoint of the fault, or else at the goal."""
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
     message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"
     k = no_way.waypoint

@@ -67,7 +67,9 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         if count == FULL_STEPS:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
-        scenario = _with_expected_times(scenario, task, _by_waypoint(scenario, following))
+        # a wait is two waypoints, of which the first remains
+        by_waypoint = dict(zip(scenario.index[::-1], following[::-1].tolist(), strict=True))
+        scenario = _with_expected_times(scenario, task, by_waypoint)
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
         chosen = choose(scenario)
@@ -138,11 +140,6 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
     except InputError:
         return scenario
     return _with_expected_times(scenario, task.with_waypoints(_speeds(scenario, chosen)), {})
-
-
-def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
-    """Times [s] by waypoint of the task; for one with a wait, its start."""
-    return dict(zip(scenario.index[::-1], times[::-1].tolist(), strict=True))
 
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:

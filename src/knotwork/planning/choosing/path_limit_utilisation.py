@@ -142,7 +142,7 @@ class LimitUtilisation:
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
-    """Parameters of the evaluation points of a curve, its value and three derivatives there."""
+    """Sample a curve: parameters, and the value and three derivatives there."""
     x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PIECE_FRACTIONS).ravel()
     return x, *(curve(x, order) for order in range(4))
 

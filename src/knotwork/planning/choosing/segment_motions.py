@@ -1,4 +1,4 @@
-"""Motions of all segments of a task, or the reasons of failures."""
+"""Solution of all segments of a task that share a budget and perhaps a total duration."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class NoMotionsError(Exception):
 def solve_segments(
     task: TimingTask, segments: list[TimingSegment], budget: Budget
 ) -> list[tuple[TimingSegment, TimedMotion]]:
-    """Motions of all segments, with the given total duration, if there is one.
+    """Solve all segments, with the given total duration if there is one.
 
     Args:
         task: The task.
@@ -106,6 +106,7 @@ def _motions(
     errors: dict[TimingSegment, NoMotionError] = {}
     for segment in segments:
         problem = timing_problem(task, segment, objective, totals.get(segment))
+        ends = {earlier.waypoints[-1]: motions[earlier] for earlier in motions if earlier.way}
         if objective.only_time and segment not in totals and not problem.free.any():
             single = len(segment.waypoints) == 2
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
@@ -113,10 +114,8 @@ def _motions(
             if segment.way is None:
                 motions[segment] = solve_within(problem, budget)
             else:
-                before = [
-                    motion for earlier, motion in motions.items() if earlier.continues_into(segment)
-                ]
-                start = before[0].trajectory.position(before[0].duration) if before else None
+                before = ends.get(segment.waypoints[0])
+                start = None if before is None else before.trajectory.position(before.duration)
                 motions[segment] = plan_clear_segment(task, segment, problem, budget, start)
         except NoMotionError as error:
             errors[segment] = error
@@ -146,7 +145,7 @@ def _total_too_short(task: TimingTask, shortest: float, *, stopped: bool) -> Tim
 def located_in_segment(
     errors: list[TimingError], task: TimingTask, segment: TimingSegment
 ) -> list[TimingError]:
-    """Name the waypoints of the file in errors of a segment."""
+    """Add the locations in the file to errors of a segment."""
     for error in errors:
         if error.waypoint is None:
             error.locate(task.scenario.name)

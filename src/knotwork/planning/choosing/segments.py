@@ -80,7 +80,7 @@ class TimingTask:
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:
-        """Dynamics from each waypoint to the next; one shared object for equal loads."""
+        """Dynamics from each waypoint to the next, one object for equal loads."""
         from knotwork.planning.timing import Dynamics
 
         carrying = self.space.carrying
@@ -116,7 +116,7 @@ class TimingTask:
 
     @cached_property
     def collision_model(self) -> CollisionModel:
-        """Bodies of the robot and the scene; the index of a waypoint is the time in it."""
+        """Bodies of the robot and the scene, in which the index of a waypoint is its time."""
         from knotwork.planning.task_to_joint.obstacles import bodies_and_pairs
 
         if self.space.robot is None:
@@ -153,13 +153,9 @@ class TimingSegment:
     rows: IndexArray
     way: ClearWay | None = None
 
-    def continues_into(self, following: TimingSegment) -> bool:
-        """Whether it is a collision-free motion, and the other one begins where it ends."""
-        return self.way is not None and self.waypoints[-1] == following.waypoints[0]
-
 
 def find_segments(task: TimingTask) -> list[TimingSegment]:
-    """The segments of a task with unknowns, in order of time.
+    """Split a task into segments with unknowns, in order of time.
 
     Raises:
         InputError: Two equal stops have no given time between them, or an unknown velocity is at a
@@ -229,14 +225,14 @@ def timing_problem(
     kinds = [unknowns.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
     limits = TimingLimits(
-        space.limits["velocity"],
-        space.limits["acceleration"],
-        jerk_limits(space),
-        space.limits["effort"] if space.robot is not None else None,  # type: ignore[arg-type]
-        space.lower_position_limit,
-        space.upper_position_limit,
-        task.scenario.motion_limits.tool_speed or np.inf,
-        task.scenario.task.limits.margin,
+        velocity=space.limits["velocity"],
+        acceleration=space.limits["acceleration"],
+        jerk=jerk_limits(space),
+        effort=space.limits["effort"] if space.robot is not None else None,  # type: ignore[arg-type]
+        lower=space.lower_position_limit,
+        upper=space.upper_position_limit,
+        tool_speed=task.scenario.motion_limits.tool_speed or np.inf,
+        margin=task.scenario.task.limits.margin,
     )
     duration = task.scenario.durations[inner]
     if np.isnan(duration).any() and total is None:

@@ -1,4 +1,4 @@
-"""Sweeps: variations of a scenario, each planned and checked, with a row of figures for each."""
+"""Sweeps: each variation of a scenario is planned, checked and described by a row of figures."""
 
 import lazy_loader
 

@@ -36,7 +36,7 @@ class ChildTimeoutError(Exception):
 
 
 class ChildCrashedError(Exception):
-    """The child ended during a call; the message has the reason."""
+    """The child process ended during a call, for the reason in the message."""
 
 
 def refuse_own_checks(instead: str) -> None:
@@ -52,7 +52,7 @@ def refuse_own_checks(instead: str) -> None:
 
 
 class Child:
-    """A child process; started at its first call, and restarted after its end."""
+    """A child process that starts at its first call and again after its end."""
 
     def __init__(self) -> None:
         self._executor: Any = None

@@ -1,4 +1,4 @@
-"""The folder of a study: its definition, and a line of JSON for each finished row."""
+"""Folders of studies, each with its definition and a line of JSON for each finished row."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class StudyFolder:
             raise InputError(f"can't write to {self.path}: {reason}; {RESUME_ADVICE}") from error
 
     def read(self) -> None:
-        """Read the finished rows; the last line may be cut off by the end of a process.
+        """Read the finished rows, without a last line that the end of a process cut off.
 
         Raises:
             InputError: The file can't be read, or has other lines than rows of the study.

@@ -1,4 +1,4 @@
-"""Outcome of a row: its verdict, the reason of a failure, and its figures."""
+"""Outcomes of rows: a verdict, the reason of a failure, and figures."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
 
 
 def _with_motion(motion: Plan, plan_time: float) -> Outcome:
-    figures, failures = row_figures(motion), motion.report.failures
+    figures = {name: figure.value_of(motion) for name, figure in FIGURES.items()}
+    failures = motion.report.failures
     if failures:
         return Outcome(ROW_FAILED, failures[0].title, str(failures[0]), figures, plan_time)
     sampled = len(motion.report.sampled)
@@ -75,8 +76,3 @@ def _without_motion(error: Exception, plan_time: float) -> Outcome:
             return Outcome(ROW_REFUSED, reason, str(error), {}, plan_time)
     message = f"internal error: {type(error).__name__}: {error}"
     return Outcome(ROW_CRASHED, ROW_CRASHED, message, {}, plan_time)
-
-
-def row_figures(plan: Plan) -> dict[str, float | None]:
-    """All figures of a motion, by name."""
-    return {name: figure.value_of(plan) for name, figure in FIGURES.items()}

@@ -151,7 +151,7 @@ def _plan_missing(
     progress: Callable[[SweepProgress], None] | None,
     max_passed: float,
 ) -> None:
-    """Plan the rows that are not finished, until enough pass; each is kept at once."""
+    """Plan the rows that are not finished, until enough pass. Each is kept at once."""
     spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
     passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
     missing = [row for row in range(len(spec)) if row not in folder.rows]

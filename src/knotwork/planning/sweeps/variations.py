@@ -1,4 +1,4 @@
-"""Variations: ranges, lists, random numbers and rows of a CSV file, as axes of a grid."""
+"""Axes of a grid of variations, from ranges, lists, random numbers and rows of a CSV file."""
 
 from __future__ import annotations
 

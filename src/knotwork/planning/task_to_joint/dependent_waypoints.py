@@ -96,7 +96,7 @@ class PathTrack(NamedTuple):
 
 
 class GroupSolution(NamedTuple):
-    """Solutions of a group of dependent waypoints.
+    """Candidates that can follow a group of dependent waypoints to its end.
 
     Attributes:
         candidates: Candidates at each waypoint; row k of each follows from row k of the previous.
@@ -130,7 +130,7 @@ class _BlockedPathError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class GroupSolver:
-    """Solver of groups of dependent waypoints.
+    """Continues candidates through groups of dependent waypoints.
 
     Attributes:
         scenario: The task.
@@ -231,7 +231,14 @@ class GroupSolver:
         contacts = self._contacts(track, continuation, sort_distinct(branches[feasible]))
         feasible &= ~np.isin(branches, list(contacts))
         if not feasible[tried].any():
-            raise _BlockedPathError(track, continuation, branches, turns, tried, contacts)
+            raise _BlockedPathError(
+                track,
+                continuation=continuation,
+                branches=branches,
+                turns=turns,
+                tried=tried,
+                contacts=contacts,
+            )
         rows, owner, onward = start.select(feasible), branches[feasible], []
         for step in continuation.step_index[1:]:
             q = track.chain.scatter(continuation.position[step][owner] + turns[feasible])
@@ -250,7 +257,7 @@ class GroupSolver:
     def _contacts(
         self, track: PathTrack, continuation: Continuation, branches: IndexArray
     ) -> dict[int, int]:
-        """Step of the first collision of each continuation that has one, by index."""
+        """Step at which a continuation first collides, by its index, for those that do."""
         if self.obstacles is None:
             return {}
         count = COLLISION_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guide is not None else 1)
@@ -260,7 +267,7 @@ class GroupSolver:
     def _following_error(self, blocked: _BlockedPathError) -> FollowingError:
         """The error for a path that can't be followed.
 
-        It names the start that gets farthest; one that is only too fast counts as farther.
+        It names the start that gets farthest. One that is only too fast counts as farther.
         """
         path = blocked.track.path
         tried = np.flatnonzero(blocked.tried)
@@ -293,7 +300,7 @@ class GroupSolver:
     def _constraint(
         self, blocked: _BlockedPathError, row: int, contacts: Mapping[int, int]
     ) -> LimitingConstraint:
-        """The earliest constraint of a candidate; a velocity limit, which has a remedy, last."""
+        """The earliest constraint of a candidate, or else a velocity limit, which has a remedy."""
         continuation, branch = blocked.continuation, int(blocked.branches[row])
         robot, turns = blocked.track.chain.robot, blocked.turns[row]
         limits = continuation.limiting_constraint(robot, branch, turns)

@@ -1,7 +1,7 @@
 """Virtual joints: a pose with a freedom is a complete pose of a longer chain.
 
 Joint positions of the longer chain are found like those of any redundant arm. At a pose without
-freedom the virtual joints are at 0; they are removed from the solution.
+freedom the virtual joints are at 0. They are removed from the solution.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class FreedomChain(NamedTuple):
 
 
 class FreedomChains:
-    """The arm with the virtual joints of each freedom of a scenario's poses.
+    """The arm with virtual joints, one chain for each freedom that poses of a scenario have.
 
     Args:
         scenario: The task.
@@ -167,7 +167,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
 
 
 def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
-    """Joints from the tool to the pose, opposite to the freedom; slides are in the pose's axes."""
+    """Joints from the tool to the pose, opposite to the freedom; slides are along its axes."""
     joints, axes = [], None
     turned: list[tuple[str, str, tuple[float, float]]] = []
     if freedom.torch is not None:
@@ -197,7 +197,7 @@ def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
 
 
 def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
-    """Identity of a virtual joint: equal ones of two freedoms are merged."""
+    """Key that equal virtual joints have in common, so that freedoms share them."""
     axes = b"" if joint.axes is None else np.asarray(joint.axes).tobytes()
     return joint.name, joint.axis, axes
 
@@ -214,7 +214,7 @@ def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], Vi
 
 
 def _torch_axes(torch: TorchRanges) -> FloatArray:
-    """Rotation of the axes of a torch's angles relative to the TCP: see `TorchRanges`."""
+    """Axes about which a torch's angles turn, relative to the TCP: see `TorchRanges`."""
     turns = np.array([[0.0, 0.0, torch.axis_angle], [0.0, torch.pose_travel, 0.0]])
     turned, leant = rotation_matrices(turns)
     return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)

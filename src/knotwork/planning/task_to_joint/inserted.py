@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -42,11 +42,6 @@ class JointRows(NamedTuple):
         return JointRows(*columns)
 
 
-def join_rows(parts: Sequence[JointRows]) -> JointRows:
-    """Rows of several parts, one after the other."""
-    return JointRows(*map(np.concatenate, zip(*parts, strict=True)))
-
-
 def complete_waypoints(
     scenario: Scenario,
     space: JointSpace,
@@ -57,8 +52,8 @@ def complete_waypoints(
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
-    Along a tool path waypoints are inserted until the motion keeps its tolerances; there, and
-    during waits, accelerations are known as well.
+    Along a tool path waypoints are inserted until the motion keeps its tolerances. Accelerations
+    are known there and during waits.
 
     Args:
         scenario: The task.
@@ -77,7 +72,14 @@ def complete_waypoints(
         accelerations[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
     times, requested = scenario.expected_times, np.ones(count, dtype=bool)
-    rows = JointRows(times, names, positions.copy(), velocities, accelerations, requested)
+    rows = JointRows(
+        time=times,
+        name=names,
+        position=positions.copy(),
+        velocity=velocities,
+        acceleration=accelerations,
+        requested=requested,
+    )
     parts: list[JointRows] = []
     done = 0
     for path in scenario.paths:
@@ -91,7 +93,8 @@ def complete_waypoints(
         parts.append(followed.slice(0, len(followed.time) - joined))
         done = path.last + 1 - joined
     _hold(rows, space.waits)
-    rows = join_rows([*parts, rows.slice(done, count)])
+    parts.append(rows.slice(done, count))
+    rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
     return JointWaypoints(
         joint_names=space.joint_names,
         time=rows.time,
@@ -153,5 +156,10 @@ def _insert_waypoints(
     position = scatter(followed.position)
     position[0] = start  # without a rounding difference from a wait before the path
     return JointRows(
-        followed.time, names, position, scatter(velocity), scatter(acceleration), requested
+        time=followed.time,
+        name=names,
+        position=position,
+        velocity=scatter(velocity),
+        acceleration=scatter(acceleration),
+        requested=requested,
     )

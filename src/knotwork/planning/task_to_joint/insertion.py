@@ -1,4 +1,4 @@
-"""Insertion of the waypoints along a tool path that a proof of its tolerances needs."""
+"""Waypoints inserted along a tool path until its tolerances are proved to be kept."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Choice:
 class Infeasibility:
     """A velocity limit that is exceeded with every choice of solutions.
 
-    At a waypoint the tool's velocity is too high; in an interval the mean velocity of a joint.
+    At a waypoint the velocity of the tool is too high, in an interval the mean velocity of a joint.
 
     Attributes:
         waypoint: Name of the waypoint, or of the first waypoint of the interval.

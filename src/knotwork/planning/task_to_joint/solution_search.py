@@ -1,4 +1,4 @@
-"""The choice of one solution at each waypoint of a scenario, over the whole sequence."""
+"""Search for the best sequence of IK solutions through all waypoints of a scenario."""
 
 from __future__ import annotations
 

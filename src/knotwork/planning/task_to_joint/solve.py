@@ -93,10 +93,10 @@ def _solve_poses(
     tracks = {track.path.first: track for track in search.tracks}
     solution = TaskSolution(
         complete_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
-        infeasibilities,
-        describe_choices(search, chosen),
-        None if hopeless else chosen.positions,
-        {first: track.start(chosen.positions[first]) for first, track in tracks.items()},
+        infeasibilities=infeasibilities,
+        choices=describe_choices(search, chosen),
+        sequence=None if hopeless else chosen.positions,
+        starts={first: track.start(chosen.positions[first]) for first, track in tracks.items()},
     )
     return _with_chosen_velocities(without_virtual_joints(solution, space), space)
 

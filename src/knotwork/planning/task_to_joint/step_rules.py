@@ -1,4 +1,4 @@
-"""Rules for the cost of steps between consecutive waypoints of a scenario."""
+"""Rules that give the cost of a step from one waypoint of a scenario to the next."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COLLISION_DISTANCE = 0.3
 
 
 def joint_rules(robot: Robot) -> JointRules:
-    """Rules for the joints of a robot, of which virtual ones move freely."""
+    """Rules for the joints of a robot. Virtual joints move freely."""
     limit, virtual = robot.velocity_limit, robot.virtual
     speed = np.where(np.isfinite(limit), limit, 1.0)
     return JointRules(

@@ -54,7 +54,7 @@ def min_durations(problem: TimingProblem) -> FloatArray:
 
 
 def slowest(problem: TimingProblem, i: int) -> str:
-    """Text of the limit that determines the lower bound of an interval, with the joint quoted."""
+    """Text that names what determines the lower bound of an interval: a joint, the tool or all."""
     alone, bound = _of_joints(problem)[i], min_durations(problem)[i]
     if alone.max() >= bound:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"

@@ -324,4 +324,7 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
                 f"{text(float(distance[i, k]), unit, '.4g')} away; it needs at least "
                 f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
             )
-            yield "velocity", _fault(problem, i, k, "position", value, bound, message)
+            yield (
+                "velocity",
+                _fault(problem, i, k, "position", value, bound, message),
+            )

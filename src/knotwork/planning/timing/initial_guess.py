@@ -43,14 +43,10 @@ def plain_guess(problem: TimingProblem) -> Guess:
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
-    share = _even_shares(duration.size)
+    pieces = pieces_each(duration.size)
+    share = np.full((duration.size, pieces), 1.0 / pieces)
     curve = PiecewisePolynomial(two_point_coefficients(time, (problem.position, velocity)), time)
     return Guess(duration, share, curve, velocity)
-
-
-def _even_shares(intervals: int) -> FloatArray:
-    pieces = pieces_each(intervals)
-    return np.full((intervals, pieces), 1.0 / pieces)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
@@ -106,10 +102,11 @@ def first_velocities(problem: TimingProblem) -> FloatArray:
         direction = v[i]
         length = float(direction @ direction)
         factor = max(float(guess[i] @ direction) / length, 0.0) if length else 0.0
-        v[i] = min(factor, float(problem.max_factor[i]), _fastest(direction, cap)) * direction
+        v[i] = min(factor, float(problem.max_factor[i]), _max_factor(direction, cap)) * direction
     return v
 
 
-def _fastest(direction: FloatArray, cap: FloatArray) -> float:
+def _max_factor(direction: FloatArray, cap: FloatArray) -> float:
+    """Largest factor on a direction with which no joint is faster than its cap."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.min(np.where(direction == 0.0, np.inf, cap / np.abs(direction))))

@@ -106,7 +106,7 @@ class SectionProgram:
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds of the variables; equal where they are known."""
+        """Lower and upper bounds of the variables, equal where a variable is known."""
         at, problem, scale = self.layout, self.problem, self.scale
         each = at.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
@@ -234,7 +234,7 @@ class SectionProgram:
         return np.asarray(np.concatenate(weights) / cost)
 
     def typical_cost(self) -> float:
-        """Divisor of the objective, so that it is of order one."""
+        """Typical value of the objective, by which it is divided to be of order one."""
         objective, scale = self.problem.objective, self.scale
         h = self.guess.duration
         cost = objective.time * float(h.sum())

@@ -160,12 +160,12 @@ def timed_motion(
     )
     return TimedMotion(
         trajectory,
-        time,
-        np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
-        bound,
-        attempt.status,
-        binding_limits(problem, time, curve),
-        _terms(problem, curve),
+        time=time,
+        velocity=np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
+        lower_bound=bound,
+        status=attempt.status,
+        binding=binding_limits(problem, time, curve),
+        objective=_terms(problem, curve),
     )
 
 

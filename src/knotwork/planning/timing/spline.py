@@ -34,13 +34,13 @@ pieces, six joints are as fast as the slowest of them alone.
 
 
 def pieces_each(intervals: int) -> int:
-    """Cubic pieces of each interval in a section of n intervals."""
+    """Number of cubic pieces for each of the intervals of a section."""
     return SINGLE_INTERVAL_PIECES if intervals == 1 else INTERVAL_PIECES
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Indices of the variables: for each break its state, then the next piece; then factors.
+    """Indices of the variables: state and next piece of each break in turn, then the factors.
 
     Attributes:
         intervals: Number of intervals.
@@ -103,7 +103,7 @@ class Layout:
 
 @lru_cache(maxsize=64)
 def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
-    """Equations of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
+    """Kernel of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
 
     The constraints, d of each, are in this order: the equations of velocity and position; the
     velocity at two Bézier points; the increase and the decrease of the acceleration within the jerk
@@ -139,7 +139,7 @@ def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
 
 @lru_cache(maxsize=64)
 def sum_kernel(count: int) -> Kernel:
-    """Sum of durations."""
+    """Kernel for the sum of durations."""
     import casadi as ca
 
     tau = ca.SX.sym("tau", count)
@@ -148,7 +148,7 @@ def sum_kernel(count: int) -> Kernel:
 
 @lru_cache(maxsize=64)
 def direction_kernel(d: int) -> Kernel:
-    """Velocity of a waypoint = factor times direction."""
+    """Kernel for the velocity of a waypoint that is a factor times a direction."""
     import casadi as ca
 
     v, factor, direction = ca.SX.sym("v", d), ca.SX.sym("s"), ca.SX.sym("u", d)

@@ -21,7 +21,7 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """Model of the joint efforts and the tool speed of a robot.
+    """Joint efforts and tool speed of a robot, as numbers and as symbols for the solver.
 
     Payload and `robot.gravity` are included as in `Robot.torque`.
 

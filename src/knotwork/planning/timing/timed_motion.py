@@ -17,7 +17,7 @@ Status = Literal["optimal", "resting", "stopped"]
 
 
 def status_of(parts: Iterable[Status]) -> Status:
-    """The status of a motion made of parts: the worst of its parts."""
+    """The worst status among the parts of a motion, which is that of the motion."""
     return max(parts, key=("optimal", "resting", "stopped").index, default="optimal")
 
 

@@ -29,7 +29,7 @@ from knotwork.waypoints import FloatArray, IndexArray
 
 
 class Stage(NamedTuple):
-    """Sampling settings of one stage of the search.
+    """Settings of the samples in one stage of the search.
 
     Attributes:
         step: Step of samples on edges [rad or m].
@@ -166,7 +166,7 @@ class _ClearSearch:
 
     def _clear_ends(self, waypoint: int, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of a waypoint."""
-        clear = self.space.select_free(ends)
+        clear = ends[[self.space.is_free(q) for q in ends]]
         if not len(clear):
             gap, bodies = self.space.worst(ends[0])
             raise NoClearMotionError(waypoint, bodies, -gap, solutions=len(ends))
@@ -209,9 +209,6 @@ class _ClearSearch:
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
             return NoClearMotionError(k, names, max(depth, 0.0), moving=True)
         return None if keeps_limits(self.problem.timing, run) else NoClearMotionError()
-
-    def _is_clear(self, line: FloatArray) -> bool:
-        return not contacts_along(self.problem.collision_model, line, self.problem.resolution)
 
     def best_of(self, tries: int) -> ClearMotion:
         best: ClearMotion | None = None
@@ -256,6 +253,7 @@ class _ClearSearch:
         """A polyline from a start to a goal, proved clear, or `None`."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
+        model, resolution = self.problem.collision_model, self.problem.resolution
         while self.stage < len(self.stages):
             step, extra, checks = self.stages[self.stage]
             # the chosen solutions come first, because the trees connect distant ones too early
@@ -267,8 +265,11 @@ class _ClearSearch:
                 line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
                 if line is None:
                     break
-                for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
-                    if len(candidate) == 1 or self._is_clear(candidate):
+                for candidate in (
+                    shorten_polyline(self.space, line, rng, step, weights),
+                    line,
+                ):
+                    if len(candidate) == 1 or not contacts_along(model, candidate, resolution):
                         return candidate
             self.stage += 1
         return None

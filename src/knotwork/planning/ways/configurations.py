@@ -129,10 +129,6 @@ class Configurations:
         gravity = pin.computeGeneralizedGravity(self.loaded_arm_model, self._loaded_data, q)
         return bool((np.abs(gravity) <= self.effort).all())
 
-    def select_free(self, qs: FloatArray) -> FloatArray:
-        """Select the collision-free configurations, shape (m, d)."""
-        return qs[[self.is_free(q) for q in qs]]
-
     def is_free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
         """Whether samples between two configurations, at most a step apart, are free."""
         count = math.ceil(float(np.linalg.norm(end - start)) / step)
@@ -164,7 +160,7 @@ class Configurations:
         return [NearPair(float(gaps[k]), self._gradient(int(k))) for k in order if gaps[k] < within]
 
     def _gradient(self, k: int) -> FloatArray:
-        """Gradient of the distance of a pair, from the distances and Jacobians computed last."""
+        """Derivative of the distance of a pair, from the distances and Jacobians computed last."""
         result = self._found.distanceResults[k]
         points = np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2())
         normal = points[1] - points[0]

@@ -294,7 +294,7 @@ def _plane_kernel(d: int) -> Kernel:
 
 
 def _scale(problem: TimingProblem, near: States) -> Scale:
-    """Units in which all numbers of the program are of order one."""
+    """Units that make all numbers of the program of order one."""
     limits, time = problem.limits, 5.0 * float(np.median(near.span))
     moves = limits.velocity * time, limits.acceleration * time**2, limits.jerk * time**3
     return Scale(time, np.min(moves, axis=0))

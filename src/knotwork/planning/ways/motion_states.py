@@ -17,7 +17,7 @@ class States:
     Attributes:
         span: Durations of the pieces [s], shape (n,).
         q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
-        curve: The motion of these states; for a first guess only approximately.
+        curve: The motion with these states, which a first guess only follows roughly.
     """
 
     span: FloatArray

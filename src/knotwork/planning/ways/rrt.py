@@ -26,7 +26,7 @@ MAX_FAILURES = 40
 
 
 class _Tree:
-    """Configurations, each with its parent; roots have parent -1."""
+    """A tree of configurations. Each has the index of its parent, or -1 for a root."""
 
     def __init__(self, roots: FloatArray) -> None:
         self.parent: list[int] = []
@@ -117,7 +117,11 @@ def _extend_tree(
 def _connect_tree(
     space: Configurations, tree: _Tree, target: FloatArray, step: float
 ) -> tuple[int, bool]:
-    """Extend a tree towards a target until a collision; last node, and whether it is reached."""
+    """Extend a tree towards a target until a collision.
+
+    Returns:
+        The last node, and whether it is the target.
+    """
     node: int | None = tree.nearest(target)
     while node is not None:
         last = node

@@ -223,14 +223,14 @@ class Carriers:
         """
         if unknowns is None:
             return unknowns
-        late = [
+        in_moving_frames = [
             i
             for i in range(unknowns.first_unknown_time, len(index))
             if self.frame_of(index[i]) is not None
         ]
-        time_dependent = tuple(sorted({*late, *unknowns.time_dependent}))
-        if late and unknowns.total is not None:
-            i = index[late[0]]
+        time_dependent = tuple(sorted({*in_moving_frames, *unknowns.time_dependent}))
+        if in_moving_frames and unknowns.total is not None:
+            i = index[in_moving_frames[0]]
             raise self.places.error(
                 ("duration",),
                 f"is given, and the time in moving frame {self.names[i]!r} is chosen",

@@ -36,8 +36,8 @@ class Unknowns:
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total: Given duration of the whole motion [s], or `None`.
         optimal_knots: Whether knots are chosen where times are given.
-        time_dependent: Waypoints, by index, whose pose or duration depends on earlier times: they
-            are in moving frames, or have a time since 0.
+        time_dependent: Indices of waypoints that depend on times still to be chosen: their pose is
+            in a moving frame, or their time counts from 0 after a chosen time.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).unknowns.duration
@@ -100,7 +100,7 @@ def ends_wait(index: Sequence[int], i: int) -> bool:
 
 
 def min_time(file: PlainTask, i: int) -> float | None:
-    """Lower bound of the time to a waypoint [s], 0 without one; `None` if it is given."""
+    """Lower bound of the chosen time to a waypoint [s], 0 without one; `None` for a given time."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
         return None
@@ -122,7 +122,7 @@ def clear_way(file: PlainTask, i: int) -> ClearWay | None:
 
 
 def max_speed(speed: float | str | AtMost | None) -> float | None:
-    """Upper bound of a free speed, infinite without one; `None` if it is not free."""
+    """Upper bound of a chosen speed, infinite without one; `None` for a given speed."""
     if isinstance(speed, AtMost):
         return speed.at_most
     return math.inf if isinstance(speed, str) else None
@@ -164,7 +164,7 @@ def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Un
             ways[i] = way
         if waypoint.time is not None:
             timed.append(i)
-    free = Unknowns(
+    unknowns = Unknowns(
         duration=np.array([bound is not None for bound in lower_bounds], dtype=bool),
         at_least=np.array([bound or 0.0 for bound in lower_bounds]),
         speed=tuple(speed),
@@ -175,18 +175,19 @@ def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Un
         total=file.duration,
         optimal_knots=_optimal_knots(file),
     )
-    late = tuple(i for i in timed if i >= free.first_unknown_time)
-    free.duration[[i - 1 for i in late]] = True
-    free = replace(free, time_dependent=late)
-    for location, message, accepted in _misused(file, free):
+    dependent = tuple(i for i in timed if i >= unknowns.first_unknown_time)
+    unknowns.duration[[i - 1 for i in dependent]] = True
+    unknowns = replace(unknowns, time_dependent=dependent)
+    for location, message, accepted in _misused(file, unknowns):
         raise places.error(location, message, accepted)
-    if late and file.duration is not None:
+    if dependent and file.duration is not None:
         raise places.error(
             ("duration",),
-            f"is given together with the time at waypoint {index[late[0]] + 1}, after chosen ones",
+            f"is given together with the time at waypoint {index[dependent[0]] + 1}, after chosen "
+            "ones",
             "one of them",
         )
-    return free if free.anything else None
+    return unknowns if unknowns.anything else None
 
 
 def _optimal_knots(file: PlainTask) -> bool:
@@ -216,22 +217,22 @@ def check_places(file: PlainTask, places: Places) -> None:
     Raises:
         DocumentError: One of these is given.
     """
-    untimed = ""
+    last_chosen = ""
     for i, waypoint in enumerate(file.waypoints):
-        for key, message, accepted in _misplaced(file, i, untimed):
+        for key, message, accepted in _misplaced(file, i, last_chosen):
             raise places.error(("waypoints", i, key), message, accepted)
         chosen = max_speed(getattr(waypoint, "speed", None)) is not None
         if min_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
-            untimed = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
+            last_chosen = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
 
 
-def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str, str]]:
+def _misplaced(file: PlainTask, i: int, last_chosen: str) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
         file: Content of the file.
         i: Index of the waypoint.
-        untimed: The last waypoint before with a chosen time; empty without one.
+        last_chosen: Name of the last earlier waypoint with a chosen time; empty without one.
     """
     waypoint, at_start = file.waypoints[i], i == 0 and file.start is None
     fastest = isinstance(waypoint.after, str | Fastest)
@@ -246,9 +247,9 @@ def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str
         yield "velocity", message, "a velocity, or none: the arm is at rest there"
     if not isinstance(waypoint, PathWaypoint):
         return
-    if waypoint.time is not None and untimed:
+    if waypoint.time is not None and last_chosen:
         message = (
-            f"the time since 0 can't be given, because the earlier time to {untimed} is chosen"
+            f"the time since 0 can't be given, because the earlier time to {last_chosen} is chosen"
         )
         yield "time", message, "speed, or after: the time since the previous waypoint [s]"
     if waypoint.way is not None:
@@ -262,14 +263,14 @@ def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str
             yield key, message, f"speed: fastest, or {key}, not both"
 
 
-def _misused(file: PlainTask, free: Unknowns) -> Iterator[tuple[Location, str, str]]:
+def _misused(file: PlainTask, unknowns: Unknowns) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices although no value is chosen, and choices that exclude each other."""
-    timed, objective = bool(free.duration.any()), file.objective is not None
-    weighs_time = free.objective.get("time", 0.0) > 0.0
+    timed, objective = bool(unknowns.duration.any()), file.objective is not None
+    weighs_time = unknowns.objective.get("time", 0.0) > 0.0
     if file.duration is not None and not timed:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if objective and not (timed or free.optimal_knots or set(free.speed) - {"given"}):
+    if objective and not (timed or unknowns.optimal_knots or set(unknowns.speed) - {"given"}):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
     if objective and weighs_time and (not timed or file.duration is not None):
@@ -279,13 +280,13 @@ def _misused(file: PlainTask, free: Unknowns) -> Iterator[tuple[Location, str, s
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted
-    if file.chosen is not None and free.anything:
+    if file.chosen is not None and unknowns.anything:
         message = "gives the motion between waypoints, but times or speeds are free"
         yield ("chosen",), message, "numbers for all of them, or no chosen"
-    if isinstance(file.knots, tuple) and free.anything:
+    if isinstance(file.knots, tuple) and unknowns.anything:
         yield ("knots",), "knot times are given, but waypoint times are free", "no knots"
-    if file.planner != "modified-hermite" and free.anything:
+    if file.planner != "modified-hermite" and unknowns.anything:
         accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
         yield ("planner",), f"{file.planner!r} needs given times, and some are free", accepted
-    if free.objective.get("effort", 0.0) > 0.0 and file.robot is None:
+    if unknowns.objective.get("effort", 0.0) > 0.0 and file.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
