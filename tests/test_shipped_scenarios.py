@@ -81,7 +81,6 @@ def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
 def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
     """Joint waypoints as one takes them without looking ahead: each nearest the one before."""
     space = joint_space(scenario)
-    assert space.robot is not None
     q, positions, velocities = space.robot.configurations["home"], [], []
     for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
         if state is not None:
@@ -109,7 +108,6 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     assert all(found.ok for found in report.select(subject="waypoint"))
     plan = planned(name)
     assert plan.report.ok
-    assert plan.solution is not None
     assert not plan.solution.infeasibilities
     # The poses are the same, and so are the branches all the way: the arm does not change over.
     assert len({choice.branch for choice in plan.solution.choices}) == 1

@@ -23,7 +23,6 @@ FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5
 @pytest.mark.parametrize("name", FREE)
 def test_no_motion_is_below_its_lower_bound(name: str) -> None:
     chosen = planned(name).chosen
-    assert chosen is not None
     assert chosen.status == "optimal"
     assert chosen.lower_bound <= chosen.duration
     assert chosen.binding
@@ -31,7 +30,6 @@ def test_no_motion_is_below_its_lower_bound(name: str) -> None:
 
 def test_the_payload_bounds_the_times_by_torque() -> None:
     made = planned("ur5_palletise")
-    assert made.chosen is not None
     assert any(one.quantity == "effort" for one in made.chosen.binding)
     document = made.chosen.requested.given.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}

@@ -38,7 +38,6 @@ def test_single_joint_matches_closed_form() -> None:
     made.report.raise_if_failed()
     exact = 2 / 2 + 2 / 4 + 4 / 40
     assert exact <= made.trajectory.duration < (1 + 1e-5) * exact
-    assert made.chosen is not None
     assert made.chosen.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
     assert made.chosen.lower_bound <= made.trajectory.duration
 
@@ -134,14 +133,12 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chosen_times, "Budget", lambda *given: Budget(*given, now=count().__next__))
     made = kw.plan(task, budget=2)
     made.report.raise_if_failed()
-    assert made.chosen is not None
     assert made.chosen.status == "stopped"
     assert made.trajectory.duration < 1.2 * best.trajectory.duration
     (said,) = [one for one in made.report.warnings if one.group == "Chosen times"]
     assert "the best so far when the budget ended" in str(said)
     hasty = kw.plan(task, budget=1)
     hasty.report.raise_if_failed()
-    assert hasty.chosen is not None
     assert hasty.chosen.status == "stopped"
     assert made.trajectory.duration < hasty.trajectory.duration
     shorter = 0.5 * (made.trajectory.duration + hasty.trajectory.duration)
@@ -280,7 +277,6 @@ def test_report_lists_chosen_times() -> None:
 
 def test_reports_assumed_jerk_limit() -> None:
     made = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
-    assert made.chosen is not None
     assert made.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}
     said = [str(one) for one in made.report.select(group="Chosen times")]
     assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in said)

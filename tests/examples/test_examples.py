@@ -111,8 +111,6 @@ def test_a_placement_study(tmp_path: Path) -> None:
 def sweep() -> ModuleType:
     """The sweep as a module."""
     spec = importlib.util.spec_from_file_location("sweep", EXAMPLES / "sweep_approach_angle.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

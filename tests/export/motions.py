@@ -1,8 +1,10 @@
-"""Motions that the exports are tried with."""
+"""Motions that the exports are tried with, and what controllers make of them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -36,3 +38,82 @@ def hermite_data(draw: st.DrawFn) -> JointTrajectory:
     time = start + np.concatenate(([0.0], np.cumsum(steps)))
     names = [f"joint_{i + 1}" for i in range(joints)]
     return JointTrajectory.from_knots(names, time, draw(rows), draw(rows))
+
+
+NANOSECONDS = 1_000_000_000
+
+
+def nanoseconds(duration: Mapping[str, int]) -> int:
+    assert 0 <= duration["nanosec"] < NANOSECONDS
+    return duration["sec"] * NANOSECONDS + duration["nanosec"]
+
+
+def controller(message: Mapping[str, Any], ticks: np.ndarray) -> np.ndarray:
+    """Positions that joint_trajectory_controller commands at times after the start [ns].
+
+    Its documented rule: linear for positions, cubic for positions and velocities, quintic for
+    accelerations too; after the last point that point is held. The polynomial is found here from
+    the linear system of its conditions at both ends.
+    """
+    points = message["points"]
+    at = [nanoseconds(point["time_from_start"]) for point in points]
+    out = np.full((ticks.size, len(message["joint_names"])), np.nan)
+    out[ticks >= at[-1]] = points[-1]["positions"]
+    for a, b, start, end in zip(points, points[1:], at, at[1:], strict=False):
+        inside = (ticks >= start) & (ticks < end)
+        h, t = (end - start) / NANOSECONDS, (ticks[inside] - start) / NANOSECONDS
+        names = ["positions"]
+        if "velocities" in a and "velocities" in b:
+            names.append("velocities")
+            if "accelerations" in a and "accelerations" in b:
+                names.append("accelerations")
+        out[inside] = solve(h, t, [(np.array(a[n]), np.array(b[n])) for n in names])
+    assert np.isfinite(out).all()
+    return out
+
+
+def solve(h: float, t: np.ndarray, ends: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Values at times t of the polynomial with given derivatives at 0 and h."""
+    size = 2 * len(ends)
+
+    def row(at: float, nu: int) -> np.ndarray:
+        out = np.zeros(size)
+        for power in range(nu, size):
+            factor = np.prod(np.arange(power - nu + 1, power + 1)) if nu else 1.0
+            out[power] = factor * at ** (power - nu)
+        return out
+
+    matrix = [row(at, nu) for nu in range(len(ends)) for at in (0.0, 1.0)]
+    right = [end * h**nu for nu, pair in enumerate(ends) for end in pair]
+    c = np.linalg.solve(np.array(matrix), np.array(right))
+    return np.vander(t / h, size, increasing=True) @ c
+
+
+def hermite(
+    time: np.ndarray, q: np.ndarray, v: np.ndarray, at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of a drive in PVT mode, one column a joint (Bernstein form)."""
+    piece = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+    h = np.diff(time)[piece][:, None]
+    s = ((at - time[piece])[:, None]) / h
+    b0, b3 = q[piece], q[piece + 1]
+    b1, b2 = b0 + v[piece] * h / 3, b3 - v[piece + 1] * h / 3
+    r = 1 - s
+    value = r**3 * b0 + 3 * r * r * s * b1 + 3 * r * s * s * b2 + s**3 * b3
+    slope = 3 * (r * r * (b1 - b0) + 2 * r * s * (b2 - b1) + s * s * (b3 - b2)) / h
+    return value, slope
+
+
+def ppval(pp: Mapping[str, Any], at: np.ndarray) -> np.ndarray:
+    """What MATLAB's ppval gives: d by number of times, from its documented layout of coefs.
+
+    Row (piece - 1)·d + i of coefs is component i in that piece, highest power first.
+    """
+    breaks, coefs, d = np.ravel(pp["breaks"]), pp["coefs"], int(pp["d"])
+    out = np.empty((d, at.size))
+    for column, t in enumerate(at):
+        piece = int(np.clip(np.searchsorted(breaks, t, side="right"), 1, breaks.size - 1))
+        for i in range(1, d + 1):
+            row = coefs[(piece - 1) * d + i - 1]
+            out[i - 1, column] = np.polyval(row, t - breaks[piece - 1])
+    return out

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from hypothesis import given
-from motions import hermite_data, motion
-from replay import NANOSECONDS, controller, nanoseconds
+from motions import NANOSECONDS, controller, hermite_data, motion, nanoseconds
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 

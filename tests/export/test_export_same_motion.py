@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from motions import hermite_data, motion
-from replay import ppval
+from motions import hermite_data, motion, ppval
 from scipy.interpolate import PPoly
 from scipy.io import loadmat
 

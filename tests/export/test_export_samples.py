@@ -13,8 +13,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from motions import hermite_data, motion
-from replay import hermite
+from motions import hermite, hermite_data, motion
 
 from knotwork import Plan
 from knotwork.curves.trajectory import JointTrajectory

@@ -72,7 +72,6 @@ def test_the_controller_makes_the_motion(scenario: str, rate: float) -> None:
     off = np.abs(deviation(motion, controller))
     law = most_by_steps(motion, rate)
     stated = re.search(rf"at most .*?([\d.e-]+) rad at {rate:g} Hz", motion.to_urscript())
-    assert stated is not None
     assert off.max() <= law <= float(stated[1]) <= 1.1 * law
     assert not controller.velocity[-1].any()
     assert -1e-9 < controller.time[-1] - motion.duration < 2.5 / rate

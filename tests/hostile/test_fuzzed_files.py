@@ -98,8 +98,6 @@ class Session:
                 text=True,
                 cwd=self.folder,
             )
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
         self.process.stdin.write(json.dumps([str(one) for one in arguments]) + "\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
@@ -116,8 +114,6 @@ class Session:
 
     def close(self) -> None:
         if self.process is not None:
-            assert self.process.stdin is not None
-            assert self.process.stdout is not None
             self.process.stdin.close()
             self.process.stdout.close()
             self.process.wait()

@@ -181,13 +181,8 @@ def random_grid(rng):
 
 
 def random_knots(rng, x, doubled_ends):
-    h = np.diff(x)
-    low, high = np.sort(rng.uniform(0.05, 0.95, (2, h.size)), axis=0)
-    high = np.maximum(high, low + 0.02)
-    inner = np.stack((x[:-1] + low * h, x[:-1] + high * h), axis=1).ravel()
-    if not doubled_ends:
-        inner = inner[1:-1]
-    return np.concatenate((x[:1], inner, x[-1:]))
+    low, high = np.sort(rng.uniform(0.05, 0.95, (2, len(x) - 1)), axis=0)
+    return knots_between(x, 1 - np.maximum(high, low + 0.02), low, doubled_ends)
 
 
 def largest(values):

@@ -12,8 +12,7 @@ import pytest
 import drawn
 import knotwork as kw
 from moving.moving_truth import OfArm, links
-from moving.test_moving_things import check_pairs, refused
-from moving.test_shown import middles, placed, scene_of, times
+from moving.test_moving_things import check_pairs, middles, placed, refused, scene_of, times
 from plans import arm
 
 URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"

@@ -6,18 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import coal
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import knotwork as kw
 from drawn import placed
-from moving.moving_truth import Bodies, OfArm, links, sampled
-from moving.test_held_on_belts import SIZE
-from moving.test_moving_things import LEFT, check_pairs, refused
+from moving.moving_truth import Bodies, OfArm, links
+from moving.test_held_on_belts import SIZE, check_box
+from moving.test_moving_things import LEFT, check_pairs, middle_of_held, refused, scene_of, times
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, shapes, task, write
-from moving.test_shown import middle_of_held, scene_of, times
 from sweeps import mostly_exhaustive
 
 __all__ = ["folder"]
@@ -164,21 +162,9 @@ def test_fetched_part_is_where_it_lies(folder: Path) -> None:
     plan, both = kw.plan(fetch(folder)), Composed(folder)
     known = {one.name: one.time for one in plan.scenario.waypoints}
     assert (known["pick"], known["place"]) == (PICK, PLACE)
-    rows = sampled(
-        links(OfArm(plan), pin.SE3.Identity()),
-        lambda t: {"box": [(coal.Box(*SIZE), box(plan, both, t))]},
-        np.linspace(0.0, plan.trajectory.end_time, 150),
-    )
-    for (link, _), row in rows.items():
-        found = [
-            one
-            for one in plan.report.select(subject="pair")
-            if {*one.name.split(", ")} == {link, "box"} and one.value is not None
-        ]
-        if link in ("shoulder_link", "upper_arm_link", "forearm_link"):
-            assert row.min() >= min(one.value - one.excess for one in found) - 1e-6, link
-            nearest = min(one.value for one in found)
-            assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
+    own = links(OfArm(plan), pin.SE3.Identity())
+    fixed = {"shoulder_link", "upper_arm_link", "forearm_link"}
+    check_box(plan, own, lambda t: box(plan, both, t), fixed)
     scene = scene_of(plan)
     time = times(scene)
     for t in (0.5, 4.0, 7.0, 10.7, 15.0):

@@ -71,7 +71,6 @@ def test_fault_beyond_noise_fails(tmp_path: Path, deburring: Plan) -> None:
 def limited(made: Plan, share: float) -> Scenario:
     """The scenario with a limit of the tool's speed that its plan keeps or breaks."""
     (found,) = made.report.select(quantity="tool_speed")
-    assert found.value is not None
     limits = made.scenario.motion_limits.model_copy(update={"tool_speed": share * found.value})
     return dataclasses.replace(made.scenario, motion_limits=limits)
 

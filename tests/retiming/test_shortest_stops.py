@@ -63,7 +63,6 @@ def test_stop_of_three_joints_is_shortest(seed: int) -> None:
     acceleration = 0.1 + peaks[0] * rng.uniform(1, 3, 3)
     jerk = peaks[1] * rng.uniform(1, 4, 3) + acceleration * rng.uniform(1, 8)
     found = stop_on_path(curve, at, acceleration, jerk, 1e-6)
-    assert found is not None
     _, motion = found
     shortest = by_collocation(c, at, acceleration, jerk, float(motion.x[-1]))
     assert 0.995 * shortest <= motion.x[-1] <= 1.02 * shortest

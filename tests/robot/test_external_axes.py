@@ -105,7 +105,6 @@ def test_fastest_motion_moves_slow_rail_little(place: list[float], prefer: Any) 
     plan = kw.plan({**task, "prefer": prefer} if prefer else task)
     assert plan.report.ok
     robot, ur5 = plan.space.robot, kw.load_robot("ur5")
-    assert robot is not None
     speed, acceleration = robot.velocity_limit, robot.limits["acceleration"]
     best, home = np.inf, robot.configuration("home")
     target = pin.SE3(pin.rpy.rpyToMatrix(*pose["rpy"]), np.array(place))

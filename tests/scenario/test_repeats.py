@@ -186,7 +186,6 @@ def test_pallet_needs_few_lines(counts: str, boxes: int, tmp_path: Path, knotwor
     assert exported.code == 0, exported.err
     program = (tmp_path / "motion.script").read_text()
     first = re.search(r"global kw_q = \[(.*)\]", program)
-    assert first is not None
     controller = Controller(np.array(first[1].split(","), dtype=float), 125.0)
     controller.run(program)
     assert [one[3] for one in controller.switched] == [True, False] * boxes

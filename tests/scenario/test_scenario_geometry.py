@@ -126,7 +126,6 @@ def test_units_hold_for_velocities_tools_frames_and_tolerances_alike() -> None:
     np.testing.assert_allclose(waypoint.linear, [0, 0.05, 0], atol=1e-16)
     np.testing.assert_allclose(waypoint.angular, [0, 0, np.pi], atol=1e-15)
     robot = joint_space(scenario).robot
-    assert robot is not None
     offset = robot.tool_offset
     np.testing.assert_allclose(offset.translation, [0, 0, 0.25])
     np.testing.assert_allclose(

@@ -104,8 +104,6 @@ def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
     space = joint_space(scenario)
     assert space.joint_names == ("turn", "slide")
     first, last = space.targets
-    assert first is not None
-    assert last is not None
     np.testing.assert_allclose(first.position, [np.pi / 2, 0.25])
     np.testing.assert_allclose(first.velocity, [0, 0.01])
     np.testing.assert_array_equal([last.position, last.velocity], np.zeros((2, 2)))
@@ -120,7 +118,6 @@ def test_a_configuration_is_named_and_copied() -> None:
     task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": POSE, "time": 1}]}
     space = joint_space(load_scenario({**task, "start": "home", "near": "home"}))
     start, pose = space.targets
-    assert start is not None
     assert pose is None
     for q in (start.position, space.near):
         assert q is not None

@@ -189,7 +189,6 @@ def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
 def test_bounding_spheres_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
-    assert robot is not None
     pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
@@ -292,5 +291,4 @@ def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
     ):
         mesh.export(tmp_path / "part.stl")
         made = make_solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
-        assert made.triangles is not None
         assert len(made.triangles) == len(mesh.faces)

@@ -117,12 +117,12 @@ def test_every_point_is_in_a_cell_and_every_cell_in_hull_and_box(tmp_path: Path)
     rng = np.random.default_rng(2)
     points = rng.normal(0.0, 0.1, (300, 3))
     one = cloud(tmp_path / "cloud.csv", points)
-    assert one.cells is not None
     off = np.abs(points[:, None] - one.cells.centres).max(axis=2).min(axis=1)
     assert off.max() <= EDGE / 2 + 1e-12
     cubes = np.array(one.geometry.toBoxes())[:, :3]
     assert sorted(cubes.round(9).tolist()) == sorted(one.cells.centres.round(9).tolist())
-    corners = np.concatenate([one.cells.centres + s * EDGE / 2 for s in _signs()])
+    halves = EDGE / 2 * np.array([*itertools.product((-1, 1), repeat=3)])
+    corners = (one.cells.centres[:, None] + halves).reshape(-1, 3)
     assert (corners >= one.corners.min(axis=0) - 1e-12).all()
     assert (corners <= one.corners.max(axis=0) + 1e-12).all()
     directions = rng.normal(size=(200, 3))
@@ -133,15 +133,10 @@ def test_every_point_is_in_a_cell_and_every_cell_in_hull_and_box(tmp_path: Path)
     assert (np.abs(corners[:, None] - coarse.centres).max(axis=2).min(axis=1) <= EDGE + 1e-9).all()
 
 
-def _signs() -> list[Any]:
-    return [np.array(signs) for signs in itertools.product((-1, 1), repeat=3)]
-
-
 def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None:
     trimesh.creation.box([0.5, 0.5, 0.5]).export(tmp_path / "box.stl")
     box = make_solid(PlacedShape("mesh", (), HERE, tmp_path / "box.stl", exact=True), HERE)
     two = cloud(tmp_path / "two.csv", [(1, 1, 1), (1.02, 1.02, 1.02), (0.1, 0.1, 0.1)])
-    assert two.cells is not None
     assert len(two.cells.one_of_each_part) == 2
     still, nothing = np.eye(3), np.zeros(3)
     assert is_one_inside_other(Placed(box, still, nothing), Placed(two, still, nothing))

@@ -73,11 +73,6 @@ def peaks(path: Any, curve: Any) -> tuple[float, float]:
     return float(np.abs(curve(inside, 2)).max()), needed
 
 
-def assert_smooth(path: Any, curve: Any) -> None:
-    found, needed = peaks(path, curve)
-    assert found <= FACTOR * needed
-
-
 @given(
     count=st.integers(5, 40),
     radius=st.floats(0.005, 0.04),
@@ -114,7 +109,8 @@ def test_no_spikes_at_stops(
     profile = tp.speed_profile(
         [curve.length], [speed], acceleration=acceleration, start_speed=0, end_speed=0
     )
-    assert_smooth(tp.TimedPath(path, profile), motion.polynomial)
+    found, needed = peaks(tp.TimedPath(path, profile), motion.polynomial)
+    assert found <= FACTOR * needed
     start = pin.SE3(path.pose(0.0).rotation, points[0])
     assert not judged_along(
         motion, "ur5", start, points, speed,

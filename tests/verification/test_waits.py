@@ -45,7 +45,6 @@ def test_full_circle_between_waits_is_not_a_wait(robot: str, turning: str | None
     start, end = standing(plan)
     assert (start.name, end.name) == ("begin", "end")
     for found, wait in ((start, 0.4), (end, 0.3)):
-        assert found.interval is not None
         assert np.ptp(found.interval) == pytest.approx(wait)
         assert found.value == 0.0
         q = plan.trajectory.position(np.linspace(*found.interval, 1001))

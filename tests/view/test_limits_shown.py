@@ -1,4 +1,4 @@
-"""The use of limits that pictures and pages show is that of the verdict, for every limit in it."""
+"""The use of limits in pictures, pages and the strip is that of the verdict."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from figures import data, lines, notes
+from figures import collections, data, legend_words, lines, notes
 
 import knotwork as kw
 from drawn import numbers, scene, thing, vertices
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.view import plot_tool
+from knotwork.view import plot_joints, plot_tool
+from plans import planned
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
+from walls import through_wall
 
 GROUPS = ("Joint limits", "Tool and links", "Singularity")
 WITH_ARM = [name for name in SCENARIO_FILES if not name.startswith("paper_case")]
@@ -34,7 +36,6 @@ def peak(quantity: str) -> float:
     """The greatest value of a quantity of the tool, or of the forearm [mm]."""
     plan = deburring(tool_acceleration=1e4, forearm_link=1e4)
     (found,) = plan.report.select(quantity=quantity)
-    assert found.value is not None
     return 1e3 * found.value
 
 
@@ -79,7 +80,6 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
 
     page, robot = scene(plan.view()), plan.space.robot
     assert page["legend"]["broken"]
-    assert robot is not None
     red = vertices(thing(page, "limits broken"))
     places = [(robot.base_placement * robot.forward(q)).translation for q in plan.trajectory(time)]
     near = np.linalg.norm(np.array(places)[:, None] - red, axis=2).min(axis=1) < 0.01 * page["size"]
@@ -130,3 +130,70 @@ def test_a_jump_is_no_kept_limit() -> None:
     broken = replace(plan, trajectory=motion, report=report)
     assert shown(broken).max() == np.inf
     assert "infinite at the jump at 1 s, limit 50 m/s²" in notes(plot_tool(broken))
+
+
+def strip(plan: kw.Plan) -> Any:
+    return scene(plan.view())["strip"]
+
+
+def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
+    plan = planned("ur5_wall")
+    said = [one for one in plan.report.findings if one.quantity == "binding_limits"]
+    limits = {tuple(one.interval or ()): one.label for one in said}
+    for start, end, name, limit in strip(plan)["segments"]:
+        if (start, end) in limits:
+            assert limit == limits[start, end]
+            assert f"bound by {limit}" in " ".join(one.brief for one in said)
+        assert name
+
+
+def test_a_segment_of_given_times_names_the_limit_nearest_to_it() -> None:
+    plan = deburring(tool_speed=250.0)
+    (speed,) = plan.report.select(quantity="tool_speed")
+    limits = [one[3] for one in strip(plan)["segments"]]
+    assert f"tool speed {100 * speed.utilisation:.0f} %" in limits
+
+
+def test_a_broken_limit_is_red_as_long_as_it_is_broken() -> None:
+    ends = [{"joints": {"shoulder": 0, "elbow": 0.5}}, {"joints": {"shoulder": 1, "elbow": 0.5}}]
+    task = {"robot": "planar2", "limits": {"velocity": 0.6}}
+    plan = kw.plan({**task, "waypoints": [ends[0], {**ends[1], "after": 2}]})
+    (failed,) = plan.report.failures
+    spans = strip(plan)["broken"]
+    low, high = min(span[0] for span in spans), max(span[1] for span in spans)
+    curve = plan.trajectory
+    assert failed.name == "shoulder"
+    for time in (low + 0.02, high - 0.02):
+        assert abs(curve.velocity(time)[0]) > 0.6
+    for time in (low - 0.02, high + 0.02):
+        assert abs(curve.velocity(time)[0]) < 0.6
+    assert high - low > 0.3
+
+
+def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
+    (elbow,) = strip(deburring(forearm_link=500.0))["curves"]
+    assert (elbow["name"], elbow["unit"]) == ("speed of forearm_link", "mm/s")
+    assert elbow["limits"] == [pytest.approx(500.0)]
+    assert len(elbow["time"]) == len(elbow["value"])
+    plan = planned("ur5_dome")
+    (used,) = (one for one in plan.report.select(quantity="free") if one.subject == "path")
+    (turn,) = strip(plan)["curves"]
+    assert turn["name"] == f"turn, {used.name}"
+    assert turn["unit"] == "deg"
+    span = max(turn["value"]) - min(turn["value"])
+    assert span == pytest.approx(plan.scenario.units.shown(used.value or 0.0, "rad")[0], rel=1e-3)
+
+
+def test_collisions_are_marked_over_all_panels_as_long_as_they_last() -> None:
+    plan = through_wall()
+    spans = [span for one in plan.report.failures for span in one.spans]
+    first, last = min(start for start, _ in spans), max(end for _, end in spans)
+    (drawn, *others) = strip(plan)["broken"]
+    assert not others
+    assert drawn == pytest.approx([first, last], abs=0.01)
+    for figure in (plot_joints(plan), plot_tool(plan)):
+        assert "collision" in legend_words(figure)
+        for axis in figure.axes:
+            (mark,) = collections(axis, "contact")
+            times = mark.get_x(), mark.get_x() + mark.get_width()
+            assert times == pytest.approx((first, last), abs=0.01)

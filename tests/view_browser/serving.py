@@ -24,7 +24,6 @@ class Serving:
     """A serving command: its address, and after its end what it printed."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
-        assert process.stdout is not None
         self.process, self.out, self.err = process, "", ""
         self.address = process.stdout.readline().split(" at ")[1].split()[0]
 

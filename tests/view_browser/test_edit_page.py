@@ -37,7 +37,6 @@ def served(tmp_path_factory: pytest.TempPathFactory, all_tabs: Any) -> Iterator[
     text = source.read_text(encoding="utf-8")
     file.write_text(text.replace("[-40, 0, 30]", "[-40, 0, -60]"), encoding="utf-8")
     with serve("edit", file, "--no-open") as serving:
-        assert serving.process.stdout is not None
         serving.process.stdout.readline()  # the first plan is made
         yield serving.address, file
         if "edit" in all_tabs.opened:
