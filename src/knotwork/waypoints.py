@@ -36,13 +36,11 @@ def read_only(
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError) as error:
-        raise WaypointDataError(
-            f"{subject} must be numbers, not {values!r}", value=values
-        ) from error
+        message = f"{subject} must be numbers, not {values!r}"
+        raise WaypointDataError(message, value=values) from error
     if array.shape != shape:
-        raise WaypointDataError(
-            f"{subject} must have shape {shape}, not {array.shape}", value=array
-        )
+        message = f"{subject} must have shape {shape}, not {array.shape}"
+        raise WaypointDataError(message, value=array)
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])

@@ -80,6 +80,16 @@ class Placed(NamedTuple):
     origin: FloatArray
 
 
+_PRIMITIVES = {
+    "box": coal.Box,
+    "sphere": coal.Sphere,
+    "cylinder": coal.Cylinder,
+    "capsule": coal.Capsule,
+    "cone": coal.Cone,
+    "ellipsoid": coal.Ellipsoid,
+}
+
+
 def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
     """Make the solid of a shape.
 
@@ -119,15 +129,7 @@ def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
             plane=plane,
         )
     else:
-        make = {
-            "box": coal.Box,
-            "sphere": coal.Sphere,
-            "cylinder": coal.Cylinder,
-            "capsule": coal.Capsule,
-            "cone": coal.Cone,
-            "ellipsoid": coal.Ellipsoid,
-        }
-        geometry = make[shape.kind](*shape.size)
+        geometry = _PRIMITIVES[shape.kind](*shape.size)
     if cells is not None:  # Coal's box around them is rounded to a few 1e-8 of its size
         low, high = cells.outermost.min(axis=0), cells.outermost.max(axis=0)
     else:

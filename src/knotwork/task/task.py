@@ -10,7 +10,6 @@ from pydantic import AfterValidator, Field, Tag
 
 from knotwork.files import storage
 from knotwork.files.documents import Document, Text, apply_edits, validate
-from knotwork.files.documents.edits import to_block_yaml
 from knotwork.files.documents.values import (
     Forms,
     Items,
@@ -22,6 +21,7 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
+from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.task.actions import Output, one_name_each
 from knotwork.task.open_values import ChosenMotion, Way, Weights
 from knotwork.task.poses import Frame

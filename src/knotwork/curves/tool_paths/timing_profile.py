@@ -157,9 +157,7 @@ def speed_profile(
     for i, ends in enumerate(pairwise(junction_speeds)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         stretch, v = i if count > 1 else None, float(speed[i])
-        shrink = _find_shortening(
-            stretch, float(length[i]), v, ends, fixed=fixed, acceleration=acceleration
-        )
+        shrink = _find_shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
         pieces = _make_pieces(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])

@@ -15,18 +15,13 @@ import yaml
 
 from knotwork.errors import InputError
 from knotwork.files.documents.document import Document, Location, field_path
-from knotwork.files.documents.yaml_text import Dumper, parse
+from knotwork.files.documents.yaml_text import parse, to_block_yaml, to_flow_yaml
 
 REMOVED = object()
 """Removes a key, in place of its value."""
 
 Edits = Mapping[Location, Any]
 """New values by location; a key that is new to a mapping is added."""
-
-LINE_WIDTH = 100
-"""Number of characters after which a new value that begins a line is broken into lines."""
-LAST_VALUE_WIDTH = 20
-"""Reserve for the last value of a line, before which PyYAML does not break."""
 
 
 class Change(NamedTuple):
@@ -304,28 +299,6 @@ def _indent(text: str, node: Any) -> int:
 
 def _key_and_value(key: Any, value: Any, column: int) -> str:
     return to_flow_yaml({key: value}, column - 2)[1:-1]
-
-
-def to_flow_yaml(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:
-    """Plain data in YAML's flow style, in lines that begin right of a column."""
-    text = _dump_yaml([value], default_flow_style=True, width=width - column - LAST_VALUE_WIDTH)
-    return text.strip()[1:-1].replace("\n  ", "\n" + " " * column)
-
-
-def to_block_yaml(value: Mapping[str, Any]) -> str:
-    """Plain data in YAML's block style; parts without nested parts in flow style."""
-    styles = {
-        key: None if isinstance(part, Mapping | list) else False for key, part in value.items()
-    }
-    return "".join(
-        _dump_yaml({key: part}, default_flow_style=styles[key], width=LINE_WIDTH - LAST_VALUE_WIDTH)
-        for key, part in value.items()
-    )
-
-
-def _dump_yaml(value: Any, **style: Any) -> str:
-    text = yaml.dump(value, Dumper=Dumper, sort_keys=False, allow_unicode=True, **style)
-    return str(text)
 
 
 def _with_comments(text: str, comments: Sequence[tuple[int, str]], change: Change) -> Change:

@@ -1,11 +1,11 @@
-"""YAML text to plain data, with the line of each part."""
+"""YAML text to plain data, with the line of each part, and plain data to YAML."""
 
 from __future__ import annotations
 
 import gc
 import re
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,10 @@ MAX_REPEATED = 1_000_000
 MAX_YAML_BYTES = 100_000_000
 # If each of them is wrong, it takes some 1,400 bytes.
 MAX_YAML_VALUES = 1_500_000
+# A new value that begins a line is broken into lines after this number of characters.
+LINE_WIDTH = 100
+# Reserve for the last value of a line, before which PyYAML does not break.
+LAST_VALUE_WIDTH = 20
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -277,3 +281,24 @@ def read_text(path: Path, max_bytes: int = MAX_YAML_BYTES) -> str:
     except OSError as error:
         message = f"can't be read: {error.strerror or error}"
         raise DocumentError(path, [Problem(None, "", message)]) from error
+
+
+def to_flow_yaml(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:
+    """Plain data in YAML's flow style, in lines that begin right of a column."""
+    text = _dump_yaml([value], default_flow_style=True, width=width - column - LAST_VALUE_WIDTH)
+    return text.strip()[1:-1].replace("\n  ", "\n" + " " * column)
+
+
+def to_block_yaml(value: Mapping[str, Any]) -> str:
+    """Plain data in YAML's block style; parts without nested parts in flow style."""
+    styles = {
+        key: None if isinstance(part, Mapping | list) else False for key, part in value.items()
+    }
+    return "".join(
+        _dump_yaml({key: part}, default_flow_style=styles[key], width=LINE_WIDTH - LAST_VALUE_WIDTH)
+        for key, part in value.items()
+    )
+
+
+def _dump_yaml(value: Any, **style: Any) -> str:
+    return str(yaml.dump(value, Dumper=Dumper, sort_keys=False, allow_unicode=True, **style))

@@ -49,10 +49,8 @@ def to_pvt(
         ExportError: The points can't define the motion, see `motion_points`.
         InputError: A factor or the tolerance is out of range, or a joint is unknown.
     """
-    degrees, incremental = (
-        require_flag(degrees, "degrees"),
-        require_flag(incremental, "incremental"),
-    )
+    degrees = require_flag(degrees, "degrees")
+    incremental = require_flag(incremental, "incremental")
     points = motion_points(motion, fit=fit)
     trajectory, knots = points.trajectory, points.trajectory.knots
     factors = _by_joint(trajectory, scale, 1.0, "scale")
@@ -74,15 +72,14 @@ def to_pvt(
         position, velocity = knots.position[:, i] * per + shift, knots.velocity[:, i] * per
         if not np.isfinite([position, velocity]).all():
             raise InputError(f"scale of joint {name!r} is {factor!r}, which exceeds all numbers")
-        is_joint_unit = factor == 1.0 and shift == 0.0
-        label = unit if is_joint_unit else "drive"
+        label, drive = unit, ""
+        if factor != 1.0 or shift != 0.0:
+            label = "drive"
+            drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
         columns[f"{name}.position_{label}"] = position
         columns[f"{name}.velocity_{label}_per_s"] = velocity
-        drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
-        about.append(
-            f"Columns {2 * i + 2}, {2 * i + 3}: position of joint {name!r} [{unit}], velocity "
-            f"[{unit}/s]{'' if is_joint_unit else drive}."
-        )
+        numbers = f"Columns {2 * i + 2}, {2 * i + 3}"
+        about.append(f"{numbers}: position of joint {name!r} [{unit}], velocity [{unit}/s]{drive}.")
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)
 
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
-from knotwork.files.documents.edits import differences, to_block_yaml
+from knotwork.files.documents.edits import differences
+from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity

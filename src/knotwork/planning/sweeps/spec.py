@@ -11,7 +11,8 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, Edits, Location, field_path, read, resources
-from knotwork.files.documents.edits import differences, to_flow_yaml
+from knotwork.files.documents.edits import differences
+from knotwork.files.documents.yaml_text import to_flow_yaml
 from knotwork.planning.sweeps.field_path import location_of
 from knotwork.planning.sweeps.figures import FIGURES
 from knotwork.planning.sweeps.named_files import file_digests

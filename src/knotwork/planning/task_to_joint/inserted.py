@@ -66,19 +66,16 @@ def complete_waypoints(
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
-    count = len(positions)
     accelerations = np.full(positions.shape, np.nan)
     for i in space.waits:
         accelerations[i : i + 2] = 0.0
-    names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
-    times, requested = scenario.expected_times, np.ones(count, dtype=bool)
     rows = JointRows(
-        time=times,
-        name=names,
+        time=scenario.expected_times,
+        name=np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object),
         position=positions.copy(),
         velocity=velocities,
         acceleration=accelerations,
-        requested=requested,
+        requested=np.ones(len(positions), dtype=bool),
     )
     parts: list[JointRows] = []
     done = 0
@@ -93,7 +90,7 @@ def complete_waypoints(
         parts.append(followed.slice(0, len(followed.time) - joined))
         done = path.last + 1 - joined
     _hold(rows, space.waits)
-    parts.append(rows.slice(done, count))
+    parts.append(rows.slice(done, len(positions)))
     rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
     return JointWaypoints(
         joint_names=space.joint_names,

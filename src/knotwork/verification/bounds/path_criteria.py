@@ -147,39 +147,27 @@ def path_errors(
     square = np.diff(t) ** 2
     bend = path.bend(samples.s[:-1], samples.s[1:])
     turn_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
-    change = square * sizes.jerk / 8.0 + sizes.rounding
-    size = np.linalg.norm(samples.velocity, axis=1)
-    slowest = _least_velocity(samples, bend, change)
-    fastest = _worse_end(size) + change
     chord_excess = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
     turned_excess = (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding
     everywhere = np.ones(len(square), dtype=bool)
-    in_full = (t[:-1] >= limits.full_interval[0]) & (t[1:] <= limits.full_interval[1])
-
-    criteria: dict[str, PathCriterion] = {}
+    upper = _worse_end(samples.distance) + chord_excess
+    angle_upper = rotation_angle(_worse_end(samples.gap) + turned_excess)
+    angle_limit = limits.orientation + (0.0 if freedom is None else freedom.tilt)
+    criteria = {
+        "path_deviation": _criterion(limits.position, samples.distance, upper, everywhere),
+        "path_orientation": _criterion(angle_limit, samples.angle, angle_upper, everywhere),
+    }
     turned = (0.0, 0.0)
-
-    def judge(
-        quantity: str, limit: float, errors: FloatArray, upper: FloatArray, judged: BoolArray
-    ) -> None:
-        if judged.any():
-            criteria[quantity] = _criterion(limit, errors, upper, judged)
-
-    distance = samples.distance
-    judge(
-        "path_deviation", limits.position, distance, _worse_end(distance) + chord_excess, everywhere
-    )
-    judge(
-        "path_orientation",
-        limits.orientation + (0.0 if freedom is None else freedom.tilt),
-        samples.angle,
-        rotation_angle(_worse_end(samples.gap) + turned_excess),
-        everywhere,
-    )
     if freedom is not None:
         beyond, beyond_upper, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
         limited = np.isfinite(_worse_end(beyond))
-        judge("path_turn", limits.orientation, beyond, beyond_upper, limited)
+        criteria["path_turn"] = _criterion(limits.orientation, beyond, beyond_upper, limited)
+
+    size = np.linalg.norm(samples.velocity, axis=1)
+    change = square * sizes.jerk / 8.0 + sizes.rounding
+    slowest = _least_velocity(samples, bend, change)
+    fastest = _worse_end(size) + change
+    in_full = (t[:-1] >= limits.full_interval[0]) & (t[1:] <= limits.full_interval[1])
     if np.isfinite(limits.full_speed):
         for quantity, minimum, judged in (
             ("path_speed", limits.full_speed, in_full),
@@ -187,9 +175,9 @@ def path_errors(
         ):
             errors = np.maximum(size - limits.full_speed, minimum - samples.along)
             upper = np.maximum(fastest - limits.full_speed, minimum - slowest)
-            judge(quantity, limits.speed, errors, upper, judged)
+            criteria[quantity] = _criterion(limits.speed, errors, upper, judged)
     return PathErrors(
-        criteria,
+        {quantity: one for quantity, one in criteria.items() if one is not None},
         float(slowest[in_full].min(initial=np.inf)),
         float(fastest[in_full].max(initial=-np.inf)),
         turned,
@@ -203,8 +191,10 @@ def _worse_end(errors: FloatArray) -> FloatArray:
 
 def _criterion(
     limit: float, errors: FloatArray, upper: FloatArray, judged: BoolArray
-) -> PathCriterion:
-    """An error that is judged in some intervals, from all samples and bounds."""
+) -> PathCriterion | None:
+    """An error that is judged in some intervals, from all samples and bounds; `None` in none."""
+    if not judged.any():
+        return None
     known = np.append(judged, False) | np.append(False, judged)
     ends = np.where(judged, _worse_end(errors), 0.0)
     return PathCriterion(
