@@ -80,7 +80,7 @@ class Placed(NamedTuple):
     origin: FloatArray
 
 
-_PRIMITIVES = {
+_PRIMITIVE_SHAPES = {
     "box": coal.Box,
     "sphere": coal.Sphere,
     "cylinder": coal.Cylinder,
@@ -129,7 +129,7 @@ def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
             plane=plane,
         )
     else:
-        geometry = _PRIMITIVES[shape.kind](*shape.size)
+        geometry = _PRIMITIVE_SHAPES[shape.kind](*shape.size)
     if cells is not None:  # Coal's box around them is rounded to a few 1e-8 of its size
         low, high = cells.outermost.min(axis=0), cells.outermost.max(axis=0)
     else:

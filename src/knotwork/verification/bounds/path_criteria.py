@@ -177,7 +177,7 @@ def path_errors(
             upper = np.maximum(fastest - limits.full_speed, minimum - slowest)
             criteria[quantity] = _criterion(limits.speed, errors, upper, judged)
     return PathErrors(
-        {quantity: one for quantity, one in criteria.items() if one is not None},
+        {name: criterion for name, criterion in criteria.items() if criterion is not None},
         float(slowest[in_full].min(initial=np.inf)),
         float(fastest[in_full].max(initial=-np.inf)),
         turned,
