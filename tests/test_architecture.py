@@ -308,3 +308,16 @@ def test_help_loads_no_command() -> None:
         f"knotwork.cli.{name}" for name in ("main", "parameters", "terminal")
     }
     assert not loaded & {"numpy", "pydantic", "yaml", "rich"}
+
+
+# Names of the standard library that the lowest supported Python, 3.10, has not.
+NEW_NAMES = {"enum.StrEnum", "enum.verify", "typing.Self", "typing.assert_never", "typing.override"}
+NEW_NAMES |= {"datetime.UTC", "itertools.batched", "contextlib.chdir", "hashlib.file_digest"}
+NEW_MODULES = {"tomllib"}
+
+
+def test_lowest_python_has_imported_names() -> None:
+    for path in FILES:
+        tree = tree_of(path)
+        assert not set(imports(tree)) & NEW_NAMES, path
+        assert not packages(tree) & NEW_MODULES, path

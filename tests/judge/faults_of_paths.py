@@ -364,7 +364,8 @@ ANY = path_case("line", "arc", "circle", "turns", "points")
 AROUND = {"path", "progress", "direction", "speed", "orientation", "pose"}
 SAMPLES = 300
 FAULTS = {
-    name: Fault(right, spoil, kinds, count, SAMPLES)
+    # a fast way back may jump
+    name: Fault(right, spoil, kinds, count, SAMPLES, beside={"jump"})
     for name, right, spoil, kinds, count in (
         ("distance from a path", ANY, distance, {"path", "speed", "orientation"}, 110),
         ("orientation along a path", ANY, orientation, {"orientation"}, 110),

@@ -176,7 +176,7 @@ def test_pallet_needs_few_lines(counts: str, boxes: int, tmp_path: Path, knotwor
     planned = knotwork("plan", path, "-o", tmp_path / "out")
     assert planned.code == 0, planned.out
     assert len(planned.out.splitlines()) <= 22
-    assert f"{boxes} turns" in planned.out
+    assert f"{boxes} repetitions" in planned.out
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["ok"]
     exported = knotwork(

@@ -175,10 +175,10 @@ def test_given_times_are_met_or_refused_with_sufficient_ones(given: str, count: 
 def assert_suffices(error: TimingError, problem: TimingProblem) -> None:
     """With the durations that are named, taken together, there is a motion."""
     duration = np.array(problem.duration)
-    if total := re.search(r"the motion must last .* with ([0-9.]+) s", str(error)):
+    if total := re.search(r"the motion must last .*; ([0-9.]+) s is enough", str(error)):
         solve(replace(problem, total=float(total[1])))
         return
     for line in str(error).splitlines():
-        i, named = re.findall(r"from '(\d+)' to .* with ([0-9.]+) s", line)[0]
+        i, named = re.findall(r"from '(\d+)' to .*; ([0-9.]+) s, with those", line)[0]
         duration[int(i)] = float(named)
     solve(replace(problem, duration=duration))

@@ -71,7 +71,7 @@ class _ReachedWaypoint(NamedTuple):
     Attributes:
         time: Time in this motion [s].
         name: Its name.
-        waypoint: Index in the task; -1 for an end of the motion between waypoints.
+        waypoint: Index in the scenario; -1 for an end of the motion between waypoints.
     """
 
     time: float

@@ -115,8 +115,8 @@ class ClearWay(DefaultsInSI):
         "Number of motions to search for; the fastest is taken", 2
     )
     room: Positive = optional(
-        "Clearance to keep beyond the margins; if no such motion is found, a half and then a "
-        "quarter of it. Left out: none",
+        "Clearance to keep beyond the margins; if no such motion is found, a half of it, then a "
+        "quarter, then none. Left out: none",
         unit="length",
         si_default=0.0,
     )

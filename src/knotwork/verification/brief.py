@@ -10,8 +10,8 @@ from knotwork.errors.plain_text import to_one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 
-MAX_GROUP_TEXTS = 2
-"""Maximum number of texts of a group."""
+MAX_GROUP_LINES = 3
+"""Maximum number of lines of a group; its first text is whole in any case."""
 NOTABLE_UTILISATION = 0.01
 """Minimum utilisation of a limit that gets its own row."""
 NARROWEST_LINE = 20
@@ -47,12 +47,15 @@ def group_lines(
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
     lines: list[str] = []
     for heading, texts in rows.items():
-        if len(texts) > MAX_GROUP_TEXTS:
-            texts = [*texts[:MAX_GROUP_TEXTS], f"and {len(texts) - MAX_GROUP_TEXTS} more"]
-        head = f"{BRIEF_INDENT}{heading}"
-        for text in texts:
-            lines += wrap(text, width, " " * indent, f"{head:<{indent}}")
-            head = ""
+        group = wrap(texts[0], width, " " * indent, f"{BRIEF_INDENT}{heading}".ljust(indent))
+        for k, text in enumerate(texts[1:], 1):
+            added = wrap(text, width, " " * indent, " " * indent)
+            is_last = k == len(texts) - 1
+            if len(group) + len(added) > MAX_GROUP_LINES - (not is_last):
+                group.append(f"{' ' * indent}and {len(texts) - k} more")
+                break
+            group += added
+        lines += group
     if listed:
         text = f"{BRIEF_INDENT}{'well within limits' if ok else 'met'}: {', '.join(listed)}"
         lines += wrap(text, width, 2 * BRIEF_INDENT)

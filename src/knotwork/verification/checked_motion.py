@@ -55,7 +55,7 @@ class Execution:
 
     Attributes:
         clock: Time of the task over that of the motion [s].
-        arrivals: Times in the motion [s] at which waypoints are passed, by their index in the task.
+        arrivals: Times in the motion [s] at which waypoints are passed, by index in the scenario.
         ends: Names of the ends of the motion, where the task has no waypoint.
     """
 

@@ -10,7 +10,7 @@ from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, me
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.task.scenario.repetitions import turns
+from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 
@@ -85,13 +85,13 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
 
 def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the time from the first waypoint of a repetition to that of the next."""
-    for rows in turns(scenario):
+    for rows in repetition_starts(scenario):
         starts = scenario.times[rows]
         if len(rows) < 2:
             continue
         durations = np.diff(starts)
         first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
-        text = f"{len(rows)} turns, {durations.mean():.4g} s from one to the next"
+        text = f"{len(rows)} repetitions, {durations.mean():.4g} s from one to the next"
         if np.ptp(durations) > 1e-3:
             text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
         yield Finding(

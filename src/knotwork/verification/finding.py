@@ -36,7 +36,7 @@ class Finding:
     Attributes:
         group: Heading in the report, for example `"Joint limits"`.
         subject: Kind of subject: `"waypoint"`, `"joint"`, `"tool"`, `"link"`, `"pair"` (of bodies),
-            `"path"`, `"wait"`, `"event"`, `"segment"` or `"motion"`.
+            `"path"`, `"wait"`, `"event"`, `"segment"`, `"cycle"` or `"motion"`.
         name: Name of the subject, for example of the joint; empty if there is only one.
         quantity: Quantity, for example `"velocity"`.
         verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that can't

@@ -27,8 +27,11 @@ LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
 
 ABSURD_FACTOR = 10.0
-"""Thresholds above which a motion is absurd: factor on a velocity limit, and distance [rad or m] by
-which a joint leaves its range. The distance must also exceed the width of the range.
+"""A motion is absurd above this factor on a velocity limit."""
+
+ABSURD_DISTANCE = 10.0
+"""A motion is absurd if a joint leaves its range by more than this [rad or m], and by more than the
+width of the range.
 """
 
 
@@ -104,7 +107,7 @@ def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
     lower, upper = space.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
     excess = np.maximum(lower - position.minimum, position.maximum - upper)
-    outside = excess > np.maximum(upper - lower, ABSURD_FACTOR)
+    outside = excess > np.maximum(upper - lower, ABSURD_DISTANCE)
     fast = ~(velocity.peak <= ABSURD_FACTOR * space.bounds("velocity")[1])
     for quantity, exceeded in (("velocity", fast), ("position", outside)):
         for i in np.flatnonzero(exceeded).tolist():

@@ -130,7 +130,7 @@ def stop_on_path(
 
 
 def find_first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
-    """Find the first time after a given one at which a curve is at rest, or `None`."""
+    """Find the first time, a given one or a later break, at which a curve is at rest, or `None`."""
     times = np.append(at, curve.x[curve.x > at])
     moves = np.zeros(len(times), bool)
     for nu in (1, 2):

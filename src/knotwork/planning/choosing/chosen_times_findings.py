@@ -103,7 +103,7 @@ def _duration(chosen: ChosenTimes) -> str:
             f"motion may exist (lower bound {bound})"
         )
     if chosen.gap < 1e-6:
-        return f"{text} in all, as given, or the minimum{_arrivals_note(chosen)}"
+        return f"{text}, the minimum or as given{_arrivals_note(chosen)}"
     return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_arrivals_note(chosen)}"
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from enum import StrEnum
+from enum import Enum
 
 import numpy as np
 
@@ -45,7 +45,7 @@ MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
 
-class SpeedBound(StrEnum):
+class SpeedBound(str, Enum):
     """A bound of a speed along a path other than a limit."""
 
     RAMPS = "room for changes of speed"
@@ -53,6 +53,8 @@ class SpeedBound(StrEnum):
     AT_MOST = "at_most"
     TOLERANCES = "the tolerance of the path"
     NOTHING = "no limit"
+
+    __str__ = str.__str__  # as of `StrEnum`, which Python 3.10 has not
 
 
 class NoSpeedsError(Exception):

@@ -42,7 +42,8 @@ def plan_rows(
     Args:
         spec: The study.
         rows: Numbers of the rows to plan.
-        workers: Number of child processes; 0 to plan in this process, which a crash of a row ends.
+        workers: Number of child processes; 0 to plan in this process, which
+            a crashing row then ends.
         scheduler: Address of a Dask scheduler, in place of child processes.
 
     Raises:

@@ -79,7 +79,8 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with varied values, one row per combination.
 
-    A row reports a timeout or crash. But for the planning time, rows do not depend on workers.
+    A row reports a timeout or crash, except with `workers=0`. Rows do not depend on the workers,
+    except for `plan_time`.
 
     Args:
         scenario: As for `knotwork.plan`.

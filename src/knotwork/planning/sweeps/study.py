@@ -113,7 +113,7 @@ class Study:
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Number of failed rows by reason, most frequent first."""
+        """Number of rows that did not pass, by reason, most frequent first."""
         counted = Counter(reason for reason in self["reason"] if reason)
         return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
 

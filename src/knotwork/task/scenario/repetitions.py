@@ -48,7 +48,7 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
     return PlainTask.model_construct(task.model_fields_set, **dict(task)), places
 
 
-def turns(scenario: Scenario) -> list[list[int]]:
+def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block of a scenario, by index."""
     starts: dict[Location, list[int]] = {}
     for i, k in enumerate(scenario.index):

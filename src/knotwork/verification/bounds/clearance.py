@@ -46,11 +46,11 @@ machine makes the same choice.
 """
 
 CLEARANCE_PRECISION = 1e-3
+"""Precision of the minimum clearance of a pair [m], if its share of the clearance is not larger."""
 OBJECT_SHARE = 0.2
+"""Precision for pairs with an object, relative to the clearance."""
 LINK_SHARE = 0.5
-"""Precision of the minimum clearance of a pair [m], or relative if that is larger: for objects, and
-for links of the robot, which are always close to each other.
-"""
+"""Precision for links of the robot, which are always close to each other, likewise relative."""
 
 LAST_MOMENT = 1e-6
 """Time before the end [s] from which an object that appears at the last waypoint is checked.

@@ -85,8 +85,8 @@ def torch_angles(torch: TorchRanges, turned: FloatArray) -> FloatArray:
     """Turn, travel and work angle of a torch, relative to the pose's [rad], shape (3, k).
 
     In the axes of the seam, tilted by the work angle of the pose, its rotation is Rx(-work)
-    Ry(-travel) diag(1, -1, -1) Rz(turn - about). The rates of turn and work angle are at most
-    1/cos(travel angle) times its angular velocity.
+    Ry(-travel) diag(1, -1, -1) Rz(turn - axis_angle). The rates of turn and work angle are at
+    most 1/cos(travel angle) times its angular velocity.
 
     Args:
         torch: The torch, with the pose's angles.
@@ -95,8 +95,8 @@ def torch_angles(torch: TorchRanges, turned: FloatArray) -> FloatArray:
     c, s = np.cos(torch.pose_travel), np.sin(torch.pose_travel)
     cosine, sine = np.cos(torch.axis_angle), np.sin(torch.axis_angle)
     leant = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-    about = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    R = leant @ np.diag([1.0, -1.0, -1.0]) @ about @ turned @ about.T
+    axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    R = leant @ np.diag([1.0, -1.0, -1.0]) @ axes @ turned @ axes.T
     travel = np.arcsin(np.clip(R[:, 0, 2], -1.0, 1.0))
     work, turn = np.arctan2(-R[:, 1, 2], -R[:, 2, 2]), np.arctan2(-R[:, 0, 1], R[:, 0, 0])
     return np.array([turn, travel - torch.pose_travel, work])

@@ -9,7 +9,7 @@ function of the point. It changes at most at the rate of the acceleration,
 
     Σᵢ |q̈ᵢ| lᵢ + |q̇ᵢ| (|q̇ᵢ| + 2 Σⱼ |q̇ⱼ|) lᵢ,    j nearer to the base than i,
 
-since ∂²p/∂qⱼ∂qᵢ = zⱼ × ∂p/∂qᵢ (`RelativeMotion.along`).
+since ∂²p/∂qⱼ∂qᵢ = zⱼ × ∂p/∂qᵢ (`RelativeMotion.approach`).
 """
 
 from __future__ import annotations
