@@ -179,6 +179,6 @@ def assert_suffices(error: TimingError, problem: TimingProblem) -> None:
         solve(replace(problem, total=float(total[1])))
         return
     for line in str(error).splitlines():
-        i, named = re.findall(r"from '(\d+)' to .*; ([0-9.]+) s, with those", line)[0]
+        i, named = re.findall(r"from '(\d+)' to .*; ([0-9.]+) s(?:,| is)", line)[0]
         duration[int(i)] = float(named)
     solve(replace(problem, duration=duration))

@@ -91,7 +91,7 @@ def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
             continue
         durations = np.diff(starts)
         first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
-        text = f"{len(rows)} repetitions, {durations.mean():.4g} s from one to the next"
+        text = f"{len(rows)} repetitions, {durations.mean():.4g} s each"
         if np.ptp(durations) > 1e-3:
             text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
         yield Finding(
