@@ -250,7 +250,7 @@ def _middle(thing: dict[str, Any], places: list[pin.SE3]) -> Any:
 
 
 def test_draws_scene_relative_to_moving_frame() -> None:
-    """Speeds on the path, the path asked for, frames and labels, against plain Pinocchio."""
+    """Speeds on the path, the given path, frames and labels, against plain Pinocchio."""
     box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
     plan = kw.plan(belt(scene={"objects": {"box": box}}))
     scene, motion = scene_of(plan), plan.scenario.paths[0].motion
@@ -263,7 +263,7 @@ def test_draws_scene_relative_to_moving_frame() -> None:
         assert k not in on or world > seen + 0.1
     for k in (0, len(time) - 1):
         now = tray(float(time[k]))
-        (path,) = middles(scene, "path asked for", k)
+        (path,) = middles(scene, "given path", k)
         assert now.actInv(path) == pytest.approx(np.array([0.05, 0, 0.1]), abs=6e-3)
         places = placed(scene, k)
         labels = {

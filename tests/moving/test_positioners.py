@@ -164,7 +164,7 @@ def test_scene_is_shown_in_world_frame() -> None:
         lump, post = middles(shown, "objects", frame)
         assert lump == pytest.approx(part.act(np.array([0.1, -0.1, 0.05])), abs=1e-5)
         assert post == pytest.approx([0.3, 0.35, 0.25], abs=1e-5)
-        (path,) = middles(shown, "path asked for", frame)
+        (path,) = middles(shown, "given path", frame)
         assert path == pytest.approx(part.act(np.array([0.06, 0.05, 0.1])), abs=6e-3)
         (tip,) = (one for one in shown["things"] if one["name"] == "tool")
         points = drawn.vertices(tip["mesh"])

@@ -158,7 +158,7 @@ def test_weave_on_belt() -> None:
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.01, 0], "angular": [0, 0, 0.02]}
     task["scene"] = {"objects": {"part": {"in": "belt", "sphere": 0.01, "position": [0.6, 0, 0.1]}}}
     plan = kw.plan(task)
-    assert "path asked for" in plan.view().html
+    assert "given path" in plan.view().html
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
     t = np.linspace(motion.start_time, motion.end_time, 301)

@@ -152,7 +152,7 @@ def off_seam(points: Any) -> Any:
 @pytest.mark.parametrize("planner", [None, "bspline"])
 def test_the_path_asked_for_is_drawn_as_a_thin_dashed_line(planner: str | None) -> None:
     data = drawn(planner)
-    points = vertices(thing(data, "path asked for"))
+    points = vertices(thing(data, "given path"))
     thick = 0.0045 * data["size"]
     assert off_seam(points).max() == pytest.approx(thick, rel=0.02)
     assert off_seam(points).min() > 0.9 * thick

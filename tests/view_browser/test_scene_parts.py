@@ -154,7 +154,7 @@ def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> 
     robot = arm(plan)
     data = scene(plan.view())
     seconds = data["legend"]["arrow_seconds"]
-    arrows = vertices(thing(data, "speeds asked for"))
+    arrows = vertices(thing(data, "given speeds"))
     turn = robot.base_placement.rotation
     found = 0
     for waypoint in plan.scenario.waypoints:

@@ -86,7 +86,7 @@ def draw_paths(
     parts.draw("tool", _tool_mesh(robot, size), carrier=carrier)
     for joint, dashes in given_path_points(shown, size):
         lines = (_line_mesh(points, GIVEN, WIDTH * size) for points in dashes)
-        parts.draw("path asked for", _merged_lines(lines), lit=False, carrier=joint)
+        parts.draw("given path", _merged_lines(lines), lit=False, carrier=joint)
     paths = shown.scenario.paths
     return legend | {
         "broken": bool(trace.broken.any()),

@@ -35,7 +35,7 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
     arrows = velocity_arrows(given_velocities(shown), size)
     if arrows is not None:
         mesh, legend["arrow_seconds"] = arrows
-        parts.draw("speeds asked for", mesh)
+        parts.draw("given speeds", mesh)
     if len(curve.x) <= MAX_KNOTS:
         ball = sphere(0.0048 * size, KNOT, 12)
         places = [(robot.base_placement * robot.forward(q)).translation for q in curve(curve.x)]

@@ -169,14 +169,15 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         if time is None or ends_wait(scenario.index, i):
             continue
         if times[i] > time:
-            raise _too_soon(scenario, i, time, float(times[i]))
+            raise _late_arrival(scenario, i, time, float(times[i]))
         times[i:] += time - times[i]
     return times
 
 
-def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputError:
+def _late_arrival(scenario: Scenario, i: int, time: float, earliest: float) -> InputError:
+    """Make the error of a waypoint that is reached later than at its given time."""
     error = InputError(
-        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(least):.6g} s at the earliest "
+        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(earliest):.6g} s at the earliest "
         f"that was found, not at {time:g} s; accepted: a later time, or after: fastest"
     )
     error.locate(scenario.where("waypoints", scenario.index[i], "time"))
