@@ -177,8 +177,8 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
 def _late_arrival(scenario: Scenario, i: int, time: float, earliest: float) -> InputError:
     """Make the error of a waypoint that is reached later than at its given time."""
     error = InputError(
-        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(earliest):.6g} s at the earliest "
-        f"that was found, not at {time:g} s; accepted: a later time, or after: fastest"
+        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(earliest):.6g} s at the "
+        f"earliest that was found, not at {time:g} s; accepted: a later time, or after: fastest"
     )
     error.locate(scenario.where("waypoints", scenario.index[i], "time"))
     return error
