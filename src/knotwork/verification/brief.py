@@ -10,8 +10,10 @@ from knotwork.errors.plain_text import to_one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 
-MAX_GROUP_LINES = 3
-"""Maximum number of lines of a group; its first text is whole in any case."""
+MAX_TEXTS = 9
+"""Approximate number of texts of all groups, shared evenly, so that a report fits on a screen."""
+MAX_GROUP_TEXTS = 4
+"""Maximum number of texts of a group."""
 NOTABLE_UTILISATION = 0.01
 """Minimum utilisation of a limit that gets its own row."""
 NARROWEST_LINE = 20
@@ -44,18 +46,16 @@ def group_lines(
             listed.append(heading)
         elif ok or (texts and not required):
             rows[heading] = texts or _tightest(findings, units)
+    max_texts = min(MAX_GROUP_TEXTS, max(MAX_TEXTS // max(len(rows), 1), 1))
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
     lines: list[str] = []
     for heading, texts in rows.items():
-        group = wrap(texts[0], width, " " * indent, f"{BRIEF_INDENT}{heading}".ljust(indent))
-        for k, text in enumerate(texts[1:], 1):
-            added = wrap(text, width, " " * indent, " " * indent)
-            is_last = k == len(texts) - 1
-            if len(group) + len(added) > MAX_GROUP_LINES - (not is_last):
-                group.append(f"{' ' * indent}and {len(texts) - k} more")
-                break
-            group += added
-        lines += group
+        if len(texts) > max_texts:
+            texts = [*texts[:max_texts], f"and {len(texts) - max_texts} more"]
+        head = f"{BRIEF_INDENT}{heading}"
+        for text in texts:
+            lines += wrap(text, width, " " * indent, f"{head:<{indent}}")
+            head = ""
     if listed:
         text = f"{BRIEF_INDENT}{'well within limits' if ok else 'met'}: {', '.join(listed)}"
         lines += wrap(text, width, 2 * BRIEF_INDENT)
