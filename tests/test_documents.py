@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import pytest
 import yaml
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from pydantic import Discriminator, Field, Tag
 
@@ -322,6 +323,8 @@ def test_any_text_gives_a_document_or_an_error(text: str) -> None:
 @given(VALUES)
 def test_yaml_is_read_as_another_library_reads_it_or_is_an_error(value: Any) -> None:
     text = yaml.safe_dump({"key": value}, allow_unicode=True)
+    # 0E0 is a number of YAML 1.2 and a text of PyYAML's YAML 1.1
+    assume(not re.search(r"[0-9]+[eE][0-9]|(?<![0-9.])[0-9]+[eE]", text))
     try:
         document = documents.parse(text)
     except KnotworkError as error:
