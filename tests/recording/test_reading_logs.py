@@ -12,6 +12,7 @@ from scipy.interpolate import make_lsq_spline
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.verification.recording import Recording, Smoothed, read_log
+from knotwork.verification.recording.noise import noise_of, slopes_of
 
 NAMES = ("pan", "lift_joint")
 UNITS = ("rad", "rad")
@@ -256,6 +257,18 @@ def test_estimates_noise(tmp_path: Path, deburring: Plan, noise: float) -> None:
     curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=noise))
     assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
     assert not curve.noise.stated
+
+
+def test_noise_of_short_logs_is_not_too_small() -> None:
+    """Too small a noise would decide what a log can't decide."""
+    random, time, names = np.random.default_rng(0), np.arange(64) / 50.0, tuple("abcdef")
+    smooth_motion = np.sin(np.outer(time, np.linspace(0.2, 1.0, 6)))
+    sizes = []
+    for _ in range(40):
+        position = smooth_motion + random.normal(0.0, 1e-4, smooth_motion.shape)
+        log = Recording(names, ("rad",) * 6, time, position, np.full(6, 1e-9), 0.0, "log.csv", ())
+        sizes.append(noise_of(log).of_samples(slopes_of(time, smooth_motion)))
+    assert 0.9e-4 < np.mean(sizes) < 1.25e-4
 
 
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
