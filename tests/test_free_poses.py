@@ -224,10 +224,6 @@ def dome(folder: Path, rows: str = "") -> dict[str, Any]:
     return task
 
 
-def slow(case: Any) -> Any:
-    return pytest.param(case, marks=pytest.mark.exhaustive)
-
-
 def written(task: dict[str, Any], folder: Path) -> Path:
     path = folder / "task.yaml"
     path.write_text(yaml.safe_dump(task))
@@ -319,14 +315,6 @@ def test_free_position_stays_in_box(free: Any) -> None:
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures
     assert (failed.quantity, failed.value) == ("position", pytest.approx(5e-3, abs=1e-6))
-
-
-def fastest(free: Any) -> dict[str, Any]:
-    task = with_stops(arch(free))
-    for k in (0, 2):
-        task["waypoints"][k]["after"] = "fastest"
-    task["waypoints"][1]["speed"] = "fastest"
-    return task | {"limits": {"acceleration": 300}}
 
 
 def pick_then_seam(pick: Any, line: Any, robot: str = "ur5") -> dict[str, Any]:

@@ -256,6 +256,11 @@ def test_waypoints_below_floor_collide() -> None:
     worst = pairs(report)["wrist_3_link, floor"]
     assert worst.value < -0.45
     assert worst.remedy == "waypoint 'low' itself collides"
+    places = (("low", 100, -500), ("over", 200, 500), ("also low", 300, -500))
+    rows = [reach(*place, after=4, stop=True) for place in places]
+    report = kw.plan(seams.task(*rows, scene={"objects": {"floor": FLOOR}})).report
+    worst = pairs(report)["wrist_3_link, floor"]
+    assert worst.remedy == "waypoint 'low', waypoint 'also low' themselves collide"
 
 
 # Tool, held objects, pairs that are not checked
