@@ -199,7 +199,7 @@ def test_check_of_cone(seed: int) -> None:
         assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
 
 
-def dome(folder: Path, rows: str = "") -> dict[str, Any]:
+def dome(folder: Path) -> dict[str, Any]:
     """A serpentine over a sphere, its points with normals as a CAM tool writes them."""
     centre, radius = np.array([450.0, 0.0, -100.0]), 300.0
     normals = []
@@ -212,7 +212,7 @@ def dome(folder: Path, rows: str = "") -> dict[str, Any]:
     text = "x,y,z,nx,ny,nz\n" + "\n".join(
         ",".join(f"{value:.9f}" for value in row) for row in np.hstack((points, normal))
     )
-    (folder / "dome.csv").write_text(rows or text)
+    (folder / "dome.csv").write_text(text)
     z = -normal[0]
     x = np.cross([0, 1, 0], z) / np.linalg.norm(np.cross([0, 1, 0], z))
     rotation = np.column_stack((x, np.cross(z, x), z))
