@@ -384,8 +384,7 @@ ANY = path_case("line", "arc", "circle", "turns", "points")
 AROUND = {"path", "progress", "direction", "speed", "orientation", "pose"}
 SAMPLES = 300
 FAULTS = {
-    # a fast way back may jump
-    name: Fault(right, spoil, kinds, count, SAMPLES, beside={"jump"})
+    name: Fault(right, spoil, kinds, count, SAMPLES)
     for name, right, spoil, kinds, count in (
         ("distance from a path", ANY, distance, {"path", "speed", "orientation"}, 110),
         ("orientation along a path", ANY, orientation, {"orientation"}, 110),
@@ -399,3 +398,5 @@ FAULTS = {
         ("turns too many or too few", path_case("turns", loose=True), turns, AROUND, 100),
     )
 }
+# a fast way back may jump
+FAULTS["back within a path"] = FAULTS["back within a path"]._replace(beside={"jump"})
