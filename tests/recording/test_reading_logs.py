@@ -12,6 +12,7 @@ from scipy.interpolate import make_lsq_spline
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.verification.recording import Recording, Smoothed, read_log
+from knotwork.verification.recording.columns import log_columns
 from knotwork.verification.recording.noise import noise_of, slopes_of
 
 NAMES = ("pan", "lift_joint")
@@ -137,6 +138,14 @@ def test_prefers_stamp_to_reception_time(tmp_path: Path) -> None:
     log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
     assert log.origin == pytest.approx(START, abs=1e-6)
     assert log.notes == ("1 rows without time and position of every joint",)
+
+
+def test_reads_stamp_of_own_topic() -> None:
+    parts = ("header/stamp/sec", "header/stamp/nanosec", "pan/position", "lift_joint/position")
+    topics = [f"/{topic}/{part}" for topic in ("imu", "joint_states") for part in parts]
+    head = ["__time", *topics[:2], *topics[4:]]  # the other topic has no joints
+    found = log_columns(head, [""] * len(head), NAMES, UNITS)
+    assert [head[index] for index, _ in found.clock] == topics[4:6]
 
 
 def plain(tmp_path: Path, positions: np.ndarray, times: np.ndarray = TIME) -> Path:
