@@ -68,12 +68,10 @@ class JointTree:
 
     @cached_property
     def _steps(self) -> FloatArray:
-        """Each joint's frame at position 0 in its parent's: transposed homogeneous matrices."""
+        """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
         up = self.alignment[list(self.parent)].transpose(0, 2, 1)
-        steps = np.tile(np.eye(4), (len(self.parent), 1, 1))
-        steps[:, :3, :3] = (up @ self.rotation @ self.alignment).transpose(0, 2, 1)
-        steps[:, 3, :3] = (up @ self.translation[:, :, None])[:, :, 0]
-        return steps
+        turned = (up @ self.rotation @ self.alignment).transpose(0, 2, 1)
+        return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
         """Compute frames on the axes of all joints, with z along them: a product of exponentials.
@@ -89,22 +87,20 @@ class JointTree:
         """
         k, n = len(q), len(self.parent)
         root = pin.SE3.Identity() if root is None else root
-        q, rows = np.ascontiguousarray(q.T), np.empty((n, 4, 3 * k))
-        frames = rows.reshape(n, 4, 3, k)
-        frames[0] = np.vstack([root.rotation.T, root.translation])[:, :, None]
-        # For a few configurations the overhead of NumPy dominates, so there are few operations.
+        q, frames = np.ascontiguousarray(q.T), np.empty((n, 4, 3, k))
+        frames[0, :3], frames[0, 3] = root.rotation.T[:, :, None], root.translation[:, None]
         cosine, sine = np.cos(q), np.sin(q)
-        crossed = np.stack((sine, -sine), axis=1)[:, :, None]
+        sines = np.array((sine, -sine))[:, :, None]
         for i in range(1, n):
-            frame, j = frames[i], self.column[i]
-            np.matmul(self._steps[i], rows[self.parent[i]], out=rows[i])
+            frame, before, j = frames[i], frames[self.parent[i]], self.column[i]
+            np.matmul(self._steps[i], before[:3].reshape(3, -1), out=frame.reshape(4, -1))
+            frame[3] += before[3]
             if self.slides[i]:
                 frame[3] += self.slides[i] * q[j] * frame[2]
             if self.turns[i]:
-                across = frame[:2]
-                from_other = crossed[j] * across[::-1]
+                across, turned = frame[:2], sines[:, j] * frame[1::-1]
                 across *= cosine[j]
-                across += from_other
+                across += turned
         return frames
 
     def path(self, joint: int) -> list[int]:
