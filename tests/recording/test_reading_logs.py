@@ -11,9 +11,7 @@ from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.verification.recording import Recording, Smoothed, read_log
-from knotwork.verification.recording.columns import log_columns
-from knotwork.verification.recording.noise import noise_of, slopes_of
+from knotwork.verification.recording import Recording, Smoothed, read_log, smoothed
 
 NAMES = ("pan", "lift_joint")
 UNITS = ("rad", "rad")
@@ -140,12 +138,12 @@ def test_prefers_stamp_to_reception_time(tmp_path: Path) -> None:
     assert log.notes == ("1 rows without time and position of every joint",)
 
 
-def test_reads_stamp_of_own_topic() -> None:
-    parts = ("header/stamp/sec", "header/stamp/nanosec", "pan/position", "lift_joint/position")
-    topics = [f"/{topic}/{part}" for topic in ("imu", "joint_states") for part in parts]
-    head = ["__time", *topics[:2], *topics[4:]]  # the other topic has no joints
-    found = log_columns(head, [""] * len(head), NAMES, UNITS)
-    assert [head[index] for index, _ in found.clock] == topics[4:6]
+def test_reads_stamp_of_own_topic(tmp_path: Path) -> None:
+    head, body, _ = rows("PlotJuggler")
+    head += ["/imu/header/stamp/sec", "/imu/header/stamp/nanosec"]
+    body = [[*row, "7", "0"] for row in body]
+    log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
+    assert log.origin == pytest.approx(START, abs=1e-6)
 
 
 def plain(tmp_path: Path, positions: np.ndarray, times: np.ndarray = TIME) -> Path:
@@ -276,7 +274,7 @@ def test_noise_of_short_logs_is_not_too_small() -> None:
     for _ in range(40):
         position = smooth_motion + random.normal(0.0, 1e-4, smooth_motion.shape)
         log = Recording(names, ("rad",) * 6, time, position, np.full(6, 1e-9), 0.0, "log.csv", ())
-        sizes.append(noise_of(log).of_samples(slopes_of(time, smooth_motion)))
+        sizes.append(smoothed(log).sigma)
     assert 0.9e-4 < np.mean(sizes) < 1.25e-4
 
 
