@@ -17,8 +17,8 @@ from knotwork.planning.choosing.path_speed_problem import (
     SpeedBound,
     round_speed,
 )
-from knotwork.planning.choosing.segments import TimingTask, knots_of
-from knotwork.planning.task_to_joint import TaskSolution, solve_task
+from knotwork.planning.choosing.segments import TimingTask
+from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
