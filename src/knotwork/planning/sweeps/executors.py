@@ -91,7 +91,7 @@ def _on_scheduler(
             for future in distributed().as_completed(futures):
                 yield future.result()
         except (Exception, asyncio.CancelledError) as error:
-            why = f"{type(error).__name__}: {error}"
+            why = f"{type(error).__name__}: {error}".replace("\n", " ")
             raise InputError(
                 f"the scheduler was lost, or can't plan ({why}); {RESUME_ADVICE}"
             ) from error
