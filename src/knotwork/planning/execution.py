@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
+from knotwork.planning.planned_motion import Plan
 from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
@@ -36,9 +38,6 @@ from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
 
-if TYPE_CHECKING:
-    from knotwork.planning import Plan
-
 PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
@@ -52,17 +51,27 @@ class _ExecutedMotion(NamedTuple):
     Attributes:
         planned: The plan.
         motion: The executed motion of the joints.
-        clock: Time of the planned motion over that of the executed one; `None` if it leaves the
+        clock: Time of the planned motion over that of the executed one; constant if it leaves the
             path.
-        span: Time interval of the planned motion that is executed [s].
         ends: Names of the ends of the executed motion, where the task has no waypoint.
     """
 
     planned: Plan
     motion: PiecewisePolynomial
-    clock: PiecewisePolynomial | None
-    span: tuple[float, float]
+    clock: PiecewisePolynomial
     ends: tuple[str, str]
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Time interval of the planned motion that is executed [s]."""
+        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
+        return start, end
+
+    @property
+    def is_on_path(self) -> bool:
+        """Whether it follows the planned motion."""
+        start, end = self.span
+        return start < end
 
 
 class _ReachedWaypoint(NamedTuple):
@@ -89,8 +98,7 @@ def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
         )
     limits = space.limits["acceleration"], space.limits["jerk"]
     motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
-    span = trajectory.start_time, float(clock(clock.x[-1]))
-    return _checked(_ExecutedMotion(planned, motion, clock, span, (START, "end")), known)
+    return _checked(_ExecutedMotion(planned, motion, clock, (START, "end")), known)
 
 
 def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
@@ -113,7 +121,8 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
         motion = stop_joints(q, v, a, *limits)
         if motion is None:
             raise at_rest
-        return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
+        clock = PiecewisePolynomial([[at]], motion.x[[0, -1]])
+        return _checked(_ExecutedMotion(planned, motion, clock, ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
@@ -121,8 +130,7 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
             "before the motion ends; accepted: an earlier time, or on_path=False"
         )
     clock, motion = stop
-    span = at, float(clock(clock.x[-1]))
-    return _checked(_ExecutedMotion(planned, motion, clock, span, ends))
+    return _checked(_ExecutedMotion(planned, motion, clock, ends))
 
 
 def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
@@ -142,76 +150,56 @@ def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
         waypoint_times=times,
         events=tuple(event.event for event in scenario.events),
         loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
-        segments=segments(scenario)
-        if clock is None
-        else _segments(planned.trajectory.segments, clock),
+        segments=_segments(planned.trajectory.segments, clock) or segments(scenario),
     )
     geometry = _geometry(executed, arrivals, Motion(trajectory, planned.space))
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
     report = check(trajectory, scenario, space=space, known=[*known, *geometry])
-    return replace(
-        planned,
-        scenario=scenario,
-        space=space,
-        joint_waypoints=waypoints,
-        trajectory=trajectory,
-        report=report,
-        unsupported_options=(),
-        solution=None,
-        chosen=None,
-        tried_sequences=1,
-    )
+    return Plan(scenario, space, waypoints, trajectory, report)
 
 
 def _geometry(
     executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint], motion: Motion
 ) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
-    planned, clock = executed.planned, executed.clock
-    if clock is None:
-        if not planned.scenario.paths:
-            return []
+    planned = executed.planned
+    if not executed.is_on_path:
         fact = "the motion leaves the tool paths of the task, which are not checked"
-        return [
-            Finding(
-                group="Warnings",
-                subject="motion",
-                name="",
-                quantity="path",
-                verdict="warning",
-                fact=fact,
-            )
-        ]
+        warning = Finding.of_motion("Warnings", "path", fact, "warning")
+        return [warning] if planned.scenario.paths else []
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
-    execution = Execution(clock, times, executed.ends)
+    execution = Execution(executed.clock, times, executed.ends)
     moving = on_moving_frames(planned.scenario.given)
-    fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
-    at_rest = replace(execution, arrivals=fixed)
+    fixed = {
+        waypoint: time
+        for waypoint, time in times.items()
+        if planned.scenario.index[waypoint] not in moving
+    }
+    in_fixed_frames = replace(execution, arrivals=fixed)
     return [
-        *check_tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
+        *check_tool_at_arrivals(motion, planned.scenario, planned.space, in_fixed_frames),
         *check_path_geometry(motion, planned.scenario, planned.space, execution),
     ]
 
 
 def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     """The ends of an executed motion and the waypoints that it passes, in order of time."""
+    scenario = executed.planned.scenario
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
-    passed = [
-        i
-        for i, waypoint in enumerate(executed.planned.scenario.waypoints)
-        if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
-    ]
-    planned = executed.planned.scenario.times[passed]
-    actual = np.full(len(planned), start)
-    if executed.clock is not None:
-        actual = invert_clock(executed.clock, planned)
+    is_passed = (low - SAME_WAYPOINT_TIME <= scenario.times) & (
+        scenario.times <= high + SAME_WAYPOINT_TIME
+    )
+    passed = np.flatnonzero(is_passed)
+    times = np.full(len(passed), start)
+    if executed.is_on_path:
+        times = invert_clock(executed.clock, scenario.times[passed])
     arrivals = []
-    for i, time in zip(passed, actual.tolist(), strict=True):
+    for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_ReachedWaypoint(at, executed.planned.scenario.waypoints[i].name, i))
+        arrivals.append(_ReachedWaypoint(at, scenario.waypoints[waypoint].name, waypoint))
     if not arrivals or arrivals[0].time != start:
         arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
     if arrivals[-1].time != end:
@@ -226,19 +214,13 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
     names = arrivals[0].name, arrivals[-1].name
     task = scene_from(scenario, space.robot, executed.planned.trajectory, executed.span, names)
     units = si_factors(scenario.given.units)
-    waits = {
-        k: second.time - first.time
-        for k, (first, second) in enumerate(pairwise(arrivals))
-        if min(first.waypoint, second.waypoint) >= 0
-        and scenario.index[first.waypoint] == scenario.index[second.waypoint]
-    }
-    placed = {k: arrival for k, arrival in enumerate(arrivals) if k - 1 not in waits}
-    actions = _actions(executed, list(placed.values()))
+    stays = [list(stay) for _, stay in groupby(arrivals, partial(_task_waypoint, scenario))]
     waypoints = []
-    for (k, arrival), switched in zip(placed.items(), actions, strict=True):
+    for stay, switched in zip(stays, _actions(executed, [stay[0] for stay in stays]), strict=True):
+        arrival, leave = stay[0], stay[-1]
         values: dict[str, Any] = {"velocity": by_joint(space, motion(arrival.time, 1), *units)}
-        if k in waits:
-            values = {"wait": waits[k]}
+        if leave is not arrival:
+            values = {"wait": leave.time - arrival.time}
         if switched:
             values["do"] = switched
         joints = by_joint(space, motion(arrival.time), *units)
@@ -253,27 +235,29 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
     )
 
 
+def _task_waypoint(scenario: Scenario, reached: _ReachedWaypoint) -> int | str:
+    """Index in the task, which is equal at both ends of a wait; between waypoints the name."""
+    return scenario.index[reached.waypoint] if reached.waypoint >= 0 else reached.name
+
+
 def _actions(
-    executed: _ExecutedMotion, placed: Sequence[_ReachedWaypoint]
+    executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]
 ) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint. Signals that are already on are at the first one."""
     outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
-    clock, start = executed.clock, executed.span[0]
-    begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME
-    actions: list[list[dict[str, Any]]] = [[] for _ in placed]
+    start, end = executed.span
+    begin = start + (-SAME_WAYPOINT_TIME if executed.is_on_path else SAME_WAYPOINT_TIME)
+    actions: list[list[dict[str, Any]]] = [[] for _ in arrivals]
     actions[0] += [action_of(event, outputs) for event in signals_on_at(events, begin)]
-    if clock is None:
-        return actions
-    names = [arrival.name for arrival in placed]
-    end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
-    for event in (event for event in events if begin < event.time <= end):
-        time = float(invert_clock(clock, np.array([event.time]))[0])
+    names = [arrival.name for arrival in arrivals]
+    for event in (e for e in events if begin < e.time <= end + SAME_WAYPOINT_TIME):
+        time = float(invert_clock(executed.clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
-            k = sum(arrival.time <= time + SAME_WAYPOINT_TIME for arrival in placed) - 1
+            k = sum(arrival.time <= time + SAME_WAYPOINT_TIME for arrival in arrivals) - 1
         action = action_of(event, outputs)
-        delay = time - placed[k].time
+        delay = time - arrivals[k].time
         if abs(delay) > SAME_WAYPOINT_TIME:
             action["after" if delay > 0.0 else "before"] = abs(delay)
         actions[k].append(action)

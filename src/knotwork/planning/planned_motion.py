@@ -12,7 +12,6 @@ from knotwork.curves.trajectory import Event, JointTrajectory, Segment
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
-from knotwork.planning.execution import scaled_plan, stopped_plan
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.task import Task
@@ -194,6 +193,8 @@ class Plan:
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
+        from knotwork.planning.execution import scaled_plan
+
         return scaled_plan(self, profile)
 
     def stop(self, at: float, *, on_path: bool = True) -> Plan:
@@ -219,6 +220,8 @@ class Plan:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
+        from knotwork.planning.execution import stopped_plan
+
         return stopped_plan(self, at, on_path=on_path)
 
     def view(self) -> Page:
