@@ -63,12 +63,11 @@ def thing(data: Any, name: str) -> Any:
     return next(one["mesh"] for one in data["things"] if one["name"] == name)
 
 
-def at_rest(robot: kw.Robot, q: Any = None) -> Page:
+def at_rest(robot: kw.Robot) -> Page:
     """A page on which an arm stands still."""
-    start = np.zeros(robot.dof) if q is None else q
     still = np.zeros((2, robot.dof))
     motion = kw.JointTrajectory.from_knots(
-        robot.joint_names, [0, 1], [start, start], still, joint_units=robot.joint_units
+        robot.joint_names, [0, 1], still, still, joint_units=robot.joint_units
     )
     return view_trajectory(robot, motion)
 

@@ -199,7 +199,7 @@ def test_check_of_cone(seed: int) -> None:
         assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
 
 
-def dome(folder: Path, rows: str = "") -> dict[str, Any]:
+def dome(folder: Path) -> dict[str, Any]:
     """A serpentine over a sphere, its points with normals as a CAM tool writes them."""
     centre, radius = np.array([450.0, 0.0, -100.0]), 300.0
     normals = []
@@ -212,7 +212,7 @@ def dome(folder: Path, rows: str = "") -> dict[str, Any]:
     text = "x,y,z,nx,ny,nz\n" + "\n".join(
         ",".join(f"{value:.9f}" for value in row) for row in np.hstack((points, normal))
     )
-    (folder / "dome.csv").write_text(rows or text)
+    (folder / "dome.csv").write_text(text)
     z = -normal[0]
     x = np.cross([0, 1, 0], z) / np.linalg.norm(np.cross([0, 1, 0], z))
     rotation = np.column_stack((x, np.cross(z, x), z))
@@ -222,10 +222,6 @@ def dome(folder: Path, rows: str = "") -> dict[str, Any]:
     path |= {"pose": {"position": points[-1].tolist()}, "along": {"points": "dome.csv"}}
     del first["free"], path["free"], path["orientation"], task["waypoints"][2]
     return task
-
-
-def slow(case: Any) -> Any:
-    return pytest.param(case, marks=pytest.mark.exhaustive)
 
 
 def written(task: dict[str, Any], folder: Path) -> Path:
@@ -319,14 +315,6 @@ def test_free_position_stays_in_box(free: Any) -> None:
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures
     assert (failed.quantity, failed.value) == ("position", pytest.approx(5e-3, abs=1e-6))
-
-
-def fastest(free: Any) -> dict[str, Any]:
-    task = with_stops(arch(free))
-    for k in (0, 2):
-        task["waypoints"][k]["after"] = "fastest"
-    task["waypoints"][1]["speed"] = "fastest"
-    return task | {"limits": {"acceleration": 300}}
 
 
 def pick_then_seam(pick: Any, line: Any, robot: str = "ur5") -> dict[str, Any]:

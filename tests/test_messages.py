@@ -61,11 +61,6 @@ def changed(data: Any, place: Place, value: Any) -> Any:
     return whole
 
 
-def field(place: Place) -> str:
-    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
-    return text.removeprefix(".")
-
-
 def said(kind: str, mapping: Any) -> KnotworkError | None:
     """The error that a scenario or robot gives, if it gives one."""
     try:

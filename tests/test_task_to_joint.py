@@ -48,15 +48,6 @@ def stops(poses: list[dict], seconds: float = 2.0) -> list[dict]:
     return [{"pose": pose, "after": seconds, "stop": True} for pose in poses]
 
 
-def weight(robot: kw.Robot, q: np.ndarray) -> float:
-    """How much travel counts, as the documentation says it: once, near what is bad to threefold."""
-    room = float(
-        min((q - robot.lower_position_limit).min(), (robot.upper_position_limit - q).min())
-    )
-    smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
-    return 1.0 + max(0.0, 1.0 - room / 0.2) ** 2 + max(0.0, 1.0 - smallest / 0.05) ** 2
-
-
 def test_reports_changed_branch() -> None:
     low = {"position": {"wrist_3_joint": [-3.2, 3.2]}}
     start, end = HOME.copy(), HOME.copy()

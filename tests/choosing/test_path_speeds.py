@@ -302,8 +302,3 @@ def test_names_braking_distance_at_position_limit() -> None:
     found = re.search(r"needs at least ([0-9.]+) rad", said)
     assert found, said
     kw.plan(at(1.0 - 1.05 * float(found[1]))).report.raise_if_failed()
-
-
-def through(**keys: Any) -> dict[str, Any]:
-    ends = [{"joints": {"q": q}, "velocity": {"q": 1}, "name": n} for q, n in ((0, "a"), (1, "b"))]
-    return {"limits": {"velocity": 3, "acceleration": 0.1}, **keys, "waypoints": ends}

@@ -63,12 +63,6 @@ LIGHT = ("planar2_closed_form", "paper_case", "paper_case_presets", "ur3_lid", "
 TIMES, TIMES_HEAVY = 30, 5
 
 
-def at(data: Any, way: tuple[Any, ...]) -> Any:
-    for key in way:
-        data = data[key]
-    return data
-
-
 def meshes() -> dict[str, bytes]:
     box = trimesh.creation.box()
     made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply")}

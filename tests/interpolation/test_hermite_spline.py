@@ -23,10 +23,6 @@ def waypoints(n, d=3, seed=0, ratio=10.0):
     return x, rng.normal(size=(n, d)), rng.normal(size=(n, d))
 
 
-def peak(values):
-    return np.abs(values).max(axis=0)
-
-
 def knots_between(x, before, after, doubled_ends):
     """Knots at fractions `after` and 1 - `before` of each interval, but for single ones."""
     h = np.diff(x)

@@ -32,7 +32,10 @@ def unpromised(name):
     return [kind for kind, keeps in kept.items() if not keeps]
 
 
-def plan(name, waypoints, **options):
+CASE = random_waypoints(6)
+
+
+def plan(name, waypoints=CASE, **options):
     return get_planner(name)(waypoints, PlannerOptions(**options))
 
 
@@ -109,16 +112,11 @@ def test_values_out_of_range_are_an_error_and_no_nan(name):
         plan(name, waypoints)
 
 
-CASE = random_waypoints(6)
 GIVEN = {
     "knots": "balanced",
     "end_acceleration": "zero",
     "accelerations": "estimated",
 }
-
-
-def plan_case(name, waypoints=CASE, **options):
-    return get_planner(name)(waypoints, PlannerOptions(**options))
 
 
 @pytest.mark.parametrize("option", GIVEN)
@@ -127,7 +125,7 @@ def test_an_option_is_supported_or_refused(name, option):
     options = {option: GIVEN[option]}
     if option not in PLANNER_SPECS[name].supports:
         with pytest.raises(OptionError, match=f"planner '{name}': .*does not support") as caught:
-            plan_case(name, **options)
+            plan(name, **options)
         message = str(caught.value)
         assert (caught.value.option, caught.value.planner) == (option, name)
         assert f"option {option} " in message
@@ -136,7 +134,7 @@ def test_an_option_is_supported_or_refused(name, option):
         assert others
         assert all(other in message for other in others)
         return
-    changed, default = plan_case(name, **options), plan_case(name)
+    changed, default = plan(name, **options), plan(name)
     same = (
         changed.breaks.shape == default.breaks.shape
         and changed.polynomial.c.shape == default.polynomial.c.shape
@@ -150,11 +148,11 @@ def test_an_option_is_supported_or_refused(name, option):
 
 @pytest.mark.parametrize("name", ["quintic", "septic", "nonic"])
 def test_end_accelerations_take_the_place_of_presets(name):
-    trajectory = plan_case(name, accelerations="estimated", end_acceleration=(1.5, [1, 2, 3]))
+    trajectory = plan(name, accelerations="estimated", end_acceleration=(1.5, [1, 2, 3]))
     np.testing.assert_allclose(trajectory.acceleration(CASE.time[0]), 1.5, atol=1e-9)
     np.testing.assert_allclose(trajectory.acceleration(CASE.time[-1]), [1, 2, 3], atol=1e-8)
     with pytest.raises(OptionError, match=r"planner.*end_acceleration gives .*accelerations"):
-        plan_case(name, accelerations=np.zeros((6, 3)), end_acceleration="zero")
+        plan(name, accelerations=np.zeros((6, 3)), end_acceleration="zero")
 
 
 @pytest.mark.parametrize(
@@ -174,7 +172,7 @@ def test_end_accelerations_take_the_place_of_presets(name):
 )
 def test_options_of_the_wrong_shape_are_an_error_that_names_planner_and_option(name, options, says):
     with pytest.raises(OptionError, match=says) as caught:
-        plan_case(name, **options)
+        plan(name, **options)
     assert str(caught.value).startswith(f"planner '{name}': option {next(iter(options))} ")
 
 
@@ -208,12 +206,12 @@ def test_options_with_arrays_can_be_compared_and_are_kept():
 class TestRules:
     def test_a_rule_after_the_name_is_the_option(self):
         ruled = get_planner("quintic:estimated")(CASE)
-        said = plan_case("quintic", accelerations="estimated")
+        said = plan("quintic", accelerations="estimated")
         np.testing.assert_array_equal(ruled.polynomial.c, said.polynomial.c)
         assert ruled.planner == "quintic:estimated"
         balanced = get_planner("modified-hermite:balanced")(CASE, PlannerOptions())
         np.testing.assert_array_equal(
-            balanced.breaks, plan_case("modified-hermite", knots="balanced").breaks
+            balanced.breaks, plan("modified-hermite", knots="balanced").breaks
         )
 
     def test_other_options_hold_beside_it(self):
@@ -247,13 +245,13 @@ class TestRules:
 
 def test_353_refuses_three_waypoints_and_presets_where_none_are_free():
     with pytest.raises(InputError, match=r"three waypoints.*modified-hermite"):
-        plan_case("3-5-3", random_waypoints(3))
+        plan("3-5-3", random_waypoints(3))
     with pytest.raises(InputError, match=r"4 waypoints of 3 joints take 0 \(shape \(0, 3\)\)"):
-        plan_case("3-5-3", random_waypoints(4), accelerations=np.zeros((4, 3)))
+        plan("3-5-3", random_waypoints(4), accelerations=np.zeros((4, 3)))
 
 
 @pytest.mark.parametrize("name", ["parabolic-blend", "trapezoidal"])
 def test_intervals_below_the_resolution_of_times_are_an_error(name):
     y = np.array([[0.0], [1.0]])
     with pytest.raises(InputError, match=r"change of speed at 1000000000.* s is .*resolution"):
-        plan_case(name, JointWaypoints(("elbow",), [1e9, 1e9 + 2e-7], y, 0 * y))
+        plan(name, JointWaypoints(("elbow",), [1e9, 1e9 + 2e-7], y, 0 * y))

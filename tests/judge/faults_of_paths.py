@@ -56,6 +56,13 @@ def gantry(shelf: Shelf) -> str:
     return str(path)
 
 
+def covered(t: np.ndarray, start: float, end: float) -> np.ndarray:
+    """How far one gets with a speed that rises from 0 to 1 between two times, and stays."""
+    u = np.maximum((t - start) / (end - start), 0.0)
+    part = np.minimum(u, 1.0)
+    return (end - start) * np.asarray(part**3 - 0.5 * part**4 + np.maximum(u - 1.0, 0.0))
+
+
 @dataclass(frozen=True)
 class Along:
     """A path that a gantry follows, from rest to rest.
@@ -77,13 +84,7 @@ class Along:
     def nominal(self, t: np.ndarray) -> np.ndarray:
         """Arc length over time, as asked."""
         one = self.stretch
-        ramp, v = one.full[0] - one.start, one.speed
-        u = np.clip((t - one.start) / ramp, 0.0, 1.0)
-        late = np.clip((t - one.full[1]) / ramp, 0.0, 1.0)
-        even = np.clip(t, one.full[0], one.full[1]) - one.full[0]
-        rise = v * ramp * (u**3 - 0.5 * u**4)
-        fall = v * ramp * (late - late**3 + 0.5 * late**4)
-        return np.asarray(rise + v * even + fall)
+        return one.speed * (covered(t, one.start, one.full[0]) - covered(t, one.full[1], one.end))
 
     def places(self, s: np.ndarray) -> np.ndarray:
         """Joint values at arc lengths, before the start and after the end too, shape (k, 4)."""
@@ -359,22 +360,43 @@ def ramp_backwards(case: Case, rng: Rng, shelf: Shelf) -> Case:
     return _spoiled(case, way)
 
 
+def ramp_slowly_back(case: Case, rng: Rng, shelf: Shelf) -> Case:
+    """Ahead, back and ahead where the speed changes, never faster than full speed."""
+    along, at_end = case.extra["along"], bool(rng.integers(2))
+    v, (rest, ramp) = along.stretch.speed, _ramp(along, at_end)
+    ahead, back, half = 0.9, rng.uniform(0.3, 0.8), 0.12
+    # middles of the changes of speed: after the last one the tool is where it is asked to be
+    first, second = 0.13, 0.38
+    third = 1.0 - (0.5 - ahead * (second - first) + back * (1.0 - second)) / (1.0 + back)
+    changes = ((first, ahead), (second, -ahead - back), (third, 1.0 + back))
+
+    def way(t: np.ndarray) -> np.ndarray:
+        since = (rest - t if at_end else t - rest) / ramp
+        gone = v * ramp * sum(by * covered(since, at - half, at + half) for at, by in changes)
+        found = along.path.length - gone if at_end else gone
+        return np.where(since < 1.0, found, along.nominal(t))
+
+    return _spoiled(case, way)
+
+
 CLOSED = path_case("circle", "turns", ramps=0.98)
 ANY = path_case("line", "arc", "circle", "turns", "points")
 AROUND = {"path", "progress", "direction", "speed", "orientation", "pose"}
 SAMPLES = 300
 FAULTS = {
-    # a fast way back may jump
-    name: Fault(right, spoil, kinds, count, SAMPLES, beside={"jump"})
+    name: Fault(right, spoil, kinds, count, SAMPLES)
     for name, right, spoil, kinds, count in (
         ("distance from a path", ANY, distance, {"path", "speed", "orientation"}, 110),
         ("orientation along a path", ANY, orientation, {"orientation"}, 110),
         ("speed along a path", ANY, speed, {"speed"}, 180),
         ("back within a path", ANY, backwards, {"direction", "speed"}, 130),
         ("a ramp too fast", ANY, ramp_too_fast, {"speed"}, 70),
-        ("a ramp with a way back", ANY, ramp_backwards, {"direction", "speed"}, 50),
+        ("a ramp with a way back", ANY, ramp_backwards, {"direction", "speed"}, 25),
+        ("a ramp slowly back", ANY, ramp_slowly_back, {"direction"}, 25),
         ("there and back, for a circle", CLOSED, there_and_back, AROUND, 130),
         ("a circle the other way round", CLOSED, other_way_round, AROUND, 50),
         ("turns too many or too few", path_case("turns", loose=True), turns, AROUND, 100),
     )
 }
+# a fast way back may jump
+FAULTS["back within a path"] = FAULTS["back within a path"]._replace(beside={"jump"})

@@ -15,7 +15,7 @@ import pytest
 import knotwork as kw
 from judge.arm import Arm
 from judge.cases import Shelf, bumped
-from judge.faults_of_paths import Along, Way, path_case
+from judge.faults_of_paths import Along, Way, covered, path_case
 from judge.task import Task
 from judge.verdict import judge
 from judged import judged
@@ -118,10 +118,8 @@ def ramped(along: Along, width: float) -> Way:
 
     def rise(t: np.ndarray, start: float, end: float) -> np.ndarray:
         """What a ramp from rest covers in between."""
-        time = width * (end - start)
-        u = np.clip((t - 0.5 * (start + end)) / time + 0.5, 0.0, None)
-        part = np.minimum(u, 1.0)
-        return one.speed * time * (part**3 - 0.5 * part**4 + np.maximum(u - 1.0, 0.0))
+        middle, half = 0.5 * (start + end), 0.5 * width * (end - start)
+        return one.speed * covered(t, middle - half, middle + half)
 
     return lambda t: rise(t, one.start, one.full[0]) - rise(t, one.full[1], one.end)
 

@@ -119,10 +119,13 @@ def test_gap_while_plan_moves_fails(tmp_path: Path, deburring: Plan) -> None:
     short = judge(tmp_path, deburring, part(whole, (whole.time < 4.5) | (whole.time > 4.53)))
     assert not holes(short)
     assert short.ok
-    lost = whole.position.copy()  # rows without numbers are no samples
-    lost[(whole.time > 4.5) & (whole.time < 8.0), 3] = np.nan
-    rows = judge(tmp_path, deburring, Samples(whole.names, whole.time, lost))
-    assert [verdict for verdict, _ in holes(rows)] == ["failed"]
+    # the mean of what is recorded at one time is one sample, and rows without numbers are none
+    within = (whole.time > 4.5) & (whole.time < 8.0)
+    stuck, lost = np.where(within, 4.5, whole.time), whole.position.copy()
+    lost[within, 3] = np.nan
+    for time, position in ((stuck, whole.position), (whole.time, lost)):
+        report = judge(tmp_path, deburring, Samples(whole.names, time, position))
+        assert [verdict for verdict, _ in holes(report)] == ["failed"]
 
 
 def test_reports_gaps_within_plan_only(tmp_path: Path, deburring: Plan) -> None:

@@ -162,8 +162,10 @@ def test_files_are_found_wherever_a_task_is_saved(tmp_path: Path) -> None:
     begin = PoseWaypoint(name="begin", after=2, pose=Pose(position=[0, 0, 0], rpy=DOWN))
     made = TASK.replace(tool=None, waypoints=[begin, line])
     first = made.save(tmp_path / "one" / "task.yaml")
-    kw.load_scenario(first)
-    kw.load_scenario(kw.Task.load(first).save(tmp_path / "two" / "task.yaml"))
+    second = kw.Task.load(first).save(tmp_path / "two" / "task.yaml")
+    for file in (first, second):
+        (path,) = kw.load_scenario(file).paths
+        assert path.motion.path.length == pytest.approx(0.1)
 
 
 def test_a_wrong_part_is_refused_where_it_is_made() -> None:

@@ -45,10 +45,6 @@ def tool(plan: kw.Plan, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
     )
 
 
-def found(plan: kw.Plan, quantity: str) -> list[Any]:
-    return [one for one in plan.report.findings if one.quantity == quantity]
-
-
 def test_blend_stays_within_its_distance() -> None:
     corner = {**LINE, "name": "corner", "blend": 10}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}

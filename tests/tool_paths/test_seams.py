@@ -200,7 +200,7 @@ TORCH_START, TORCH_END = [0.6, -0.2, 0.25], [0.66, -0.2, 0.25]
 TORCH_UP = [0.0, 0.0, 1.0]
 
 
-def welded(*path: dict[str, Any], before: dict[str, Any] | None = None) -> dict[str, Any]:
+def welded(*path: dict[str, Any]) -> dict[str, Any]:
     angles = {"torch": {"seam": [1, 0, 0], "normal": TORCH_UP, **ANGLES}}
     return {
         "robot": "ur10",
@@ -208,7 +208,7 @@ def welded(*path: dict[str, Any], before: dict[str, Any] | None = None) -> dict[
         "path": {"acceleration": 0.1},
         "waypoints": [
             {"after": 3, "pose": {"position": [0.6, -0.2, 0.3], **angles}, "stop": True},
-            {"after": 1, "pose": {"position": TORCH_START, **(before or {})}, "stop": True},
+            {"after": 1, "pose": {"position": TORCH_START}, "stop": True},
             *path,
         ],
     }

@@ -134,7 +134,7 @@ def scene_of(plan: kw.Plan) -> dict[str, Any]:
     return dict(scene(plan.view()))
 
 
-def swing(objects: dict[str, Any], margin: float = 0.0, resolution: float = 1e-4) -> kw.Plan:
+def swing(objects: dict[str, Any], margin: float = 0.0) -> kw.Plan:
     """A planar arm swings a thin blade at its tip by 150 degrees; all else may touch."""
     allow = {"allow": ["base", "upper_arm", "forearm"]}
     return kw.plan(
@@ -150,15 +150,15 @@ def swing(objects: dict[str, Any], margin: float = 0.0, resolution: float = 1e-4
                 {"joints": {"shoulder": 0, "elbow": 0}},
                 {"joints": {"shoulder": 2.6, "elbow": 0}, "after": 1},
             ],
-            "collisions": {"self": False, "resolution": resolution},
+            "collisions": {"self": False, "resolution": 1e-4},
         }
     )
 
 
-def rod(angle: float, radius: float, thickness: float = 2e-4) -> dict[str, Any]:
+def rod(angle: float, radius: float) -> dict[str, Any]:
     """A thin rod that stands upright so far from the shoulder [m]."""
     place = [radius * math.cos(angle), radius * math.sin(angle), 0.0]
-    return {"cylinder": {"radius": thickness, "length": 0.2}, "position": place}
+    return {"cylinder": {"radius": 2e-4, "length": 0.2}, "position": place}
 
 
 def test_finds_thin_rods_that_1_khz_samples_miss() -> None:
@@ -256,6 +256,11 @@ def test_waypoints_below_floor_collide() -> None:
     worst = pairs(report)["wrist_3_link, floor"]
     assert worst.value < -0.45
     assert worst.remedy == "waypoint 'low' itself collides"
+    places = (("low", 100, -500), ("over", 200, 500), ("also low", 300, -500))
+    rows = [reach(*place, after=4, stop=True) for place in places]
+    report = kw.plan(seams.task(*rows, scene={"objects": {"floor": FLOOR}})).report
+    worst = pairs(report)["wrist_3_link, floor"]
+    assert worst.remedy == "waypoint 'low', waypoint 'also low' themselves collide"
 
 
 # Tool, held objects, pairs that are not checked

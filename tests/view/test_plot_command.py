@@ -117,10 +117,10 @@ def test_other_suffixes_are_refused(name: str, figure: Figure, tmp_path: Path) -
 JOINTS = [f"left_manipulator_shoulder_and_wrist_joint_{i}_of_seven" for i in range(7)]
 
 
-def task(points: int, *, limit: float = 0.75, uneven: bool = True) -> dict[str, Any]:
+def task(points: int) -> dict[str, Any]:
     """Seven joints with long names through many waypoints with long names."""
     rng = np.random.default_rng(3)
-    gaps = rng.uniform(0.4, 1.5, points) if uneven else np.ones(points)
+    gaps = rng.uniform(0.4, 1.5, points)
     times = np.cumsum(gaps) - gaps[0]
     size, rate, phase = rng.uniform(0.5, 2.2, 7), rng.uniform(0.1, 0.6, 7), rng.uniform(0, 6, 7)
 
@@ -130,7 +130,7 @@ def task(points: int, *, limit: float = 0.75, uneven: bool = True) -> dict[str, 
     return {
         "name": "seven_joints",
         "limits": {
-            "velocity": dict.fromkeys(JOINTS, limit),
+            "velocity": dict.fromkeys(JOINTS, 0.75),
             "position": {name: [-2.15, 2.5] for name in JOINTS},
             "acceleration": dict.fromkeys(JOINTS, 60.0),
         },

@@ -16,6 +16,8 @@ from patience import PATIENCE
 
 READY = "html[data-ready=true]"
 """A selector of pages whose scene is drawn."""
+NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Of a page: a frame is drawn of what it is now."""
 KNOTWORK = ("-m", "knotwork")
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
 

@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from serving import READY
+from serving import NEXT_FRAME, READY
 
 from knotwork.view import report_page
 from knotwork.view.page import Page
 from plans import planned
 
-NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 DESK, UPRIGHT, ACROSS, SMALL = (1280, 800), (390, 844), (844, 390), (480, 320)
 
 MANY_FAILURES = ("ur5_deburring", "parabolic-blend")

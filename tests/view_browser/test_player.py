@@ -7,23 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from serving import NEXT_FRAME
 
 import knotwork as kw
 from plans import planned
 
 FRAMES = 120
-NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-
-
-@pytest.fixture(scope="module")
-def plan() -> kw.Plan:
-    return planned("ur5_deburring")
 
 
 @pytest.fixture
-def scene(tabs: Any, plan: kw.Plan, tmp_path: Path) -> Any:
+def scene(tabs: Any, deburring: kw.Plan, tmp_path: Path) -> Any:
     """A scene's page, at rest at the start; nothing has the focus."""
-    tab = tabs.scene("ur5_deburring player", plan.view, tmp_path)
+    tab = tabs.scene("ur5_deburring player", deburring.view, tmp_path)
     tab.evaluate("document.activeElement.blur()")
     return tab
 
@@ -46,8 +41,8 @@ def press(tab: Any, key: str) -> float:
     return time_in(tab)
 
 
-def test_slider_covers_whole_motion_and_leaves_keys(scene: Any, plan: kw.Plan) -> None:
-    duration = plan.trajectory.duration
+def test_slider_covers_whole_motion_and_leaves_keys(scene: Any, deburring: kw.Plan) -> None:
+    duration = deburring.trajectory.duration
     for share in (0.25, 0.98, 0.5):
         click_slider(scene, share)
         # the slider's knob takes a little of its width at both ends
@@ -72,10 +67,10 @@ def test_space_plays_and_pauses_while_the_slider_has_the_focus(scene: Any) -> No
     assert press(scene, "Shift") == paused
 
 
-def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
+def test_keys_strip_joints_and_cameras(scene: Any, deburring: kw.Plan) -> None:
     """One page shows them all: each key and click does what its words say."""
-    times = [waypoint.time for waypoint in plan.scenario.waypoints]
-    end = plan.trajectory.end_time
+    times = [waypoint.time for waypoint in deburring.scenario.waypoints]
+    end = deburring.trajectory.end_time
     assert press(scene, "End") == pytest.approx(end, abs=1e-5)
     assert press(scene, "Home") == 0.0
     assert [press(scene, "n") for _ in times[1:]] == pytest.approx(times[1:], abs=0.01)
@@ -92,12 +87,12 @@ def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
     assert press(scene, "Shift") == pytest.approx(0.5 * end, abs=0.02)
     assert "mm/s" in scene.inner_text("#tip")
     assert "% of a limit" in scene.inner_text("#tip")
-    (segment,) = (one for one in plan.segments if one.start <= 0.5 * end < one.end)
+    (segment,) = (one for one in deburring.segments if one.start <= 0.5 * end < one.end)
     assert segment.name in scene.inner_text("#tip")
     scene.evaluate("document.getElementById('joints').open = true")
     time = press(scene, "Shift")
     shown = scene.locator("#joint-rows .value").all_inner_texts()
-    expected = np.degrees(plan.trajectory.position(time))
+    expected = np.degrees(deburring.trajectory.position(time))
     assert [float(text.split()[0]) for text in shown] == pytest.approx(expected, abs=0.2)
     scene.evaluate("document.getElementById('joints').open = false")
 

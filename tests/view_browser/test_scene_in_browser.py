@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
+from serving import NEXT_FRAME
 
 import knotwork as kw
 from plans import arm, planned
@@ -18,7 +19,6 @@ from sweeps import mostly_exhaustive
 from walls import through_wall
 
 HIDE = "(path) => viewer.set_property(['Knotwork', ...path], 'visible', false)"
-NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 Picture = NDArray[np.int64]
 
 
