@@ -12,7 +12,7 @@ from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import chosen_path_speeds
+from knotwork.planning.choosing import chosen_path_speeds, chosen_times
 from knotwork.planning.task_to_joint import solve_task
 from knotwork.task.scenario.joint_space import joint_space
 from sweeps import mostly_exhaustive
@@ -199,6 +199,25 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
         end["speed"] = 0.5 * speeds(made)[-1]
     slower = kw.plan(task)
     assert slower.chosen.duration > made.chosen.duration
+
+
+def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lower ones would give a shorter motion, but need more time."""
+    task = passed(line("a", -117.9), line("b", -31.5), limits={"acceleration": 600, "jerk": 4000})
+    task["waypoints"][0]["pose"]["position"][1] = -120
+    choose, speeds_tried = chosen_times.with_max_speeds, list[dict[int, float]]()
+
+    def record(*given: Any) -> Any:
+        paths = choose(*given)
+        speeds_tried.append(paths.speeds)
+        return paths
+
+    monkeypatch.setattr(chosen_times, "with_max_speeds", record)
+    made = kw.plan(task, budget=1e-3)
+    made.report.raise_if_failed()
+    assert made.chosen.status == "stopped"
+    assert len(speeds_tried) == 2  # the maximum speeds have no motions
+    assert speeds(made) == pytest.approx([1e3 * speed for speed in speeds_tried[-1].values()])
 
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -167,6 +167,13 @@ def test_resting_motion_with_given_velocities_needs_no_budget(seed: int) -> None
     assert solve(asked).duration <= motion.duration * (1 + 1e-12)
 
 
+def test_resting_motion_takes_rounding_of_velocity_as_rest() -> None:
+    problem = one_joint([0, 1, 2], [0, 1e-17, 0])
+    motion = solve(problem, budget=1e-6)
+    assert motion.status == "stopped"
+    assert_kept(problem, replace(motion, status="optimal"))
+
+
 def test_effort_needs_dynamics() -> None:
     with pytest.raises(InputError, match="need dynamics"):
         one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))

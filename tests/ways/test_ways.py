@@ -16,7 +16,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.timing import TimingLimits
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.scene.building import build_robot_collision_model
-from walls import DOWN, box, past
+from walls import DOWN, at, box, past
 
 
 def planned(given: dict[str, Any]) -> kw.Plan:
@@ -262,6 +262,14 @@ def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
         assert np.abs(jump).max() <= 1e-12
     if goal == "there":
         assert other.trajectory.duration <= made.trajectory.duration - at + 1e-3
+
+
+def test_replans_from_end_of_clear_motion() -> None:
+    """The arm rests there, but its velocity and acceleration are not exactly zero."""
+    made = led()
+    assert 0.0 < np.abs(made.trajectory(made.trajectory.end_time, 1)).max() < 1e-12
+    back = past(waypoints=[at("there", 250), at("here", -250, way="clear")])
+    made.replan(made.trajectory.end_time, back).report.raise_if_failed()
 
 
 @pytest.mark.exhaustive

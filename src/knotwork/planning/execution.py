@@ -97,8 +97,9 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     """Stop a plan: see `Plan.stop`."""
     scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
     q, v, a = (trajectory(at, nu) for nu in range(3))
+    at_rest = InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     if find_first_rest(trajectory.polynomial, at) == at:
-        raise InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
+        raise at_rest
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
         if unlimited.size:
@@ -110,6 +111,8 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
     ends = f"stop from {at:g} s", "stopped"
     if not on_path:
         motion = stop_joints(q, v, a, *limits)
+        if motion is None:
+            raise at_rest
         return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
     stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:

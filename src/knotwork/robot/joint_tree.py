@@ -88,8 +88,9 @@ class JointTree:
         k, n = len(q), len(self.parent)
         root = pin.SE3.Identity() if root is None else root
         q, frames = np.ascontiguousarray(q.T), np.empty((n, 4, 3, k))
-        frames[0] = np.vstack([root.rotation.T, root.translation])[:, :, None]
+        frames[0, :3], frames[0, 3] = root.rotation.T[:, :, None], root.translation[:, None]
         cosine, sine = np.cos(q), np.sin(q)
+        sines = np.array((sine, -sine))[:, :, None]
         for i in range(1, n):
             frame, before, j = frames[i], frames[self.parent[i]], self.column[i]
             np.matmul(self._steps[i], before[:3].reshape(3, -1), out=frame.reshape(4, -1))
@@ -97,9 +98,9 @@ class JointTree:
             if self.slides[i]:
                 frame[3] += self.slides[i] * q[j] * frame[2]
             if self.turns[i]:
-                x, y = frame[0].copy(), frame[1]
-                frame[0] = cosine[j] * x + sine[j] * y
-                frame[1] = cosine[j] * y - sine[j] * x
+                across, turned = frame[:2], sines[:, j] * frame[1::-1]
+                across *= cosine[j]
+                across += turned
         return frames
 
     def path(self, joint: int) -> list[int]:

@@ -341,7 +341,7 @@ class _Builder:
     @cached_property
     def _reach(self) -> float:
         """Largest reach of the arm [m]."""
-        return float(joint_tree(self.robot.model).offset.sum()) + 0.1
+        return float(self.joints.offset[: self.robot.model.njoints].sum()) + 0.1
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -27,12 +28,14 @@ class LinkBodies(NamedTuple):
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
         meshes: Their mesh files, each with the time of its last change [ns].
+        lost: Names of the meshes that are not found, each with its URDF.
     """
 
     bodies: tuple[Body, ...]
     missing: tuple[str, ...]
     bare: tuple[str, ...]
     meshes: tuple[tuple[Path, int | None], ...]
+    lost: tuple[tuple[str, Path], ...]
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class _Key:
 
     files: tuple[tuple[UrdfFile, int | None], ...]
     placed: tuple[tuple[Any, ...], ...]
-    folders: tuple[tuple[Path, ...], ...]
+    folders: tuple[tuple[Path, ...], tuple[Path, ...]]
     robot: Robot = field(compare=False)
 
 
@@ -58,10 +61,19 @@ def read_link_bodies(robot: Robot) -> LinkBodies:
     files = tuple((file, _last_change(file.path)) for file in robot.urdf_files)
     key = _Key(files, tuple(placed), (tuple(robot.package_paths), list_ros_folders()), robot)
     links = _read_bodies(key)
-    if links.missing or any(_last_change(path) != time for path, time in links.meshes):
+    if not _are_current(links, key):
         _read_bodies.cache_clear()
         links = _read_bodies(key)
     return links
+
+
+def _are_current(links: LinkBodies, key: _Key) -> bool:
+    """Whether no mesh file has changed since it was read, and lost ones are still not found."""
+    for name, urdf in links.lost:
+        with contextlib.suppress(InputError):
+            find_mesh(name, urdf, *key.folders)
+            return False
+    return all(_last_change(path) == time for path, time in links.meshes)
 
 
 def _link_frames(robot: Robot) -> list[Any]:
@@ -80,11 +92,11 @@ def _last_change(path: Path) -> int | None:
 @lru_cache(maxsize=32)
 def _read_bodies(key: _Key) -> LinkBodies:
     """Read the collision shapes of a robot's links."""
-    robot = key.robot
-    urdf_shapes, ros = UrdfShapes(robot.urdf_files), list_ros_folders()
+    urdf_shapes = UrdfShapes(key.robot.urdf_files)
     bodies, missing, bare = [], [], []
     meshes: dict[Path, int | None] = {}
-    for frame in _link_frames(robot):
+    lost: dict[tuple[str, Path], None] = {}
+    for frame in _link_frames(key.robot):
         link = str(frame.name)
         if link not in urdf_shapes.links:
             continue
@@ -97,8 +109,9 @@ def _read_bodies(key: _Key) -> LinkBodies:
             path = None
             if shape.kind == "mesh":
                 try:
-                    path = find_mesh(shape.mesh, shape.urdf, robot.package_paths, ros)
+                    path = find_mesh(shape.mesh, shape.urdf, *key.folders)
                 except InputError as error:
+                    lost[shape.mesh, shape.urdf] = None
                     missing.append(f"link {link!r}: {error}")
                     continue
                 meshes[path] = _last_change(path)
@@ -112,4 +125,6 @@ def _read_bodies(key: _Key) -> LinkBodies:
                 raise
         if solids:
             bodies.append(Body(link, "link", int(frame.parentJoint), tuple(solids), link=link))
-    return LinkBodies(tuple(bodies), tuple(missing), tuple(bare), tuple(meshes.items()))
+    return LinkBodies(
+        tuple(bodies), tuple(missing), tuple(bare), meshes=tuple(meshes.items()), lost=tuple(lost)
+    )

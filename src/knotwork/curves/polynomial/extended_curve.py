@@ -37,11 +37,10 @@ class ExtendedCurve:
         local = np.asarray(t, dtype=float) - self.delay
         inside = np.clip(local, *self.curve.x[[0, -1]])
         beyond, value = (local - inside)[:, None], self.curve(inside, nu)
-        if self.holds_ends:
-            return np.where(beyond != 0.0, 0.0, value) if nu else value
-        if nu == 0:
-            return value + beyond * self.curve(inside, 1)
-        return value if nu == 1 else np.where(beyond != 0.0, 0.0, value)
+        outer_degree = 0 if self.holds_ends else 1
+        if nu > outer_degree:
+            return np.where(beyond != 0.0, 0.0, value)
+        return value if nu == outer_degree else value + beyond * self.curve(inside, 1)
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
         """The curve from one time to a later one [s]."""

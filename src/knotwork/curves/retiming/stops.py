@@ -38,7 +38,7 @@ SAME_BREAK = 1e-9
 
 def stop_joints(
     q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
-) -> PiecewisePolynomial:
+) -> PiecewisePolynomial | None:
     """Stop each joint in minimum time from a state (C2 smooth, cubics), which leaves the path.
 
     The acceleration changes to a peak, stays there if the peak is at the limit, and changes to
@@ -53,7 +53,8 @@ def stop_joints(
         jerk: Limits of jerk, finite.
 
     Returns:
-        Positions over the time since the state [s]. Joints that stop earlier stay at rest.
+        Positions over the time since the state [s]. Joints that stop earlier stay at rest. `None`
+        for a state at rest, within rounding: its stop is shorter than `SHORTEST_PHASE`.
     """
     # a state above the limit returns to it
     direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
@@ -68,7 +69,7 @@ def stop_joints(
     times = sort_distinct(corners)
     times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
     if len(times) < 2:
-        raise InputError("the motion is at rest at this time, so it can't be stopped")
+        return None
     columns = zip(corners.T, heights.T, strict=True)
     ramps = np.stack([np.interp(times, when, high) for when, high in columns], axis=1)
     slopes = np.diff(ramps, axis=0) / np.diff(times)[:, None]
@@ -145,7 +146,8 @@ def _min_duration(
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
     jolt = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
-    return float(stop_joints(q, v, a, acceleration, jolt).x[-1])
+    stop = stop_joints(q, v, a, acceleration, jolt)
+    return 0.0 if stop is None else float(stop.x[-1])
 
 
 def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:

@@ -159,7 +159,7 @@ def _with_feasible_path_speeds(
     """The task with the maximum speeds along its paths, and the motions of its segments.
 
     Where a path can't be reached or left at these speeds, they are lowered until the motions exist,
-    and further while the total duration decreases.
+    and further while the total duration decreases and the budget lasts.
 
     Raises:
         NoMotionsError: No motions were found.
@@ -179,8 +179,8 @@ def _with_feasible_path_speeds(
             if best is not None and _duration(*best) <= _duration(*motions):
                 break
             best = motions
-            if not adjacent:
-                break
+        if best is not None and (not adjacent or budget.is_over):
+            break
         caps = {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
     if best is None:
         raise AssertionError("without a motion the last error was raised")

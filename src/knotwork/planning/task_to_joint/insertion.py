@@ -171,18 +171,14 @@ class _Insertion:
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
         times = (start + length * np.array(FOLLOWING_SAMPLES)).ravel()
-        allowed = self.tolerance
-        off = path_errors(
-            self.joints.robot, self.joints.path, spline(times), spline(times, 1), times
-        )
+        allowed, q = self.tolerance, spline(times)
+        off = path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
         use = off / (
             SAMPLED_SHARE * np.array([allowed.position, allowed.orientation, allowed.speed])
         )
         use = use.max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
-            use = np.maximum(
-                use, self._self_motion_error(spline(times), times) / SELF_MOTION_TOLERANCE
-            )
+            use = np.maximum(use, self._self_motion_error(q, times) / SELF_MOTION_TOLERANCE)
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
     def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:

@@ -93,7 +93,7 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
 
 def _next_to(
     problem: TimingProblem, i: int, braking: float
-) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | tuple[None, None]:
+) -> tuple[PiecewisePolynomial | None, PiecewisePolynomial | None]:
     """Motions from rest to a waypoint and from there to rest, if the arm moves there."""
     q, limits = problem.position[i], problem.limits
     v = problem.velocity[i] if problem.velocity_known[i] else np.zeros_like(q)
@@ -101,7 +101,8 @@ def _next_to(
     if not v.any() and not a.any():
         return None, None
     ramps = limits.acceleration / braking, (1.0 - STOP_MARGIN) * limits.jerk / braking
-    return reverse(stop_joints(q, -v, a, *ramps)), stop_joints(q, v, a, *ramps)
+    before, after = stop_joints(q, -v, a, *ramps), stop_joints(q, v, a, *ramps)
+    return None if before is None else reverse(before), after
 
 
 def _still(q: FloatArray) -> PiecewisePolynomial:

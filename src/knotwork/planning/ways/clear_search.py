@@ -184,13 +184,15 @@ class _ClearSearch:
             return None
         limits, errors = timing.limits, []
 
-        def stops() -> Iterator[PiecewisePolynomial]:
+        def stops() -> Iterator[PiecewisePolynomial | None]:
             for part in BRAKING_SHARES:
                 yield stop_joints(q, v, a, part * limits.acceleration, part * limits.jerk)
             if k == 0 and (stop := problem.stop()) is not None:
                 yield stop
 
         for run in stops():
+            if run is None:
+                return None  # the arm rests there, within rounding
             error = self._obstruction(k, run)
             if error is None:
                 return reverse(run) if k else run

@@ -45,8 +45,7 @@ class States:
 
 def states_of(curve: PiecewisePolynomial) -> States:
     """The states at the breaks of a cubic motion that begins at time 0."""
-    last = np.minimum(curve.x, curve.x[-1])
-    return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)
+    return States(np.diff(curve.x), curve(curve.x), curve(curve.x, 1), curve(curve.x, 2), curve)
 
 
 def sample_states(

@@ -41,10 +41,10 @@ def find_mesh(
     if scheme in ("package", "model"):
         allowed += _find_linked_folders(address.partition("/")[0], ros)
         candidates = _list_candidates(address, urdf, package_paths, ros)
-        files = [(folder / inside, folder) for folder, inside in candidates]
+        files = ((folder / inside, folder) for folder, inside in candidates)
     else:
         path = name.removeprefix("file://")
-        files = [(folder / path, folder) for folder in (urdf.parent, *package_paths, *ros)]
+        files = ((folder / path, folder) for folder in (urdf.parent, *package_paths, *ros))
     for file, folder in files:
         if _is_below(file, allowed) and _is_file(file) and _is_below(folder, allowed):
             return file

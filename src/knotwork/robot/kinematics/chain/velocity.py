@@ -117,7 +117,7 @@ def solve_velocity_ik(
     J = robot.jacobian(q)
     if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
-    (v,), _ = solve_velocities(robot, J[None], wanted, self_motion)
+    (v,) = solve_velocities(robot, J[None], wanted, self_motion)
     tolerances = linear_tolerance, angular_tolerance
     _check_attained(
         robot, J, wanted, v, tolerances=tolerances, waypoint=waypoint, where=where, units=units
@@ -174,7 +174,7 @@ def solve_velocities(
     twists: FloatArray,
     preferred: FloatArray | None = None,
     ease: ArrayLike = 1.0,
-) -> tuple[FloatArray, FloatArray]:
+) -> FloatArray:
     """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
 
     Args:
@@ -186,9 +186,8 @@ def solve_velocities(
         ease: Factor on each joint's mobility, shape (n, d), or a number.
 
     Returns:
-        Velocities [rad/s or m/s], shape (n, d), and their residuals of the twists [m/s, rad/s],
-        shape (n,). For more than six joints the velocities have minimum norm, weighted by the
-        velocity limits.
+        Velocities [rad/s or m/s], shape (n, d). For more than six joints they have minimum norm,
+        weighted by the velocity limits.
     """
     scale = joint_scales(robot) * np.atleast_2d(ease)
     weighted = J * scale[:, None, :]
@@ -196,12 +195,10 @@ def solve_velocities(
         np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
     )
     wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ self_motion[:, :, None]
-    w, residual = np.zeros((len(J), robot.dof, 1)), wanted
     inverse = _pseudoinverses(weighted)
-    for _ in range(2):  # the second iteration removes most rounding errors
-        w += inverse @ residual
-        residual = wanted - weighted @ w
-    return (self_motion + w[:, :, 0]) * scale, np.abs(residual[:, :, 0]).max(axis=1)
+    w = inverse @ wanted
+    w += inverse @ (wanted - weighted @ w)  # removes most rounding errors
+    return np.asarray((self_motion + w[:, :, 0]) * scale)
 
 
 def _pseudoinverses(J: FloatArray) -> FloatArray:

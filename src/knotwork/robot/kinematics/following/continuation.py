@@ -110,10 +110,10 @@ class Continuation(NamedTuple):
             turns: Offset of each joint from the start [rad], shape (d,).
         """
         n = int(np.isfinite(self.position[:, start, 0]).sum())
-        time, q, v = self.time[:n], self.position[:n, start], self.velocity[:n, start]
+        time, q, v = self.time[:n], self.position[:n, start] + turns, self.velocity[:n, start]
         curve = interpolate_curve(time, q, v) if time[-1] > time[0] else None
         blocked = float(self.blocked_time[start]), float(self.smallest_singular_value[start])
-        return find_limiting_constraint(robot, curve, turns, blocked)
+        return find_limiting_constraint(robot, curve, blocked)
 
 
 def interpolate_curve(time: FloatArray, *derivatives: FloatArray) -> PiecewisePolynomial:

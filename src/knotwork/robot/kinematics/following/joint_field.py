@@ -112,7 +112,7 @@ class JointField:
             self_motion = _to_column(speed_fraction) * self.pull * (self.middle - q)
         return solve_velocities(
             self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
-        )[0]
+        )
 
     def _ease(self, q: FloatArray) -> ArrayLike:
         """Mobility of the joints: that of tilts decreases towards their limits."""
@@ -156,7 +156,7 @@ class JointField:
             if (error <= PROJECTION_TOLERANCE).all() or not (error < 0.5 * before).any():
                 break
             J = J.transpose(2, 0, 1)
-            q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))[0]
+            q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))
         return q, error
 
 

@@ -24,7 +24,6 @@ SINGULAR_VALUE = 0.01
 def find_limiting_constraint(
     robot: Robot,
     curve: PiecewisePolynomial | None,
-    turns: FloatArray | float = 0.0,
     blocked: tuple[float, float] = (math.inf, math.nan),
     slack: float = LIMIT_TOLERANCE,
 ) -> LimitingConstraint | None:
@@ -36,7 +35,6 @@ def find_limiting_constraint(
         robot: The arm.
         curve: Joint positions up to the point where the motion is blocked, trailing shape (d,);
             `None` if it is blocked at its start.
-        turns: Offset of each joint by whole turns [rad], shape (d,).
         blocked: Time at which the motion is blocked [s], infinite if it reaches the end, and the
             smallest singular value there.
         slack: Tolerance on limits [rad or m, for velocities relative].
@@ -45,14 +43,11 @@ def find_limiting_constraint(
     singular = LimitingConstraint("singularity", time, smallest_singular_value=smallest)
     if curve is None:
         return singular
-    lower, upper = (bound - turns for bound in position_limits(robot))
-    reached = _find_first_excess(robot, curve, 0, (lower, upper), slack)
+    reached = _find_first_excess(robot, curve, 0, position_limits(robot), slack)
     if smallest < SINGULAR_VALUE and (reached is None or time < reached.time):
         return singular
     if reached is not None:
-        value, bound = reached.value, reached.bound
-        offset = float(np.broadcast_to(turns, robot.dof)[robot.joint_names.index(reached.joint)])
-        return reached._replace(value=value + offset, bound=bound + offset)
+        return reached
     limit = plausible_speeds(robot)
     fast = _find_first_excess(robot, curve, 1, (-limit, limit), slack * limit)
     return singular if fast is None and math.isfinite(time) else fast
@@ -78,27 +73,28 @@ def _find_first_excess(
     above, below = extrema.maximum - upper, lower - extrema.minimum
     is_above = above >= below
     bound = np.where(is_above, upper, lower)
+    worst = np.where(is_above, extrema.maximum, extrema.minimum)
     worst_time = np.where(is_above, extrema.maximum_time, extrema.minimum_time)
     values, start = curve.derivative(nu) if nu else curve, float(curve.x[0])
     times = np.full(robot.dof, np.inf)
     for j in np.flatnonzero(np.maximum(above, below) > slack).tolist():
-        value = PiecewisePolynomial(values.c[:, :, j], values.x)
-        is_beyond = value(start) > bound[j] if is_above[j] else value(start) < bound[j]
-        crossings = [start] if is_beyond else value.solve(float(bound[j])).tolist()
+        motion = PiecewisePolynomial(values.c[:, :, j], values.x)
+        is_beyond = motion(start) > bound[j] if is_above[j] else motion(start) < bound[j]
+        crossings = [start] if is_beyond else motion.solve(float(bound[j])).tolist()
         times[j] = np.nanmin([*crossings, worst_time[j]])
     j = int(times.argmin())
     if np.isinf(times[j]):
         return None
-    worst = float(worst_time[j])
+    value, limit = float(worst[j]), float(bound[j])
     return LimitingConstraint(
         "velocity limit" if nu else "joint limit",
         float(times[j]),
         robot.joint_names[j],
         unit=robot.joint_units[j],
-        value=float(np.abs(curve(worst, 1)[j]) if nu else curve(worst)[j]),
-        bound=float(np.abs(bound[j]) if nu else bound[j]),
+        value=abs(value) if nu else value,
+        bound=abs(limit) if nu else limit,
         smallest_singular_value=float(
-            JointField(robot).smallest_singular_values(curve(worst)[None])[0]
+            JointField(robot).smallest_singular_values(curve(worst_time[[j]]))[0]
         ),
     )
 
