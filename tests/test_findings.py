@@ -172,3 +172,13 @@ def test_outputs_show_incomplete_findings(
     json.dumps(plan.report.to_dict(), allow_nan=False)
     failed = {found.quantity for found in plan.report.failures}
     assert failed == {found.quantity for found in findings if found.verdict == "failed"}
+
+
+def test_number_of_further_failures_is_not_marked_as_failure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    odd: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "verdict": "failed"}
+    findings = [Finding(**odd, quantity=f"oddity {i}", fact=f"odd ({i})") for i in range(7)]
+    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, space: findings)
+    lines = kw.plan("planar2_closed_form").report.brief()
+    assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]

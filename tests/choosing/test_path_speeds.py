@@ -137,6 +137,19 @@ def test_names_low_path_acceleration() -> None:
 
 
 @pytest.mark.parametrize(
+    ("ends", "says"),
+    [
+        ([line("a", -195, after=0.001), line("b", -100)], r"\[1\]\.after: at 5000 mm/s along"),
+        ([line("a", -195), line("b", -100, after=0.5)], r"\[2\]\.after: at 190 mm/s along"),
+        ([line("a", -195), line("b", -100, after=0.01)], r"\[2\]\.after: at 9500 mm/s along"),
+    ],
+)
+def test_names_too_short_time_beside_chosen_speed(ends: list[dict[str, Any]], says: str) -> None:
+    with pytest.raises(InputError, match=rf"waypoints{says} the path .* too short to change speed"):
+        kw.plan(reach(*ends))
+
+
+@pytest.mark.parametrize(
     ("timed", "free"), mostly_exhaustive([(False, True), (True, False)], (True, False))
 )
 def test_refuses_given_speed_beyond_joint_limits(timed: bool, free: bool) -> None:

@@ -11,7 +11,7 @@ from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.verification.recording import Recording, Smoothed, read_log
+from knotwork.verification.recording import Recording, Smoothed, read_log, smoothed
 
 NAMES = ("pan", "lift_joint")
 UNITS = ("rad", "rad")
@@ -138,6 +138,14 @@ def test_prefers_stamp_to_reception_time(tmp_path: Path) -> None:
     assert log.notes == ("1 rows without time and position of every joint",)
 
 
+def test_reads_stamp_of_own_topic(tmp_path: Path) -> None:
+    head, body, _ = rows("PlotJuggler")
+    head += ["/imu/header/stamp/sec", "/imu/header/stamp/nanosec"]
+    body = [[*row, "7", "0"] for row in body]
+    log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
+    assert log.origin == pytest.approx(START, abs=1e-6)
+
+
 def plain(tmp_path: Path, positions: np.ndarray, times: np.ndarray = TIME) -> Path:
     body = [[f"{t:.6f}", *row] for t, row in zip(times, cells(positions), strict=True)]
     return write_rows(tmp_path / "log.csv", ["time", *NAMES], body)
@@ -256,6 +264,18 @@ def test_estimates_noise(tmp_path: Path, deburring: Plan, noise: float) -> None:
     curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=noise))
     assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
     assert not curve.noise.stated
+
+
+def test_noise_of_short_logs_is_not_too_small() -> None:
+    """Too small a noise would decide what a log can't decide."""
+    random, time, names = np.random.default_rng(0), np.arange(64) / 50.0, tuple("abcdef")
+    smooth_motion = np.sin(np.outer(time, np.linspace(0.2, 1.0, 6)))
+    sizes = []
+    for _ in range(40):
+        position = smooth_motion + random.normal(0.0, 1e-4, smooth_motion.shape)
+        log = Recording(names, ("rad",) * 6, time, position, np.full(6, 1e-9), 0.0, "log.csv", ())
+        sizes.append(smoothed(log).sigma)
+    assert 0.9e-4 < np.mean(sizes) < 1.25e-4
 
 
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])

@@ -8,7 +8,6 @@ from typing import Any
 
 from knotwork.curves.interpolation import (
     PLANNER_SPECS,
-    BalancedKnots,
     PlannerOptions,
     get_planner,
     planner_and_rule,
@@ -16,6 +15,7 @@ from knotwork.curves.interpolation import (
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.errors.plain_text import waypoint_text
+from knotwork.planning.task_to_joint import knots_of
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import JointWaypoints
@@ -33,10 +33,10 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     Raises:
         InputError: An option names an unknown joint, or is out of range.
     """
-    knots, ends = scenario.knots, scenario.given.end_acceleration
+    ends = scenario.given.end_acceleration
     _refuse_values_for_each(scenario, space)
     return PlannerOptions(
-        knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
+        knots=knots_of(scenario),
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
         chosen=space.chosen,
         accelerations=space.accelerations,

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
-from knotwork.planning.task_to_joint import Infeasibility, SequenceStep, TaskSolution, solve_task
+from knotwork.planning.task_to_joint import (
+    Infeasibility,
+    SequenceStep,
+    TaskSolution,
+    knots_of,
+    solve_task,
+)
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import find_clear_motions, segments
 from knotwork.task.scenario.joint_space import joint_space
@@ -64,8 +70,6 @@ class ScenarioPlanner:
         if self.scenario.unknowns is None:
             chosen = self._interpolation
             return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
-        from knotwork.planning.choosing.segments import knots_of
-
         space = joint_space(self.scenario)
         return solve_task(self.scenario, space, knots_of(self.scenario), avoided)
 

@@ -72,8 +72,10 @@ def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: i
         width: Width of the lines in characters.
     """
     indent = " " * len(mark)
-    texts = failure_lines(findings, max_kinds)
-    return [line for text in texts for line in wrap(mark + text, width, indent)]
+    lines: list[str] = []
+    for i, text in enumerate(failure_lines(findings, max_kinds)):
+        lines += wrap(text, width, indent, mark if i < max_kinds else indent)
+    return lines
 
 
 def brief_texts(findings: Sequence[Finding]) -> list[str]:

@@ -58,7 +58,7 @@ class Finding:
         achieved: Achieved vector, in the same form.
         points: Points of the finding in the base frame [m].
         label: Label in pictures, if it is not composed of quantity, value and limit.
-        remedy: Remedy, if known.
+        remedy: Remedy, or why the usual one does not help, if known.
         brief: Text in short reports even if nothing fails, if any.
         detail: Whether it is left out of tables, because another finding is more informative. It is
             in JSON.

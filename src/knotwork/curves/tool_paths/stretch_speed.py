@@ -10,7 +10,7 @@ from knotwork.curves.tool_paths.timing_profile import (
     check_acceleration,
     checked_speed,
 )
-from knotwork.errors import PathError, StretchTimeError
+from knotwork.errors import PathError, RampError, StretchTimeError
 
 
 def speed_for_duration(
@@ -78,9 +78,13 @@ def _find_feasible_speeds(
     squares = [v**2 for v in known]
     change = 0.75 * abs(squares[0] - squares[-1])
     if change > acceleration * length:
-        raise PathError(
+        needed = change / acceleration
+        raise RampError(
             f"the stretch is {length:.6g} m long, but to go from {known[0]:.6g} to {known[1]:.6g} "
-            f"m/s takes {change / acceleration:.6g} m"
+            f"m/s takes {needed:.6g} m",
+            length=length,
+            needed=needed,
+            lowest_acceleration=change / length,
         )
     reach, count = 4.0 * acceleration * length / 3.0, len(known)
     lowest = math.sqrt(max((sum(squares) - reach) / count, 0.0))

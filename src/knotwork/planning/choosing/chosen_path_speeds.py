@@ -17,8 +17,8 @@ from knotwork.planning.choosing.path_speed_problem import (
     SpeedBound,
     round_speed,
 )
-from knotwork.planning.choosing.segments import TimingTask, knots_of
-from knotwork.planning.task_to_joint import TaskSolution, solve_task
+from knotwork.planning.choosing.segments import TimingTask
+from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
@@ -218,8 +218,11 @@ def _path_error(
     """
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
-    chosen, text = k in path.requested.at_most, scenario.units.text
-    given = path.requested.speeds[k] or path.stretches[k].speed
+    requested, text = path.requested, scenario.units.text
+    chosen, duration = k in requested.at_most, requested.durations[k]
+    given = requested.speeds[k] or path.stretches[k].speed
+    if requested.at_most and duration:  # the stretches still have the nominal speed
+        given = requested.lengths[k] / duration
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
         woven = path.stretches[k].kind.startswith("woven")
@@ -229,7 +232,7 @@ def _path_error(
     else:
         accepted = "speed: fastest"
     if limit == SpeedBound.RAMPS:
-        shown = text(path.requested.acceleration, "m/s²")
+        shown = text(requested.acceleration, "m/s²")
         reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
     elif isinstance(limit, SpeedBound):

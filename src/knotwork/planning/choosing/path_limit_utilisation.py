@@ -14,7 +14,8 @@ import pinocchio as pin
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
-from knotwork.planning.choosing.segments import TimingTask, knots_of
+from knotwork.planning.choosing.segments import TimingTask
+from knotwork.planning.task_to_joint import knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath

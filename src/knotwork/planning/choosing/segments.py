@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
-from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import InputError
 from knotwork.planning.task_to_joint import PathStart, TaskSolution
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
@@ -25,12 +24,6 @@ if TYPE_CHECKING:
     from knotwork.planning.timing import Dynamics
     from knotwork.robot import Robot
     from knotwork.scene.collision_model import CollisionModel
-
-
-def knots_of(scenario: Scenario) -> Any:
-    """Knot placement along tool paths: see `ModifiedHermiteSpline`."""
-    knots = scenario.knots
-    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
 
 def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:

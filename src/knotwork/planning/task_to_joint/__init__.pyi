@@ -1,3 +1,4 @@
+from .inserted import knots_of as knots_of
 from .solution import Choice as Choice
 from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_space import JointSpace
@@ -40,6 +41,12 @@ class JointRows(NamedTuple):
         """The rows from `start` up to `stop`."""
         columns: Any = (column[start:stop] for column in self)
         return JointRows(*columns)
+
+
+def knots_of(scenario: Scenario) -> Any:
+    """Knot placement of the motion: see `ModifiedHermiteSpline`."""
+    knots = scenario.knots
+    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
 
 def complete_waypoints(

@@ -216,9 +216,10 @@ class PathReader:
         try:
             timing, speeds = requested.timed()
         except RampError as error:
-            fits = error.highest_speed
+            k, fits = error.stretch, error.highest_speed
+            key = "speed" if requested.speeds[k] is not None else _time_key(steps[k])
             raise self.curves.places.error(
-                ("waypoints", first + 1 + error.stretch, "speed"),
+                ("waypoints", first + 1 + k, key),
                 f"the path is {text(error.length)} long here, but its changes of speed "
                 f"take {text(error.needed)} at {text(limit, '/s²')}",
                 (f"at most {text(fits, '/s')}, or " if fits else "")

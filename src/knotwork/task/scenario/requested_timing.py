@@ -78,7 +78,7 @@ class RequestedTiming:
                         if speed_after is None or (k < count - 1 and speed_after >= speeds[k])
                         else speed_after,
                     )
-                except StretchTimeError as error:
+                except (RampError, StretchTimeError) as error:
                     error.stretch = k
                     raise
             if np.allclose(speeds, before, rtol=1e-12, atol=0.0):

@@ -140,8 +140,8 @@ class Scenario:
     Attributes:
         name: Name of the scenario.
         waypoints: At least two waypoints, in order of time.
-        task: The task in SI, except joint values. Waits in `do` are moved to `wait`. A planner or
-            knots passed to `plan` replace the task's own here.
+        task: The task in SI, except joint values. Waits in `do` are moved to `wait`. A planner
+            passed to `plan` replaces the task's own here.
         given: The task as it was given, in its own units, for changing, planning and saving it
             again.
         index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.

@@ -192,7 +192,7 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
     """Columns of the time: the stamp of the messages, or otherwise the time of their reception."""
 
     def path_of(heading: str) -> str:
-        return _TOPIC_SEPARATORS.sub("/", heading.strip()).lower()
+        return _TOPIC_SEPARATORS.sub("/", heading.strip()).lower().lstrip("/")
 
     stamps: dict[str, dict[str, int]] = {}
     for index, heading in enumerate(headings):

@@ -26,6 +26,8 @@ from knotwork.waypoints import FloatArray
 SPEED_GROUPS = 8
 MIN_IN_GROUP = 8
 """Minimum number of samples of a group."""
+WEIGHT_ROUNDS = 10
+"""Number of fits, each with the variances that the one before expects."""
 MEDIAN_RATIO = 1.4826
 """Ratio of standard deviation and median magnitude of normal numbers."""
 DIGIT_ERROR = 12.0**-0.5
@@ -108,12 +110,15 @@ def _by_speed(
 ) -> tuple[FloatArray, float]:
     """Noise of each joint and their common jitter, from the variances of groups.
 
-    A variance has a relative error, so the differences are relative to the measured variances.
+    A variance has a relative error, so each group is weighted by one over the square of its
+    expectation. With the measured variances as weights, small ones would count too much, and the
+    noise of short logs would be a third too small.
     """
     from scipy.optimize import nnls
 
     count = residuals.shape[1]
     rows: list[FloatArray] = []
+    variances: list[float] = []
     for j in range(count):
         # constant values are rounded and have no information on their noise
         moving = np.flatnonzero(np.isfinite(residuals[:, j]) & (residuals[:, j] != 0.0))
@@ -123,10 +128,16 @@ def _by_speed(
             row = np.zeros(count + 1)
             row[j], row[count] = 1.0, float(np.median(slopes[group, j] ** 2))
             size = MEDIAN_RATIO * float(np.median(np.abs(residuals[group, j])))
-            rows.append(row / max(size, float(floor[j])) ** 2)
+            rows.append(row)
+            variances.append(max(size, float(floor[j])) ** 2)
     if not rows:
         return np.zeros(count), 0.0
-    matrix = np.array(rows)
-    scale = np.maximum(matrix.max(axis=0), np.finfo(float).tiny)
-    sigma = np.sqrt(nnls(matrix / scale, np.ones(len(rows)))[0] / scale)
+    matrix, solution = np.array(rows), np.zeros(count + 1)
+    expected = measured = np.array(variances)
+    for _ in range(WEIGHT_ROUNDS):
+        weighted = matrix / expected[:, None]
+        scale = np.maximum(weighted.max(axis=0), np.finfo(float).tiny)
+        solution = nnls(weighted / scale, measured / expected)[0] / scale
+        expected = np.maximum(matrix @ solution, measured.min())
+    sigma = np.sqrt(solution)
     return np.asarray(sigma[:count]), float(sigma[count])
