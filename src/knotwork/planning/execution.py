@@ -18,21 +18,20 @@ from knotwork.curves.retiming import (
     stop_joints,
     stop_on_path,
 )
-from knotwork.curves.trajectory import Segment
+from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
-from knotwork.planning.planned_motion import Plan
 from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
-from knotwork.task.scenario.joint_space import by_joint, joint_space
+from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import moved_paths
-from knotwork.verification import Finding, Motion, check
+from knotwork.verification import Finding, Motion, Report, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.waypoint_checks import check_tool_at_arrivals
@@ -44,19 +43,26 @@ PLANNING_KEYS = (
 )
 """Keys of a task that only planning needs; an executed motion is given."""
 
+CheckedMotion = tuple[Scenario, JointSpace, JointWaypoints, JointTrajectory, Report]
+"""An executed motion with its task, as the first attributes of a `Plan`."""
+
 
 class _ExecutedMotion(NamedTuple):
     """A planned motion executed with another clock, or left early by a stop.
 
     Attributes:
-        planned: The plan.
+        scenario: The task of the plan.
+        space: Its joints.
+        planned: The planned motion.
         motion: The executed motion of the joints.
         clock: Time of the planned motion over that of the executed one; constant if it leaves the
             path.
         ends: Names of the ends of the executed motion, where the task has no waypoint.
     """
 
-    planned: Plan
+    scenario: Scenario
+    space: JointSpace
+    planned: JointTrajectory
     motion: PiecewisePolynomial
     clock: PiecewisePolynomial
     ends: tuple[str, str]
@@ -88,25 +94,30 @@ class _ReachedWaypoint(NamedTuple):
     waypoint: int = -1
 
 
-def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
-    """Execute a plan at another speed: see `Plan.scaled`."""
-    scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
+def scaled_motion(
+    scenario: Scenario,
+    space: JointSpace,
+    planned: JointTrajectory,
+    profile: Mapping[float, float],
+) -> CheckedMotion:
+    """Execute a planned motion at another speed: see `Plan.scaled`."""
     moving = on_moving_frames(scenario.given)
     if moving:
         raise scenario.places.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
     limits = space.limits["acceleration"], space.limits["jerk"]
-    motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
-    return _checked(_ExecutedMotion(planned, motion, clock, (START, "end")), known)
+    motion, clock, known = change_speed(profile, planned, scenario.times, limits)
+    return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, (START, "end")), known)
 
 
-def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
-    """Stop a plan: see `Plan.stop`."""
-    scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
-    q, v, a = (trajectory(at, nu) for nu in range(3))
+def stopped_motion(
+    scenario: Scenario, space: JointSpace, planned: JointTrajectory, at: float, *, on_path: bool
+) -> CheckedMotion:
+    """Stop a planned motion: see `Plan.stop`."""
+    q, v, a = (planned(at, nu) for nu in range(3))
     at_rest = InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
-    if find_first_rest(trajectory.polynomial, at) == at:
+    if find_first_rest(planned.polynomial, at) == at:
         raise at_rest
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
@@ -122,19 +133,19 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
         if motion is None:
             raise at_rest
         clock = PiecewisePolynomial([[at]], motion.x[[0, -1]])
-        return _checked(_ExecutedMotion(planned, motion, clock, ends))
-    stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
+        return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, ends))
+    stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
             f"{scenario.name}: no stop on the path from {at:g} s keeps the limits "
             "before the motion ends; accepted: an earlier time, or on_path=False"
         )
     clock, motion = stop
-    return _checked(_ExecutedMotion(planned, motion, clock, ends))
+    return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, ends))
 
 
-def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
-    """The plan of an executed motion through the waypoints that it reaches, checked.
+def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> CheckedMotion:
+    """An executed motion with a task of the waypoints that it reaches, checked.
 
     Args:
         executed: The motion.
@@ -145,48 +156,46 @@ def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
     scenario = resolve_task(_task_of(executed, arrivals))
     space, times = joint_space(scenario), np.array([arrival.time for arrival in arrivals])
     trajectory = replace(
-        planned.trajectory,
+        planned,
         polynomial=motion,
         waypoint_times=times,
         events=tuple(event.event for event in scenario.events),
         loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
-        segments=_segments(planned.trajectory.segments, clock) or segments(scenario),
+        segments=_segments(planned.segments, clock) or segments(scenario),
     )
-    geometry = _geometry(executed, arrivals, Motion(trajectory, planned.space))
+    geometry = _geometry(executed, arrivals, Motion(trajectory, executed.space))
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
     report = check(trajectory, scenario, space=space, known=[*known, *geometry])
-    return Plan(scenario, space, waypoints, trajectory, report)
+    return scenario, space, waypoints, trajectory, report
 
 
 def _geometry(
     executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint], motion: Motion
 ) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
-    planned = executed.planned
+    planned = executed.scenario
     if not executed.is_on_path:
         fact = "the motion leaves the tool paths of the task, which are not checked"
         warning = Finding.of_motion("Warnings", "path", fact, "warning")
-        return [warning] if planned.scenario.paths else []
+        return [warning] if planned.paths else []
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
     execution = Execution(executed.clock, times, executed.ends)
-    moving = on_moving_frames(planned.scenario.given)
+    moving = on_moving_frames(planned.given)
     fixed = {
-        waypoint: time
-        for waypoint, time in times.items()
-        if planned.scenario.index[waypoint] not in moving
+        waypoint: time for waypoint, time in times.items() if planned.index[waypoint] not in moving
     }
     in_fixed_frames = replace(execution, arrivals=fixed)
     return [
-        *check_tool_at_arrivals(motion, planned.scenario, planned.space, in_fixed_frames),
-        *check_path_geometry(motion, planned.scenario, planned.space, execution),
+        *check_tool_at_arrivals(motion, planned, executed.space, in_fixed_frames),
+        *check_path_geometry(motion, planned, executed.space, execution),
     ]
 
 
 def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     """The ends of an executed motion and the waypoints that it passes, in order of time."""
-    scenario = executed.planned.scenario
+    scenario = executed.scenario
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
     is_passed = (low - SAME_WAYPOINT_TIME <= scenario.times) & (
@@ -209,10 +218,9 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
 
 def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) -> Task:
     """A task of which the executed motion is a solution: its states at the reached waypoints."""
-    scenario, space = executed.planned.scenario, executed.planned.space
-    motion = executed.motion
+    scenario, space, motion = executed.scenario, executed.space, executed.motion
     names = arrivals[0].name, arrivals[-1].name
-    task = scene_from(scenario, space.robot, executed.planned.trajectory, executed.span, names)
+    task = scene_from(scenario, space.robot, executed.planned, executed.span, names)
     units = si_factors(scenario.given.units)
     stays = [list(stay) for _, stay in groupby(arrivals, partial(_task_waypoint, scenario))]
     waypoints = []
@@ -244,7 +252,7 @@ def _actions(
     executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]
 ) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint. Signals that are already on are at the first one."""
-    outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
+    outputs, events = executed.scenario.task.outputs, executed.planned.events
     start, end = executed.span
     begin = start + (-SAME_WAYPOINT_TIME if executed.is_on_path else SAME_WAYPOINT_TIME)
     actions: list[list[dict[str, Any]]] = [[] for _ in arrivals]
