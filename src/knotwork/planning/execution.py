@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
     find_first_rest,
-    invert_clock,
     stop_joints,
     stop_on_path,
 )
@@ -207,7 +207,7 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     planned = executed.planned.scenario.times[passed]
     actual = np.full(len(planned), start)
     if executed.clock is not None:
-        actual = invert_clock(executed.clock, planned)
+        actual = first_times(executed.clock, planned)
     arrivals = []
     for i, time in zip(passed, actual.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
@@ -267,7 +267,7 @@ def _actions(
     names = [arrival.name for arrival in placed]
     end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
     for event in (event for event in events if begin < event.time <= end):
-        time = float(invert_clock(clock, np.array([event.time]))[0])
+        time = float(first_times(clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
@@ -287,7 +287,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = invert_clock(clock, ends).tolist()
+            start, end = first_times(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 
