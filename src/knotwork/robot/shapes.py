@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 from xml.dom.minidom import Element
@@ -91,7 +92,7 @@ class UrdfShapes:
 
     def _read(self, path: Path, names: Mapping[str, str]) -> None:
         text = read_text(path, max_bytes=MAX_URDF_BYTES)
-        root: Any = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
+        root = _parse_root(text)
         materials: dict[str, Element] = {}
         for material in root.getElementsByTagName("material"):
             if child_elements(material, "color"):
@@ -133,6 +134,11 @@ class UrdfShapes:
             placed = replace(shape, urdf=path, rotation=rotation, translation=translation)
             valid.append(replace(placed, colour=colour, fault=fault))
         return valid, faults
+
+
+@lru_cache(maxsize=8)
+def _parse_root(text: str) -> Any:
+    return parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
 
 
 def _read_colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
