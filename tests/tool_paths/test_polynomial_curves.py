@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 import knotwork as kw
-from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.errors import PathError
 from sweeps import examples
 
@@ -168,12 +167,12 @@ def test_reads_points_of_file(tmp_path):
         "5,200,50,0.7071,0,0.7071,0\n",
         encoding="utf-8",
     )
-    points, rotations, normals = read_points(file, 0.001)
+    points, rotations, normals = tp.read_points(file, 0.001)
     np.testing.assert_allclose(points, [[0, 0, 0], [0.1, 0, 0.005], [0.2, 0.05, 0.005]])
     quarter_turn = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
     np.testing.assert_allclose(rotations, [np.eye(3), np.eye(3), quarter_turn], atol=1e-15)
     assert normals is None
     file.write_text("x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,0.9999\n", encoding="utf-8")
-    _, rotations, normals = read_points(file, 1.0)
+    _, rotations, normals = tp.read_points(file, 1.0)
     assert rotations is None
     np.testing.assert_array_equal(normals, [[0, 0, 1], [0, 0, 1]])

@@ -14,7 +14,6 @@ import numpy as np
 from knotwork.curves import tool_paths
 from knotwork.curves.tool_paths import Curve, OrientationCurve
 from knotwork.curves.tool_paths.curve import SAME_POINT
-from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.curves.tool_paths.rotations import rotation_vector, transport_axes
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.errors import InputError, PathError
@@ -189,7 +188,7 @@ class PathCurves:
         if isinstance(along.points, str):
             file = Path(along.points)
             folder = self.places.file.parent if self.places.file is not None else Path()
-            read = read_points(folder / file, self.length)
+            read = tool_paths.read_points(folder / file, self.length)
             points = read.points
             if read.rotations is not None:
                 rotations = self.axes[i] @ read.rotations
