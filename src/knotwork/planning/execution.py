@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
     find_first_rest,
-    invert_clock,
     stop_joints,
     stop_on_path,
 )
@@ -204,7 +204,7 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     passed = np.flatnonzero(is_passed)
     times = np.full(len(passed), start)
     if executed.is_on_path:
-        times = invert_clock(executed.clock, scenario.times[passed])
+        times = first_times(executed.clock, scenario.times[passed])
     arrivals = []
     for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
@@ -259,7 +259,7 @@ def _actions(
     actions[0] += [action_of(event, outputs) for event in signals_on_at(events, begin)]
     names = [arrival.name for arrival in arrivals]
     for event in (e for e in events if begin < e.time <= end + SAME_WAYPOINT_TIME):
-        time = float(invert_clock(executed.clock, np.array([event.time]))[0])
+        time = float(first_times(executed.clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
@@ -279,7 +279,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = invert_clock(clock, ends).tolist()
+            start, end = first_times(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
     Profile,
     approximate_by_cubics,
     check_profile,
     compose,
-    invert_clock,
     keeps_joint_limits,
 )
 from knotwork.curves.trajectory import JointTrajectory
@@ -61,7 +61,7 @@ def change_speed(
         clock = profile.clock(trajectory.start_time, trajectory.duration)
         first, last = clock(clock.x[[0, -1]])
         passed = times[(times >= first - SAME_WAYPOINT_TIME) & (times <= last + SAME_WAYPOINT_TIME)]
-        reached = invert_clock(clock, passed).tolist()
+        reached = first_times(clock, passed).tolist()
         return approximate_by_cubics(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
