@@ -3,9 +3,6 @@
 `file` shows a file and writes it, `run` runs commands and shows what they print, `python` runs code
 and shows what it prints or the error that it ends with. All blocks of a page share a folder and
 Python's names. What does not end as said is a warning, with which the build fails.
-
-With `-D shown_run=0` nothing is run and no output shown: a quick build, to see that all else is
-well.
 """
 
 from __future__ import annotations
@@ -52,11 +49,6 @@ class Shown(SphinxDirective):
         if self.env.docname not in pages:
             pages[self.env.docname] = _Page()
         return pages[self.env.docname]
-
-    @property
-    def runs(self) -> bool:
-        """Whether this build runs what it shows."""
-        return bool(self.config.shown_run)
 
     @contextlib.contextmanager
     def there(self) -> Iterator[io.StringIO]:
@@ -132,8 +124,6 @@ class Run(Shown):
         """Run them one after the other."""
         commands = [line for line in self.content if line.strip()]
         shown = self.block("\n".join(f"$ {c}" for c in commands), "console", "command")
-        if not self.runs:
-            return [shown]
         text, code = "", 0
         for i, command in enumerate(commands):
             printed, code = self.command(command)
@@ -197,8 +187,6 @@ class Python(Shown):
     def run(self) -> list[nodes.Node]:
         """Run it with the names of the page."""
         source = "\n".join(self.content)
-        if not self.runs:
-            return [] if "hidden" in self.options else [self.block(source, "python", "code")]
         wanted, ended = self.options.get("raises"), None
         with self.there() as printed:
             try:
@@ -222,8 +210,6 @@ class Picture(Shown):
 
     def run(self) -> list[nodes.Node]:
         """Take the file to where Sphinx collects pictures."""
-        if not self.runs:
-            return []
         made = self.page.folder / self.arguments[0]
         if not made.is_file():
             self.fault(f"no block before this one has made {made.name}")
@@ -251,7 +237,6 @@ def _end(app: Sphinx, _error: Any) -> None:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the directives."""
-    app.add_config_value("shown_run", True, "env")
     app.connect("builder-inited", _start)
     app.connect("build-finished", _end)
     app.add_directive("file", File)

@@ -212,6 +212,13 @@ def test_units_are_converted(tmp_path: Path) -> None:
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-12)
 
 
+def test_columns_of_the_tool_are_skipped_beside_a_joint_of_that_name(tmp_path: Path) -> None:
+    head = "time_s,tool.position_rad,tool.position_x_m,tool.quaternion_w"
+    (tmp_path / "m.csv").write_text(f"{head}\n0,0,5,1\n1,2,6,1\n")
+    found, _ = read_trajectory(tmp_path / "m.csv", ["tool"], ["rad"])
+    assert found(0.5) == pytest.approx([1.0])
+
+
 def test_comments_blank_lines_and_byte_order_mark(tmp_path: Path) -> None:
     head, *rows = csv_of(2).splitlines()
     file = tmp_path / "m.csv"
@@ -295,6 +302,7 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (1, 2, "joint_1 rad deg", "has 'rad deg', which is no unit of joint 'joint_1', in rad"),
         (1, 2, "joint_1_current_position", "is named effort and position (one of them)"),
         (1, 2, "joint_1 [Nm]", "line 1: the position of joint 'joint_1' is missing"),
+        (1, 1, "seconds [ms]", "column 1: the column 'seconds [ms]' is neither time nor a joint"),
         (1, 1, "time [min]", "column 1: the column 'time [min]' is a time in 'min' (s, ms, us"),
         (3, 2, "0_75", "line 3: column 2 (joint_1): '0_75' is not a number"),
     ],

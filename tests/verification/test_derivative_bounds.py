@@ -24,7 +24,7 @@ from knotwork.verification.bounds.link_motion import tree_motion
 from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.verification.bounds.tool_motion import jacobian_sizes
-from knotwork.verification.bounds.torque import masses, torque_sizes
+from knotwork.verification.bounds.torque import torque_sizes
 
 POINTS = np.arange(-7.0, 8.0)
 STEP = 0.01
@@ -129,7 +129,7 @@ def examine(model, rng: np.random.Generator, instants: int) -> None:
     rates = rates.transpose(1, 2, 0)
     joints = joint_tree(model)
     moved = tree_motion(joints, rates)
-    torques = torque_sizes(moved, masses(model), rates)
+    torques = torque_sizes(moved, model, rates)
     data = model.createData()
     last = model.njoints - 1
     lever = rng.normal(size=3) * 0.3

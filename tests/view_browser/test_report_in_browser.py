@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,14 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
         for box in tab.locator(f".findings {selector}").all()[:40]:
             place = box.bounding_box()
             assert place is None or place["x"] + place["width"] <= 390
+
+
+@pytest.mark.parametrize("planner", ["quintic", "quintic:estimated"])
+def test_each_value_beside_the_scene_is_of_a_drawn_curve(planner: str) -> None:
+    text = report_page(planned("planar2_closed_form", planner=planner)).html
+    shown = set(re.findall(r'data-curve="([^"]+)"', text))
+    assert shown == set(re.findall(r'data-part="(curve:[^"]+)"', text))
+    assert "<span>tool speed <b" in text
 
 
 def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,6 @@ from knotwork.verification.limits import (
     bounded_value,
     joint_finding,
     jumps_below,
-    keeps_limit,
     limit_finding,
     slowing_remedy,
 )
@@ -56,14 +56,12 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
         if jumps:
             worst = WorstValue(np.inf, min(jumps.values())[0])
         margin = limit - worst.value - (worst.excess if bound.ok else 0.0)
-        remedy = ""
-        if not keeps_limit(margin, limit) and np.isfinite(worst.value):
-            remedy = slowing_remedy(worst.value / limit, order, scenario)
         kind, label = ("tool", "tool") if frame is None else ("link", f"link {frame!r}")
-        yield limit_finding(
+        finding = limit_finding(
             (TOOL_LIMITS, kind, frame or ""), quantity, f"{label}: {quantity.partition('_')[2]}",
-            worst, limit, margin, rate_unit("m", order), scenario.units, remedy=remedy,
+            worst, limit, margin, rate_unit("m", order), scenario.units,
         )  # fmt: skip
+        yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
 
 def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

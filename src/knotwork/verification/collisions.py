@@ -106,7 +106,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
 
 def collision_note(quantity: str, message: str, verdict: Any = "information") -> Finding:
     """Make a finding about the collisions of a whole motion, without a value."""
-    return Finding(COLLISIONS, "motion", "", quantity, verdict, message)
+    return Finding.of_motion(COLLISIONS, quantity, message, verdict)
 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:
@@ -134,12 +134,12 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
         detail=detail and clear,
         involves_scene=pair.involves_scene,
         bodies=(pair.second.name, pair.first.name),
-        remedy=_why_no_detour(pair, scenario),
+        remedy=_remedy(pair, scenario),
     )
 
 
-def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
-    """Reason why `way: clear` does not help: a late object, or a waypoint that itself collides."""
+def _remedy(pair: Clearance, scenario: Scenario) -> str:
+    """Remedy where `way: clear` does not help: at waypoints, or for objects that are too early."""
     if pair.verdict != "collides" or pair.interval is None:
         return ""
     held = {grasped.name: grasped for grasped in scenario.scene.held}
@@ -147,8 +147,8 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
         waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
         if waits and body.kind == "object" and obstacle.name in held:
             return (
-                f"{body.name} is present from the start; `appears: NAME` makes it appear at that "
-                "waypoint"
+                f"let {body.name}, which is present from the start, appear at a waypoint with "
+                "`appears: NAME`"
             )
     spans = pair.contacts or (pair.interval,)
     inside = [
@@ -156,8 +156,8 @@ def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
         for waypoint in scenario.waypoints
         if any(a - AT_WAYPOINT <= waypoint.time <= b + AT_WAYPOINT for a, b in spans)
     ]
-    several = "themselves collide" if len(inside) > 1 else "itself collides"
-    return f"{', '.join(inside)} {several}" if inside else ""
+    fault = "which themselves collide" if len(inside) > 1 else "which itself collides"
+    return f"move {', '.join(inside)}, {fault}" if inside else ""
 
 
 def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:

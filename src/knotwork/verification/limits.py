@@ -34,36 +34,35 @@ ABSURD_DISTANCE = 10.0
 width of the range.
 """
 
+NO_LIMIT = "No limit known"
+
+MAX_ACCELERATION = 1e3
+"""Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
+
 
 def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(space, motion.curve):
-        utilisation, order = finding.utilisation, DERIVATIVES.index(finding.quantity)
-        if (
-            finding.ok
-            or finding.time is None
-            or utilisation is None
-            or np.isinf(utilisation)
-            or not order
-        ):
-            yield finding
-        else:
-            when = describe_time(scenario, finding.time)
-            slower = slowing_remedy(utilisation, order, scenario)
-            yield replace(finding, remedy=f"it is broken {when}; {slower}")
+        remedy = slowing_remedy(finding, DERIVATIVES.index(finding.quantity), scenario)
+        if remedy and finding.time is not None:
+            remedy = f"it is broken {describe_time(scenario, finding.time)}; {remedy}"
+        yield replace(finding, remedy=remedy)
 
 
-def slowing_remedy(utilisation: float, order: int, scenario: Scenario) -> str:
-    """Text of the factor of duration with which the motion keeps a limit on a derivative.
+def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
+    """Text of the factor of duration with which a motion keeps the limit that it breaks.
 
-    In k times the duration, derivatives of this order decrease by a factor of k to the power of the
-    order.
+    In k times the duration, derivatives decrease by a factor of k to the power of their order. The
+    text is empty if the limit is kept, and for positions and jumps, where slowing does not help.
 
     Args:
-        utilisation: Value relative to the limit, above 1.
+        finding: Comparison of a derivative with its limit.
         order: Order of the derivative.
         scenario: The task of the motion.
     """
+    utilisation = finding.utilisation
+    if finding.ok or not order or utilisation is None or np.isinf(utilisation):
+        return ""
     paths = ", at less speed along tool paths" if scenario.paths else ""
     factor = rounded_up(utilisation ** (1.0 / order), 3)
     return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
@@ -77,20 +76,16 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
     """
     for order, quantity in enumerate(DERIVATIVES):
-        extrema = curve.extrema(order)
-        jumps = jumps_below(curve, order)
+        extrema, jumps = curve.extrema(order), jumps_below(curve, order)
         lower, upper = space.bounds(quantity)
         for i in range(len(space.joint_names)):
-            low, high = float(extrema.minimum[i]), float(extrema.maximum[i])
-            below, above = low - float(lower[i]), float(upper[i]) - high
-            at_low = below < above
-            if np.isinf(below) and np.isinf(above):
-                at_low = quantity != "position" and abs(low) > abs(high)
-            if at_low:
-                worst, limit = WorstValue(low, float(extrema.minimum_time[i])), float(lower[i])
-            else:
-                worst, limit = WorstValue(high, float(extrema.maximum_time[i])), float(upper[i])
-            margin = below if at_low else above
+            highest = WorstValue(float(extrema.maximum[i]), float(extrema.maximum_time[i]))
+            lowest = WorstValue(float(extrema.minimum[i]), float(extrema.minimum_time[i]))
+            margin, worst, limit = min(
+                (float(upper[i]) - highest.value, highest, float(upper[i])),
+                (lowest.value - float(lower[i]), lowest, float(lower[i])),
+                key=lambda side: (side[0], -abs(side[1].value)),
+            )
             yield joint_finding(space, i, quantity, worst, limit, margin, jumps.get(i))
 
 
@@ -253,11 +248,6 @@ def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float
         k = int(excess[:, i].argmax())
         jumps[int(i)] = float(curve.x[k + 1]), float(np.copysign(1.0, signed[k, i]))
     return jumps
-
-
-NO_LIMIT = "No limit known"
-MAX_ACCELERATION = 1e3
-"""Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
 def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

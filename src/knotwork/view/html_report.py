@@ -24,7 +24,7 @@ from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.scene_data import scene_of
 from knotwork.view.scene_verdict import failures
-from knotwork.view.shown_motion import PlanLike
+from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
@@ -175,9 +175,10 @@ def _gauges(plan: PlanLike, figures: Sequence[Figure]) -> dict[str, Any]:
 
     Returns:
         `joints`: by joint, and quantity with unit, its `curve` and, if finite, its `bounds`;
-        `kinds`: these quantities with units; `tool`: names and units of the other curves.
+        `kinds`: these quantities with units; `tool`: names, units and curves of the others.
     """
     trajectory, names = plan.trajectory, plan.space.joint_names
+    prefix = f"curve:{ShownMotion.of_plan(plan).label}:"
     joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
     for order, quantity in enumerate(DERIVATIVES):
         for name, *limits in zip(names, *plan.space.bounds(quantity), strict=True):
@@ -185,16 +186,17 @@ def _gauges(plan: PlanLike, figures: Sequence[Figure]) -> dict[str, Any]:
             factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))
             bounds = factor * np.array(limits)
             known = np.isfinite(bounds).all()
-            cell = {"curve": f"{name}:{quantity}", "bounds": bounds.tolist() if known else None}
+            curve = f"{prefix}{name}:{quantity}"
+            cell = {"curve": curve, "bounds": bounds.tolist() if known else None}
             joints[name][quantity, unit] = cell
     kinds = dict.fromkeys(kind for cells in joints.values() for kind in cells)
     ordered = sorted(kinds, key=lambda kind: DERIVATIVES.index(kind[0]))
     tool = [
-        (str(line.get_gid()).split(":", 2)[2], _unit(axes))
+        (curve.removeprefix(prefix), _unit(axes), curve)
         for figure in figures[1:]
         for axes in figure.axes
         for line in axes.lines
-        if str(line.get_gid()).startswith("curve:")
+        if (curve := str(line.get_gid())).startswith(prefix)
     ]
     return {"joints": joints, "kinds": ordered, "tool": tool}
 

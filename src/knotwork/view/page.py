@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import importlib.metadata
 import importlib.util
 import json
 import re
@@ -12,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knotwork import __version__
 from knotwork.errors import InputError
 from knotwork.files.storage import write_file
 from knotwork.view.picture_files import checked_page_path
@@ -115,7 +115,7 @@ def render_template(template: str, parts: Mapping[str, str], **values: Any) -> s
     from markupsafe import Markup
 
     marked = {name: Markup(part) for name, part in parts.items()}
-    text = _environment().get_template(template).render(**values, **marked, version=version())
+    text = _environment().get_template(template).render(**values, **marked, version=__version__)
     return str(text)
 
 
@@ -169,8 +169,3 @@ def meshcat_viewer() -> str:
         "the scene needs the package meshcat, which is not installed or lacks its viewer; install "
         "it with `pip install meshcat`"
     )
-
-
-def version() -> str:
-    """The installed version of Knotwork."""
-    return importlib.metadata.version("knotwork")

@@ -117,9 +117,6 @@ def make_scene(
         before: The replaced scene. For the same robot its `ROBOT_PARTS` are reused, as the same
             objects, and the view is kept.
         fastest: Lower bound on the end of the scale of tool speeds [m/s].
-
-    Raises:
-        InputError: The motion is too long.
     """
     base = base_joints(shown.robot)
     outlines = _outlines(shown)

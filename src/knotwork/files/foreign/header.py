@@ -95,14 +95,12 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
         HeadingError: The heading is unknown, has a unit that the joint does not have, or
             contradicts itself.
     """
+    if _OWN_TOOL.fullmatch(heading) or heading in LABELS:
+        return Column("")
     own = _OWN_JOINT.fullmatch(heading)
-    named = _longest_named(heading, joint_names)
+    named = None if _OWN_TIME.fullmatch(heading) else _longest_named(heading, joint_names)
     if own is not None and own[1] in joint_names:
         named = joint_names.index(own[1]), own[2]
-    elif _OWN_TOOL.fullmatch(heading) or heading in LABELS:
-        return Column("")
-    elif _OWN_TIME.fullmatch(heading):
-        named = None
     if named is not None:
         joint, description = named
         name, unit = joint_names[joint], joint_units[joint]
@@ -167,7 +165,7 @@ def _time(heading: str) -> Column | None:
     whole, name = "_".join(parts), "_".join(parts[:-1])
     if whole in _TIMES:
         return Column("time", clock=_TIMES[whole])
-    if name not in _TIMES:
+    if name not in _TIMES or name in _SECONDS:
         return None
     if parts[-1] not in _TIME_UNITS:
         raise HeadingError(f"the column {heading!r} is a time in {parts[-1]!r}", "s, ms, us or ns")

@@ -64,14 +64,14 @@ class PathSizes(NamedTuple):
         acceleration: Acceleration of the tool [m/s²].
         jerk: Jerk of the tool [m/s³].
         spin: Angular speed of the tool [rad/s].
-        turn: Frobenius norm of its rotation's second derivative [1/s²].
+        rotation: Frobenius norm of its rotation's second derivative [1/s²].
         rounding: Rounding error of its position [m], velocity [m/s] and rotation.
     """
 
     acceleration: FloatArray
     jerk: FloatArray
     spin: FloatArray
-    turn: FloatArray
+    rotation: FloatArray
     rounding: FloatArray
 
 
@@ -133,7 +133,7 @@ class PathStretch:
         angles = np.zeros((len(s), 3))
         if self.freedom is not None:
             angles = free_angles(self.freedom, path.rotation(s), rotation)
-        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside), angles)
+        return PathSamples(s, distance, gap, velocity, path.derivatives(s, 1, inside)[1], angles)
 
     def sizes(self, t: FloatArray) -> PathSizes:
         """Bounds on the intervals between increasing times [s], shape (n + 1,)."""
@@ -142,11 +142,11 @@ class PathStretch:
         start = np.maximum(t[:-1] - self.known.x[piece], 0.0)
         rates = joint_rates(self.known, Intervals(piece, start, np.diff(t)))
         moved = tree_motion(self.joints, rates.bounds)
-        point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
+        point, rotation = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         spin = moved.angular[self.joint][0]
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
-        return PathSizes(point[2], point[3], spin, turn, rounding)
+        return PathSizes(point[2], point[3], spin, rotation, rounding)
 
 
 def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:

@@ -45,7 +45,7 @@ class Panel {
     if (!this.read) {
       this.read = [...this.group.querySelectorAll('[data-part^="curve:"]')].map((part) => {
         const points = [...(part.querySelector("path")?.getAttribute("d") ?? "").matchAll(/([ML]) ([-\d.e]+) ([-\d.e]+)/g)];
-        return { name: part.dataset.part.split(":").slice(2).join(":"), starts: points.map((one) => one[1] === "M"),
+        return { name: part.dataset.part, starts: points.map((one) => one[1] === "M"),
           x: points.map((one) => Number(one[2])), y: points.map((one) => Number(one[3])) };
       });
     }

@@ -68,7 +68,7 @@ class Editing {
     if (draft.handled >= this.sent || this.wrong) this.show(draft.handles);
     if (!before && draft.handles.length) this.choose(draft.handles[0].at);
     if (!before) this.stage.camera.resized(); // the panel is there now
-    else if (draft.data && (!before || before.revision !== draft.revision)) this.fill();
+    else if (draft.data && before.revision !== draft.revision) this.fill();
   }
 
   // Whether the motion that is shown is that of the text as it is now.

@@ -10,7 +10,7 @@ const onTop = (colour, opacity = 1) => new THREE.MeshBasicMaterial({ color: colo
 const vector = (values) => new THREE.Vector3(...values);
 
 class Gizmo {
-  // `moved(handle, done)` is told where a hand rests, and with `done` where it lets go.
+  // `dragged(handle)` is told wherever a hand has it, `moved(handle, hand)` where it rests or lets go.
   constructor(viewer, { chosen, moved, dragged }) {
     Object.assign(this, { viewer, chosen, moved, dragged, handles: [], hand: null, held: null, own: false });
     this.balls = new THREE.Group();
