@@ -215,9 +215,7 @@ class _ClearSearch:
     def best_of(self, tries: int) -> ClearMotion:
         best: ClearMotion | None = None
         for seed in range(tries):
-            if best is not None:
-                self._leave_out_far_ends(best.duration)
-            if best is not None and (self.is_out_of_time() or not len(self.ends[0])):
+            if best is not None and self.is_out_of_time():
                 break
             self.report(seed + 1, best)
             lines = self._polylines(seed)
@@ -230,13 +228,6 @@ class _ClearSearch:
         if best is None:
             raise NoClearMotionError(checks=self.space.checks)
         return best
-
-    def _leave_out_far_ends(self, duration: float) -> None:
-        """Remove ends between which every motion takes longer than a duration [s]."""
-        first, last = self.ends
-        fastest = np.abs(first[:, None] - last) / self.problem.timing.limits.velocity
-        near = fastest.max(axis=2) < duration
-        self.ends = [first[near.any(axis=1)], last[near.any(axis=0)]]
 
     def _polylines(self, seed: int) -> list[FloatArray] | None:
         """Polylines between consecutive waypoints, proved clear, or `None`."""

@@ -60,11 +60,6 @@ MAX_CONTACT_TIMES = 30
 DISTANCE_UNIT = 0.1
 """Unit of distance in the constraints [m]."""
 
-MAX_NORMAL_DEPTH = 5e-3
-"""Penetration depth above which Coal's normals are not used [m]."""
-
-PULLBACK_STEPS = 7
-
 FIRST_OPTIONS: dict[str, Any] = {
     "ipopt.constr_viol_tol": 1e-8,
     "ipopt.mu_strategy": "adaptive",
@@ -240,24 +235,8 @@ class Exchange:
         planes = []
         for time in chosen:
             piece, fraction = states.piece_at(time)
-            q, clear = states.curve(time), self._reference.position_at(piece, fraction)
-            planes += self._planes_at(
-                piece, fraction, self._at_surface(q, clear), MAX_PAIRS_AT_CONTACT
-            )
+            planes += self._planes_at(piece, fraction, states.curve(time), MAX_PAIRS_AT_CONTACT)
         return planes
-
-    def _at_surface(self, q: FloatArray, clear: FloatArray) -> FloatArray:
-        """A configuration pulled back from deep inside a body, towards one that is clear."""
-        if self.space.worst(q)[0] > -MAX_NORMAL_DEPTH:
-            return q
-        low, high = 0.0, 1.0
-        for _ in range(PULLBACK_STEPS):
-            middle = 0.5 * (low + high)
-            gap = self.space.worst(clear + middle * (q - clear))[0]
-            if -MAX_NORMAL_DEPTH < gap < 0.0:
-                return np.asarray(clear + middle * (q - clear))
-            low, high = (middle, high) if gap >= 0.0 else (low, middle)
-        return np.asarray(clear + low * (q - clear))
 
 
 @lru_cache(maxsize=8)
