@@ -21,7 +21,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     ClearMotionProblem,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clear_search import find_clear_motion, stretch
+from knotwork.planning.ways.clear_search import find_clear_motion, slow_to_duration
 from knotwork.planning.ways.configurations import bodies_at
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
@@ -195,7 +195,7 @@ def _stretch_to_time(
     duration = max(way.duration, least) if np.isnan(given_time) else given_time
     if duration == way.duration:
         return way.curve
-    curve = stretch(way, duration) if duration > way.duration else None
+    curve = slow_to_duration(way, duration) if duration > way.duration else None
     if curve is None:
         if duration < way.duration:
             sufficient = sufficient_duration(way.duration)
