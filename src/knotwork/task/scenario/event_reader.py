@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import ends_wait
-from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
@@ -35,15 +35,11 @@ class EventReader:
     """Reads the events of a file.
 
     Attributes:
-        file: Content of the file, in SI.
-        places: Locations of its parts in the file, for errors.
-        units: Units of the file, for errors.
+        source: The task.
         waypoints, paths, index: Waypoints, paths and indices of the scenario.
     """
 
-    file: PlainTask
-    places: Places
-    units: Units
+    source: TaskInSI
     waypoints: Sequence[ScenarioWaypoint]
     paths: Sequence[ScenarioPath]
     index: tuple[int, ...]
@@ -67,7 +63,7 @@ class EventReader:
             self._check_inside(where, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
-                raise self.places.error(
+                raise self.source.places.error(
                     where,
                     f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
                     f"{before.text} at {before.time:.6g} s, the previous one in the file",
@@ -85,7 +81,7 @@ class EventReader:
         return {k: (first[k], last[k]) for k in last}
 
     def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
-        for k, waypoint in enumerate(self.file.waypoints):
+        for k, waypoint in enumerate(self.source.task.waypoints):
             waited = 0.0
             for j, action in enumerate(waypoint.actions):
                 item = () if isinstance(waypoint.do, Action) else (j,)
@@ -100,7 +96,7 @@ class EventReader:
     ) -> RequestedEvent:
         arrival, leaving = self.rows[k]
         waypoint = self.waypoints[arrival]
-        outputs = self.file.outputs
+        outputs = self.source.task.outputs
         known = {number: name for name, number in outputs.items()}
         name, value = next(
             iter(action.signals.items()),
@@ -109,7 +105,7 @@ class EventReader:
         value = parse_switched(value)
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
-            raise self.places.error(
+            raise self.source.places.error(
                 where, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
@@ -130,7 +126,7 @@ class EventReader:
         path = next(candidates, None)
         name = self.waypoints[row].name
         if path is None:
-            raise self.places.error(
+            raise self.source.places.error(
                 where,
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
@@ -140,11 +136,11 @@ class EventReader:
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
             low, high = (
-                self.units.text(offset, "m", ".6g") for offset in (-before, length - before)
+                self.source.units.text(offset, "m", ".6g") for offset in (-before, length - before)
             )
-            raise self.places.error(
+            raise self.source.places.error(
                 where,
-                f"{self.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
+                f"{self.source.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
             )
         return path, min(max(s, 0.0), length)
@@ -152,7 +148,7 @@ class EventReader:
     def _check_inside(self, where: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
         if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
-            raise self.places.error(
+            raise self.source.places.error(
                 where,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a time from {start:.6g} s to {end:.6g} s",

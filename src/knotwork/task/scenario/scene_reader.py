@@ -23,7 +23,7 @@ from knotwork.task.scenario.scene_model import (
     PlacedShape,
     Scene,
 )
-from knotwork.task.scenario.waypoint_reader import WaypointReader
+from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scene_shapes import (
     SHAPES,
     HeldObject,
@@ -40,29 +40,34 @@ RESERVED_NAME = "tool"
 """Common name of all tool shapes, next to those of links and objects."""
 
 
-def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) -> Scene:
-    """Read the scene of a scenario file.
+def read_scene(
+    source: TaskInSI, waypoints: Sequence[ScenarioWaypoint], index: Sequence[int]
+) -> Scene:
+    """Read the scene of a task.
 
     Args:
-        reader: Reader of the same file.
-        waypoints: Waypoints in order of time.
+        source: The task.
+        waypoints: Waypoints of its scenario, in order of time.
+        index: Index in the task of each of them.
 
     Raises:
         DocumentError: A frame or a waypoint does not exist, or a name is given twice.
     """
-    return _SceneReader(reader, [waypoint.name for waypoint in waypoints], waypoints).scene()
+    names = [waypoint.name for waypoint in waypoints]
+    return _SceneReader(source, names, waypoints, index).scene()
 
 
 @dataclass(frozen=True, eq=False)
 class _SceneReader:
     """Reads a scene; `names` has the names of all waypoints."""
 
-    reader: WaypointReader
+    source: TaskInSI
     names: Sequence[str]
     waypoints: Sequence[ScenarioWaypoint]
+    index: Sequence[int]
 
     def scene(self) -> Scene:
-        file = self.reader.file
+        file = self.source.task
         scene, tool = file.scene, file.tool or Tool()
         objects = tuple(self._object(name, item) for name, item in scene.objects.items())
         if RESERVED_NAME in scene.objects:
@@ -89,7 +94,7 @@ class _SceneReader:
         )
 
     def _error(self, place: Location, fault: str, accepted: str) -> DocumentError:
-        return self.reader.places.error(place, fault, accepted)
+        return self.source.places.error(place, fault, accepted)
 
     def _waypoint(self, name: str, place: Location) -> int:
         """Index of a waypoint by name."""
@@ -119,7 +124,7 @@ class _SceneReader:
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
         place: Location = ("tool", "holds", name)
-        if name == RESERVED_NAME or name in self.reader.file.scene.objects:
+        if name == RESERVED_NAME or name in self.source.task.scene.objects:
             raise self._error(place, f"{name!r} is the name of something else", "a unique name")
         take = self._waypoint(held.take, (*place, "from"))
         leave = self._waypoint(held.leave, (*place, "to"))
@@ -140,10 +145,10 @@ class _SceneReader:
             raise self._error(
                 (*place, "appears"), f"{held.appears!r} is after {held.take!r}", "a waypoint before"
             )
-        carriers, base = self.reader.carriers, self.reader.frames.moving["base"]
+        source, base = self.source, self.source.frames.moving["base"]
         taken_from, left_on = (
-            replace(base, link=FIXED_CARRIER) if carriers.is_fixed(i) else carriers.frame_of(i)
-            for i in (self.reader.indices[take], self.reader.indices[leave])
+            replace(base, link=FIXED_CARRIER) if source.is_fixed(i) else source.carrier(i)
+            for i in (self.index[take], self.index[leave])
         )
         return GraspedObject(
             name=name,
@@ -153,19 +158,19 @@ class _SceneReader:
             allow=tuple(held.allow),
             carriers=(taken_from, left_on),
             appears=appears,
-            payload=read_payload(held, self.reader.places, place),
+            payload=read_payload(held, self.source.places, place),
         )
 
     def _frame(self, name: str) -> MovingFrame | None:
         """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
-        frame = self.reader.frames.moving[name]
-        if frame.link != self.reader.carriers.link:
+        frame = self.source.frames.moving[name]
+        if frame.link != self.source.carrying_link:
             return replace(frame, link=frame.link or FIXED_CARRIER)
         return replace(frame, link="") if frame.is_moving else None
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         place: Location = ("scene", "robots", name)
-        places, frames = self.reader.places, self.reader.frames
+        places, frames = self.source.places, self.source.frames
         base = frames.moving[frames.find(robot.parent, (*place, "in"))]
         if base.is_moving or base.link:
             raise self._error(
@@ -178,7 +183,7 @@ class _SceneReader:
         motion = robot.motion and places.named_file(robot.motion, (*place, "motion"))
         return PlacedRobot(
             name=name,
-            placement=base.rest_placement * self.reader.placement(robot, place),
+            placement=base.rest_placement * self.source.placement(robot, *place),
             scenario=path if path.is_file() else robot.scenario,
             motion=motion or None,
             delay=robot.delay,
@@ -198,20 +203,20 @@ class _SceneReader:
             raise self._error(
                 (*place, "half_space"), "moves with the tool, which a half space must not", "a box"
             )
-        places, frames = self.reader.places, self.reader.frames
-        placement = self.reader.placement(item, place)
+        places, frames = self.source.places, self.source.frames
+        placement = self.source.placement(item, *place)
         if frame is not None:
             placement = frames[frames.find(frame, (*place, "in"))] * placement
         kind = next(name for name in SHAPES if getattr(item, name) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
             path = places.named_file(item.points.file, (*place, "points", "file"))
-            scale = item.points.scale * self.reader.length
+            scale = item.points.scale * self.source.length
             resolution = item.points.resolution
         if item.mesh is not None:
             path = places.named_file(item.mesh, (*place, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
-            scale = (item.scale or 1.0) * (1.0 if has_unit else self.reader.length)
+            scale = (item.scale or 1.0) * (1.0 if has_unit else self.source.length)
         scales, size = (scale, scale, scale), _shape_size(item)
         return PlacedShape(kind, size, placement, path, scales, bool(item.exact), resolution, place)
 
