@@ -187,7 +187,7 @@ def _geometry(
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
     execution = Execution(clock, times, executed.ends)
     moving = on_moving_frames(planned.scenario.given)
-    fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
+    fixed = {i: t for i, t in times.items() if planned.scenario.task_index[i] not in moving}
     at_rest = replace(execution, arrivals=fixed)
     return [
         *check_tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
@@ -230,7 +230,7 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
         k: second.time - first.time
         for k, (first, second) in enumerate(pairwise(arrivals))
         if min(first.waypoint, second.waypoint) >= 0
-        and scenario.index[first.waypoint] == scenario.index[second.waypoint]
+        and scenario.task_index[first.waypoint] == scenario.task_index[second.waypoint]
     }
     placed = {k: arrival for k, arrival in enumerate(arrivals) if k - 1 not in waits}
     actions = _actions(executed, list(placed.values()))

@@ -165,7 +165,7 @@ def _solutions(
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    spec = scenario.given.waypoints[scenario.index[i]]
+    spec = scenario.given.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
     tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.unknowns.ways if end else i > 0

@@ -68,7 +68,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
-        by_waypoint = dict(zip(scenario.index[::-1], following[::-1].tolist(), strict=True))
+        by_waypoint = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
         scenario = _with_expected_times(scenario, task, by_waypoint)
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
@@ -80,7 +80,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         "after [s] here and before",
         limit="rounds",
     )
-    error.locate(scenario.where("waypoints", scenario.index[i]))
+    error.locate(scenario.where("waypoints", scenario.task_index[i]))
     raise error
 
 
@@ -106,7 +106,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     """
     scenario = _with_speeds_before(scenario, choose)
     unknowns, (first, *_) = _unknowns(scenario), _unknowns(scenario).time_dependent
-    k, failure = scenario.index[first], None
+    k, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
     if scenario.given.waypoints[k].time is None and unknowns.duration[first - 1]:
         start, at_least = scenario.expected_times[first - 1], unknowns.at_least[first - 1]
@@ -135,7 +135,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
     if not any(i < first for i in unknowns.path_speed):
         return scenario
     try:
-        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+        part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
         chosen = choose(resolve_task(part, scenario.places))
     except InputError:
         return scenario
@@ -145,14 +145,14 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     unknowns, known = _unknowns(scenario), chosen.scenario.given.waypoints
-    rows = [scenario.index[i] for i in unknowns.path_speed if i <= unknowns.time_dependent[-1]]
+    rows = [scenario.task_index[i] for i in unknowns.path_speed if i <= unknowns.time_dependent[-1]]
     return {k: {"speed": known[k].speed} for k in rows if k < len(known)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     known = chosen.scenario.given.waypoints
-    rows = scenario.index[1 : _unknowns(scenario).time_dependent[-1] + 1]
+    rows = scenario.task_index[1 : _unknowns(scenario).time_dependent[-1] + 1]
     return {k: {"near": near} for k in rows if (near := getattr(known[k], "near", None))}
 
 
@@ -164,9 +164,9 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     """
     times = np.array(chosen.scenario.times)
     for i in _unknowns(scenario).time_dependent:
-        k = scenario.index[i]
+        k = scenario.task_index[i]
         time = scenario.given.waypoints[k].time
-        if time is None or ends_wait(scenario.index, i):
+        if time is None or ends_wait(scenario.task_index, i):
             continue
         if times[i] > time:
             raise _late_arrival(scenario, i, time, float(times[i]))
@@ -180,7 +180,7 @@ def _late_arrival(scenario: Scenario, i: int, time: float, earliest: float) -> I
         f"{scenario.waypoints[i].name!r} is reached at {rounded_up(earliest):.6g} s at the "
         f"earliest that was found, not at {time:g} s; accepted: a later time, or after: fastest"
     )
-    error.locate(scenario.where("waypoints", scenario.index[i], "time"))
+    error.locate(scenario.where("waypoints", scenario.task_index[i], "time"))
     return error
 
 
@@ -191,7 +191,7 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):
-        k = scenario.index[i]
+        k = scenario.task_index[i]
         if unknowns.duration[i - 1] and task.waypoints[k].time is None:
             span, waits = float(spans[i - 1]), unknowns.at_least[i - 1] > spans[i - 1] - AGREEMENT
             changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)

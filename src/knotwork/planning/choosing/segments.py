@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
     """The scenario with `way: clear` at some waypoints, by index."""
     waypoints = list(scenario.given.waypoints)
-    for k in (scenario.index[i] for i in ends):
+    for k in (scenario.task_index[i] for i in ends):
         waypoints[k] = waypoints[k].replace(way="clear")
     return resolve_task(scenario.given.replace(waypoints=tuple(waypoints)), scenario.places)
 
@@ -119,7 +119,7 @@ class TimingTask:
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """Locate an error at a key of waypoint i of the scenario, and return it."""
-        k = self.scenario.index[i]
+        k = self.scenario.task_index[i]
         location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
         error.locate(self.scenario.where(*location, *key))
         return error

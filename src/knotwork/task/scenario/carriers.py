@@ -171,24 +171,24 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
         )
 
 
-def mark_arrivals(source: TaskInSI, unknowns: Unknowns, index: Sequence[int]) -> Unknowns:
+def mark_arrivals(source: TaskInSI, unknowns: Unknowns, task_index: Sequence[int]) -> Unknowns:
     """The unknowns, including the waypoints whose pose depends on their time.
 
     Args:
         source: The task.
         unknowns: The unknowns so far.
-        index: Index in the task of each waypoint of the scenario.
+        task_index: Index in the task of each waypoint of the scenario.
 
     Raises:
         DocumentError: The total duration is given as well.
     """
     in_moving_frames = [
         waypoint
-        for waypoint in range(unknowns.first_unknown_time, len(index))
-        if source.carrier(index[waypoint]) is not None
+        for waypoint in range(unknowns.first_unknown_time, len(task_index))
+        if source.carrier(task_index[waypoint]) is not None
     ]
     if in_moving_frames and unknowns.total is not None:
-        name = source.pose_frames[index[in_moving_frames[0]]]
+        name = source.pose_frames[task_index[in_moving_frames[0]]]
         raise source.places.error(
             ("duration",),
             f"is given, and the time in moving frame {name!r} is chosen",

@@ -88,7 +88,7 @@ class JointReader:
 
     def requirements(self) -> dict[str, Any]:
         """The attributes of a `JointSpace` for the requirements on the joints."""
-        task, index = self.scenario.given, self.scenario.index
+        task, index = self.scenario.given, self.scenario.task_index
         targets = [
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in self.scenario.waypoints

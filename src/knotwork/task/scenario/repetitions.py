@@ -51,9 +51,9 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block of a scenario, by index."""
     starts: dict[Location, list[int]] = {}
-    for i, k in enumerate(scenario.index):
+    for i, k in enumerate(scenario.task_index):
         location = scenario.places.given(("waypoints", k))
-        if location[2:] == ("repeat", 0) and not ends_wait(scenario.index, i):
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
             starts.setdefault(location[:2], []).append(i)
     return list(starts.values())
 

@@ -69,18 +69,18 @@ def resolve_task(
     source = TaskInSI(with_waits(in_si(given, length, angle)), places)
     _check_keys(source, given)
     task_in_si = source.task
-    waypoints, paths, index = read_waypoints(source, expected or {})
-    unknowns = read_unknowns(task_in_si, places, index)
+    waypoints, paths, task_index = read_waypoints(source, expected or {})
+    unknowns = read_unknowns(task_in_si, places, task_index)
     if task_in_si.frames and unknowns is not None:
-        unknowns = mark_arrivals(source, unknowns, index)
-    events = EventReader(source, waypoints, paths, index)
+        unknowns = mark_arrivals(source, unknowns, task_index)
+    events = EventReader(source, waypoints, paths, task_index)
     file_name = "scenario" if places.file is None else places.file.stem
     return Scenario(
         name=given.name or file_name,
         waypoints=waypoints,
         task=task_in_si,
         given=given,
-        index=index,
+        task_index=task_index,
         paths=paths,
         units=source.units,
         frames={name: source.frames[name].copy() for name in task_in_si.frames},
@@ -88,7 +88,7 @@ def resolve_task(
         unknowns=unknowns,
         pose_frame_link=source.carrying_link if task_in_si.frames else "",
         motion_limits=_motion_limits(task_in_si.limits),
-        scene=read_scene(source, waypoints, index),
+        scene=read_scene(source, waypoints, task_index),
         places=places,
     )
 

@@ -41,20 +41,20 @@ RESERVED_NAME = "tool"
 
 
 def read_scene(
-    source: TaskInSI, waypoints: Sequence[ScenarioWaypoint], index: Sequence[int]
+    source: TaskInSI, waypoints: Sequence[ScenarioWaypoint], task_index: Sequence[int]
 ) -> Scene:
     """Read the scene of a task.
 
     Args:
         source: The task.
         waypoints: Waypoints of its scenario, in order of time.
-        index: Index in the task of each of them.
+        task_index: Index in the task of each of them.
 
     Raises:
         DocumentError: A frame or a waypoint does not exist, or a name is given twice.
     """
     names = [waypoint.name for waypoint in waypoints]
-    return _SceneReader(source, names, waypoints, index).scene()
+    return _SceneReader(source, names, waypoints, task_index).scene()
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class _SceneReader:
     source: TaskInSI
     names: Sequence[str]
     waypoints: Sequence[ScenarioWaypoint]
-    index: Sequence[int]
+    task_index: Sequence[int]
 
     def scene(self) -> Scene:
         file = self.source.task
@@ -148,7 +148,7 @@ class _SceneReader:
         source, base = self.source, self.source.frames.moving["base"]
         taken_from, left_on = (
             replace(base, link=FIXED_CARRIER) if source.is_fixed(i) else source.carrier(i)
-            for i in (self.index[take], self.index[leave])
+            for i in (self.task_index[take], self.task_index[leave])
         )
         return GraspedObject(
             name=name,

@@ -21,7 +21,7 @@ from knotwork.task.scenario.carriers import (
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.task.scenario.unknowns import check_places, max_speed, min_time
+from knotwork.task.scenario.unknowns import check_open_values, max_speed, min_time
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
             "a motion needs at least two waypoints, and there is one",
             "two or more, or one with start: the start of the motion",
         )
-    check_places(task, places)
+    check_open_values(task, places)
     arrivals = _read_arrivals(source, expected, _rest_poses(source))
     freedoms = read_freedoms(source, arrivals.free_turns)
     paths = [replace(path, freedom=freedom_of(path, freedoms, places)) for path in arrivals.paths]
@@ -76,15 +76,15 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
     reader = _WaypointReader(source, arrivals, motions, freedoms)
     waits: list[ScenarioPath] = []
     waypoints: list[ScenarioWaypoint] = []
-    index: list[int] = []
+    task_index: list[int] = []
     if task.start is not None:
         where = places.where(("start",))
         waypoints.append(JointTarget(START, 0.0, task.start, {}, ("start",), where))
-        index.append(-1)
+        task_index.append(-1)
     for i, name in enumerate(names):
         waypoint, wait = reader.waypoint(i, name), task.waypoints[i].wait
         waypoints.append(waypoint)
-        index.append(i)
+        task_index.append(i)
         if wait is None:
             continue
         end, carrier = waypoint.time + wait, source.carrier(i)
@@ -97,11 +97,11 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
             waits.append(path)
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
-        index.append(i)
-    departures = {i: waypoint for waypoint, i in enumerate(index)}
+        task_index.append(i)
+    departures = {i: waypoint for waypoint, i in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
-    return ReadWaypoints(tuple(waypoints), tuple(paths), tuple(index))
+    return ReadWaypoints(tuple(waypoints), tuple(paths), tuple(task_index))
 
 
 def _names(source: TaskInSI) -> list[str]:
