@@ -70,6 +70,9 @@ class PointCloud(TaskPart):
 
 
 class _ShapeFields(Placement):
+    ALTERNATIVES = (*Placement.ALTERNATIVES, SHAPES)
+    ONE_OR_MORE = SHAPES
+
     position: Vector3 = optional(
         "Position of the shape's centre, or of a file's origin", (0.0, 0.0, 0.0), unit="length"
     )
@@ -91,11 +94,7 @@ class _ShapeFields(Placement):
     )
 
     @model_validator(mode="after")
-    def _one_shape(self) -> _ShapeFields:
-        kinds = [name for name in SHAPES if getattr(self, name) is not None]
-        if len(kinds) != 1:
-            fault = f"gives {' and '.join(kinds)}" if kinds else "gives no shape"
-            raise ValueError(f"{fault}; give one of {', '.join(SHAPES)}")
+    def _check_mesh_keys(self) -> _ShapeFields:
         for name in ("exact", "scale"):
             if self.mesh is None and getattr(self, name) is not None:
                 raise ValueError(f"gives {name}, which is for a mesh")
