@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -76,7 +76,7 @@ class SeamTorch(Torch):
 class Placement(TaskPart):
     """A position and at most one form of orientation; without one the axes are parallel."""
 
-    ALTERNATIVES = (ORIENTATIONS,)
+    ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (ORIENTATIONS,)
 
     position: Vector3 = required("Origin: x, y, z", unit="length")
     quaternion_xyzw: Vector4 | None = optional(
