@@ -193,7 +193,7 @@ Along = Annotated[
 class PathWaypoint(_Posed):
     """The end of a tool path that begins at the previous waypoint."""
 
-    ALTERNATIVES = (("time", "after"), ("blend", "stop"), ("blend", "wait"))
+    ALTERNATIVES = (("speed", "time", "after"), ("blend", "stop"), ("blend", "wait"))
 
     along: Along = required("Path from the previous waypoint to this one")
     pose: Placement = required(

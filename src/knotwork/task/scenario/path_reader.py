@@ -25,9 +25,6 @@ from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-TIMING_TOLERANCE = 1e-6
-"""Relative tolerance of speeds and times, and tolerance of orientations [rad]."""
-
 HAIRPIN_ANGLE = 1e-3
 """Minimum difference from half a turn of a corner that can be rounded [rad]."""
 
@@ -194,21 +191,21 @@ class _PathReader:
         before: float | None = self.start
         for k, step in enumerate(self.steps):
             duration = step.after if isinstance(step.after, float) else None
-            if step.time is not None and before is not None:
-                duration = step.time - before
-            elif step.time is not None and step.speed is None:
+            if step.time is not None and before is None:
                 raise self.source.places.error(
                     self._place(k, "time"),
                     "does not give a duration of the path, as the time of the previous "
                     "waypoint follows from a speed",
                     "after: its duration [s], or speed",
                 )
-            if duration is not None and duration <= 0.0:
-                raise self.source.places.error(
-                    self._place(k, "time"),
-                    f"is not later than {before:g} s, the time of the previous waypoint",
-                    f"a time greater than {before:g} s",
-                )
+            if step.time is not None and before is not None:
+                duration = step.time - before
+                if duration <= 0.0:
+                    raise self.source.places.error(
+                        self._place(k, "time"),
+                        f"is not later than {before:g} s, the time of the previous waypoint",
+                        f"a time greater than {before:g} s",
+                    )
             if duration is None and step.speed is None:
                 raise self.source.places.error(
                     self._place(k),
@@ -216,10 +213,7 @@ class _PathReader:
                     "speed: along the path, or after: its duration [s]",
                 )
             durations.append(duration)
-            if before is None or duration is None:
-                before = step.time
-            else:
-                before += duration
+            before = None if before is None or duration is None else before + duration
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
@@ -243,7 +237,7 @@ class _PathReader:
         if requested.at_most:
             return requested.at_nominal_speed()
         try:
-            timing, speeds = requested.timed()
+            return requested.timed()
         except RampError as error:
             k, fits = error.stretch, error.highest_speed
             key = "speed" if requested.speeds[k] is not None else _time_key(self.steps[k])
@@ -267,15 +261,6 @@ class _PathReader:
             ) from error
         except PathError as error:
             raise self.source.places.error(("waypoints", self.last), str(error)) from error
-        for k, (step, duration) in enumerate(zip(self.steps, np.diff(timing.times), strict=True)):
-            wanted = durations[k]
-            if wanted is not None and abs(duration - wanted) > TIMING_TOLERANCE * duration:
-                raise self.source.places.error(
-                    self._place(k, _time_key(step)),
-                    f"leaves {wanted:.6g} s, but at this speed the path takes {duration:.6g} s",
-                    "speed or time, not both",
-                )
-        return timing, speeds
 
 
 def wait_on(

@@ -257,10 +257,6 @@ def _misplaced(task: PlainTask, i: int, last_chosen: str) -> Iterator[tuple[str,
     if fastest:
         message = "the time along a path follows from its speed"
         yield "after", message, "speed: fastest, or seconds"
-    for key in ("time", "after"):
-        if max_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
-            message = "is given together with a speed that is chosen"
-            yield key, message, f"speed: fastest, or {key}, not both"
 
 
 def _misused(task: PlainTask, unknowns: Unknowns) -> Iterator[tuple[Location, str, str]]:
