@@ -25,7 +25,7 @@ from knotwork.task.scenario.scene_model import (
 )
 from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scene_shapes import (
-    SHAPES,
+    FIXED_SHAPES,
     HeldObject,
     OtherRobot,
     SceneObject,
@@ -67,8 +67,8 @@ class _SceneReader:
     task_index: Sequence[int]
 
     def scene(self) -> Scene:
-        file = self.source.task
-        scene, tool = file.scene, file.tool or Tool()
+        task = self.source.task
+        scene, tool = task.scene, task.tool or Tool()
         objects = tuple(self._object(name, item) for name, item in scene.objects.items())
         if RESERVED_NAME in scene.objects:
             raise self._error(
@@ -78,17 +78,16 @@ class _SceneReader:
             )
         place: Location = ("tool", "shape")
         if isinstance(tool.shape, ToolShape):
-            shapes = [self._shape(tool.shape, place, moves=True)]
+            shapes = [self._shape(tool.shape, place)]
         else:
-            numbered = enumerate(tool.shape or ())
-            shapes = [self._shape(shape, (*place, i), moves=True) for i, shape in numbered]
-        frames = ((name, self._frame(name)) for name in file.frames)
+            shapes = [self._shape(item, (*place, i)) for i, item in enumerate(tool.shape or ())]
+        frames = ((name, self._frame(name)) for name in task.frames)
         return Scene(
             objects=objects,
             tool=tuple(shapes),
             held=tuple(self._held(name, held) for name, held in tool.holds.items()),
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
-            collisions=file.collisions,
+            collisions=task.collisions,
             margin=scene.margin,
             moving={name: frame for name, frame in frames if frame is not None},
         )
@@ -111,7 +110,7 @@ class _SceneReader:
 
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
         place: Location = ("scene", "objects", name)
-        shape = self._shape(item, place, item.parent)
+        shape = self._shape(item, place)
         frame = self._frame(item.parent)
         if frame is not None and item.half_space is not None:
             raise self._error(
@@ -152,7 +151,7 @@ class _SceneReader:
         )
         return GraspedObject(
             name=name,
-            shape=self._shape(held, place, moves=True),
+            shape=self._shape(held, place),
             take=take,
             leave=leave,
             allow=tuple(held.allow),
@@ -190,24 +189,13 @@ class _SceneReader:
             carrier=self._frame(robot.parent),
         )
 
-    def _shape(
-        self,
-        item: ToolShape | SceneObject | HeldObject,
-        place: Location,
-        frame: str | None = None,
-        *,
-        moves: bool = False,
-    ) -> PlacedShape:
-        """A shape, placed in the frame that carries it, or in the base if a frame is named."""
-        if moves and item.half_space is not None:
-            raise self._error(
-                (*place, "half_space"), "moves with the tool, which a half space must not", "a box"
-            )
-        places, frames = self.source.places, self.source.frames
-        placement = self.source.placement(item, *place)
-        if frame is not None:
-            placement = frames[frames.find(frame, (*place, "in"))] * placement
-        kind = next(name for name in SHAPES if getattr(item, name) is not None)
+    def _shape(self, item: ToolShape | SceneObject | HeldObject, place: Location) -> PlacedShape:
+        """A shape, placed in the frame that carries it, or in the base if it is an object."""
+        places, placement = self.source.places, self.source.placement(item, *place)
+        if isinstance(item, SceneObject):
+            frames = self.source.frames
+            placement = frames[frames.find(item.parent, (*place, "in"))] * placement
+        kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
             path = places.named_file(item.points.file, (*place, "points", "file"))
@@ -222,7 +210,7 @@ class _SceneReader:
 
 
 def _shape_size(item: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:
-    if item.half_space is not None:
+    if isinstance(item, SceneObject) and item.half_space is not None:
         normal = np.array(item.half_space.normal)
         normal /= np.abs(normal).max()
         return (*(normal / np.linalg.norm(normal)).tolist(), item.half_space.offset)
