@@ -16,7 +16,7 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from moving.moving_truth import OfArm, distance, links
-from moving.test_moving_things import refused
+from moving.test_moving_things import check_pairs, refused
 from moving.test_positioners import CELL, on_table
 
 HERE = Path(__file__).parent
@@ -169,24 +169,13 @@ def test_checks_arm_against_positioner(folder: Path, higher: float) -> None:
     turner = {**TURNER, "position": both.place.translation.tolist()}
     path = write(folder / "higher.yaml", cell(turner=turner))
     report = kw.check(plan.trajectory, kw.load_scenario(task(folder, robot=str(path))))
-    arms, least = links(OfArm(plan), pin.SE3.Identity()), dict[frozenset[str], float]()
-    for t in np.linspace(0.0, plan.trajectory.end_time, 150).tolist():
-        here, there = arms(t), shapes(both, named(plan, t))
-        for one, first in here.items():
-            for other, second in there.items():
-                pair = frozenset((one, other))
-                least[pair] = min(least.get(pair, np.inf), distance(first, second))
-    found = {frozenset(one.name.split(", ")): one for one in report.select(subject="pair")}
-    still = frozenset(("base_link", "turner_base_link"))
-    assert still not in found
-    for pair, value in least.items():
-        if pair != still:
-            one = found[pair]
-            assert value >= one.value - one.excess - 1e-6, one.message
-            assert one.value <= max(1.25 * value, value + 2e-3), one.message
-            assert one.ok == (value > 1e-6), one.message
+    moments = np.linspace(0.0, plan.trajectory.end_time, 150)
+    arms, positioner = (
+        links(OfArm(plan), pin.SE3.Identity()),
+        lambda t: shapes(both, named(plan, t)),
+    )
+    check_pairs(report, arms, positioner, moments, ("base_link", "turner_base_link"))
     assert report.ok == (not higher)
-    assert all(one.ok for one in found.values()) == (not higher)
 
 
 @pytest.mark.parametrize("key", ["locked", "start"])
