@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knotwork.errors import InputError
 from knotwork.task.scenario import load_scenario
 from knotwork.waypoints import CartesianWaypoint
 from sweeps import examples
@@ -64,14 +62,6 @@ def test_tool_that_follows_circle_turns_with_it(
     still = passing(points, 1)
     np.testing.assert_allclose(still.linear, waypoint.linear, atol=1e-9)
     np.testing.assert_array_equal(still.angular, 0)
-
-
-@pytest.mark.parametrize("index", [0, 2])
-def test_speed_at_an_end_of_the_motion_needs_a_direction(index: int) -> None:
-    with pytest.raises(
-        InputError, match=r"speed: the path's direction is undefined, .* or there is none"
-    ):
-        passing([[0, 0, 0], [0.1, 0.05, 0], [0.2, 0, 0.1]], index)
 
 
 def test_an_uneven_rate_of_turning_is_that_of_the_parabola_through_three_angles() -> None:
