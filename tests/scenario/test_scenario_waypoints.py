@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.errors import DocumentError, InputError, UnknownNameError
+from knotwork.errors import InputError, UnknownNameError
 from knotwork.task.scenario import JointTarget, Scenario, load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
