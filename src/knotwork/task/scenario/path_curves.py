@@ -239,7 +239,7 @@ class PathCurves:
         if isinstance(along.points, str):
             file = self.source.places.file
             path = (file.parent if file is not None else Path()) / along.points
-            read = tool_paths.ThroughPoints.from_csv(path, length_unit=self.source.length)
+            read = tool_paths.read_points(path, self.source.length)
             points = read.points
             rotations = None if read.rotations is None else axes @ read.rotations
             z_axes = None if read.normals is None else -read.normals @ axes.T
