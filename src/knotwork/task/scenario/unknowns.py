@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 from knotwork.waypoints import FloatArray
@@ -164,6 +163,7 @@ def read_unknowns(task: PlainTask, places: Places, task_index: Sequence[int]) ->
             ways[waypoint] = way
         if step.time is not None:
             timed.append(waypoint)
+    has_free_times, knots_are_given = bool(duration.any()), "knots" in task.model_fields_set
     unknowns = Unknowns(
         duration=duration,
         at_least=at_least,
@@ -171,9 +171,9 @@ def read_unknowns(task: PlainTask, places: Places, task_index: Sequence[int]) ->
         at_most=at_most,
         path_speed=paths,
         ways=ways,
-        objective=_objective(task),
+        objective=_objective(task, has_free_times=has_free_times),
         total=task.duration,
-        optimal_knots=_optimal_knots(task),
+        optimal_knots=task.knots == "optimal" or (has_free_times and not knots_are_given),
     )
     dependent = tuple(waypoint for waypoint in timed if waypoint >= unknowns.first_unknown_time)
     duration[[waypoint - 1 for waypoint in dependent]] = True
@@ -190,25 +190,13 @@ def read_unknowns(task: PlainTask, places: Places, task_index: Sequence[int]) ->
     return unknowns if unknowns.anything else None
 
 
-def _optimal_knots(task: PlainTask) -> bool:
-    """Whether knots are chosen for given times; by default they are if other times are free."""
-    return task.knots == "optimal" or (
-        "knots" not in task.model_fields_set and _free_anywhere(task)
-    )
-
-
-def _objective(task: PlainTask) -> dict[str, float]:
+def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
     given = task.objective
     if isinstance(given, Weights):
         return {name: value for name, value in given if value}
     if given is not None:
         return {given: 1.0}
-    smooth = task.duration is not None or not _free_anywhere(task)
-    return {"jerk": 1.0} if smooth else {"time": 1.0}
-
-
-def _free_anywhere(task: PlainTask) -> bool:
-    return any(min_time(task, i) is not None for i in range(len(task.waypoints)))
+    return {"time": 1.0} if has_free_times and task.duration is None else {"jerk": 1.0}
 
 
 def check_open_values(task: PlainTask, places: Places) -> None:
@@ -217,22 +205,21 @@ def check_open_values(task: PlainTask, places: Places) -> None:
     Raises:
         DocumentError: One of these is given.
     """
-    last_chosen = ""
+    is_chosen = False
     for i, waypoint in enumerate(task.waypoints):
-        for key, message, accepted in _misplaced(task, i, last_chosen):
+        for key, message, accepted in _misplaced(task, i, after_chosen=is_chosen):
             raise places.error(("waypoints", i, key), message, accepted)
-        chosen = max_speed(getattr(waypoint, "speed", None)) is not None
-        if min_time(task, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
-            last_chosen = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
+        is_chosen |= min_time(task, i) is not None
+        is_chosen |= isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
 
 
-def _misplaced(task: PlainTask, i: int, last_chosen: str) -> Iterator[tuple[str, str, str]]:
+def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
         task: The task, in SI.
         i: Index of the waypoint.
-        last_chosen: Name of the last earlier waypoint with a chosen time; empty without one.
+        after_chosen: Whether an earlier time is chosen.
     """
     waypoint, at_start = task.waypoints[i], i == 0 and task.start is None
     fastest = isinstance(waypoint.after, str | Fastest)
@@ -247,10 +234,8 @@ def _misplaced(task: PlainTask, i: int, last_chosen: str) -> Iterator[tuple[str,
         yield "velocity", message, "a velocity, or none: the arm is at rest there"
     if not isinstance(waypoint, PathWaypoint):
         return
-    if waypoint.time is not None and last_chosen:
-        message = (
-            f"the time since 0 can't be given, because the earlier time to {last_chosen} is chosen"
-        )
+    if waypoint.time is not None and after_chosen:
+        message = "the time since 0 can't be given, because an earlier time is chosen"
         yield "time", message, "speed, or after: the time since the previous waypoint [s]"
     if waypoint.way is not None:
         yield "way", "the motion to here follows a tool path", "way at a waypoint without along"
