@@ -175,16 +175,18 @@ class _Expansion:
 
     def _frames_in_file(self, over: PlacesFile, where: Location) -> Iterator[str]:
         path = self.places.named_file(over.file, where)
-        points, quaternions, normals = read_points(path, 1.0)
-        if normals is not None:
+        points = read_points(path)
+        if points.normals is not None:
             raise self.places.error(
                 where,
                 f"{path} has normals, which leave the turn at a place open",
                 "columns qx, qy, qz, qw, or positions alone",
             )
-        for k, point in enumerate(points.tolist()):
-            rotation = {} if quaternions is None else {"quaternion_xyzw": quaternions[k].tolist()}
-            yield self._add_place(Frame(position=point, parent=over.parent, **rotation), where)
+        for k, position in enumerate(points.points.tolist()):
+            frame = Frame(position=position, parent=over.parent)
+            if points.rotations is not None:
+                frame = frame.replace(rotation_matrix=points.rotations[k])
+            yield self._add_place(frame, where)
 
     def _grid_frames(self, name: str, grid: Grid) -> Iterator[str]:
         # counted along x first
