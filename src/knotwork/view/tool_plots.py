@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +11,11 @@ import numpy as np
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
-from knotwork.view.headings import picture_title, write_around
-from knotwork.view.panel import LimitLine, Panel, finish_panel, new_axes, new_figure, page_size
+from knotwork.view.panel import LimitLine, Panel
+from knotwork.view.picture import draw_picture, picture_title
 from knotwork.view.plotted_motions import motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
-from knotwork.view.style import MARK_LOOKS, rounded_text, settings
+from knotwork.view.style import MARK_LOOKS, rounded_text
 from knotwork.view.tool_curves import (
     Curve,
     ToolRow,
@@ -69,20 +69,19 @@ def plot_tool(
             they have other joints than the scenario.
     """
     drawn = motions_of(motions, scenario=scenario, labels=labels)
-    page, units = page_size(size), drawn[0].units(degrees)
     sample: Callable[..., list[Curve]] = cache(lambda curve: [curve(motion) for motion in drawn])
-    rows = [row for row in tool_rows(drawn) if any(len(time) for time, _ in sample(row.curve))]
-    with settings():
-        figure = new_figure(len(rows), 1, page)
-        for axes, row in zip(new_axes(figure, len(rows), 1).flat, rows, strict=True):
-            finish_panel(_panel(axes, row, drawn, sample(row.curve), units))
-        heading = title if title is not None else f"{picture_title(drawn, 'motion')} · tool"
-        curves = [motion.label for motion in drawn] if len(drawn) > 1 else ()
-        write_around(figure, drawn, heading, curves, grows=page is None)
-    return figure
+    draw = partial(_draw_panel, motions=drawn, units=drawn[0].units(degrees))
+    panels = [
+        [partial(draw, row=row, samples=sample(row.curve))]
+        for row in tool_rows(drawn)
+        if any(len(time) for time, _ in sample(row.curve))
+    ]
+    heading = title if title is not None else f"{picture_title(drawn, 'motion')} · tool"
+    curves = [motion.label for motion in drawn] if len(drawn) > 1 else ()
+    return draw_picture(drawn, panels, heading, curves, size=size)
 
 
-def _panel(
+def _draw_panel(
     axes: Axes, row: ToolRow, motions: list[ShownMotion], samples: list[Curve], units: Units
 ) -> Panel:
     """Draw the panel of a row, with all motions."""
@@ -140,7 +139,7 @@ def _mark_limit(
     signed, first = row.curve is speed_errors, motions[0]
     spans = [(float(first.curve.x[0]), float(first.curve.x[-1]))]
     if row.tolerance:
-        shown = full_speeds(first) if signed else stretches(first.scenario, first.curve)
+        shown = full_speeds(first) if signed else stretches(first)
         spans = [(start, end) for *_, start, end in shown]
     kind = "tolerance" if row.tolerance else "limit"
     always = row.tolerance or row.least

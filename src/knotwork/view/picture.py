@@ -1,17 +1,20 @@
-"""Titles, legends and names around the panels of a picture."""
+"""A picture: panels over time, with titles, names and legends around them."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from knotwork.errors import UnknownNameError
+from knotwork.view.panel import Panel
 from knotwork.view.shown_motion import ShownMotion, WaypointValues
 from knotwork.view.style import (
     DARK,
+    GRID,
     LARGE,
     MARK_LOOKS,
     NORMAL,
@@ -19,7 +22,9 @@ from knotwork.view.style import (
     WRONG,
     colour,
     dashes,
+    number,
     printable,
+    settings,
     shorten_names,
 )
 
@@ -27,6 +32,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
+
+PAGE_SIZES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
+"""Upright A4, and a slide of 16 to 9 [in]."""
+PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
+"""Width of a picture of one column, height of a row, and of titles and legends [in]."""
+MIN_ROW_HEIGHT, MIN_PICTURE_HEIGHT = 1.6, 5.0
+"""Smallest height of a row and of a picture [in]."""
+MAX_ROW_HEIGHTS = 5
+"""Number of rows above which they become lower."""
+MANY_COLUMNS_ROW = 1.25
+"""Height of a row of several columns, relative to that of one: its panels are narrow."""
 
 NAME_LETTERS, CURVE_LETTERS, TITLE_LETTERS, REASON_LETTERS = 16, 26, 50, 84
 """Maximum numbers of letters of waypoints, curves, titles, and reasons of a failure."""
@@ -40,57 +56,90 @@ SEGMENTS = ("tool path", "way", "wait")
 MIN_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
 """Smallest height of a panel [in], of one of more rows than this, and this number of rows."""
 
+DrawPanel: TypeAlias = "Callable[[Axes], Panel]"
 
-def write_around(
-    figure: Figure,
+
+def draw_picture(
     motions: Sequence[ShownMotion],
+    rows: Sequence[Sequence[DrawPanel]],
     title: str,
     curves: Sequence[str],
     *,
-    titles: Sequence[str] = ("",),
-    grows: bool = True,
-) -> None:
-    """Mark segments and contacts in drawn panels, and write titles, names and legends around them.
+    columns: Sequence[str] = ("",),
+    size: str | None = None,
+) -> Figure:
+    """Draw panels, and write titles, names and legends around them.
 
     Args:
-        figure: The picture.
         motions: The drawn motions; the waypoints of the first one are named.
+        rows: For each row of panels, functions that draw them; as many as there are columns.
         title: Title of the picture.
-        curves: Names of the curves, in the order of colours: of motions, if there are several.
-        titles: Titles of the columns.
-        grows: Let the figure grow if names and legends leave its panels too low.
+        curves: Names of the curves, in the order of colours.
+        columns: Titles of the columns.
+        size: A name of `PAGE_SIZES`; by default as large as the panels need.
+
+    Returns:
+        A figure, not known to `pyplot`.
+
+    Raises:
+        UnknownNameError: The size is unknown.
     """
-    columns = len(titles)
-    tops = figure.axes[:columns]
-    reasons = [motion.failure_text for motion in motions] if len(motions) > 1 else ()
-    _add_curve_legend(figure, curves, title, reasons)
-    for axes in tops:
-        _mark_segments(axes, motions[0])
-    for motion in motions:
-        _mark_contacts(figure.axes, motion)
-    _add_mark_legend(figure, motions[0])
-    _set_times(figure.axes, motions)
-    for axes in figure.axes[-columns:]:
-        axes.set_xlabel("time [s]")
-    figure.align_ylabels()
-    figure.draw_without_rendering()
-    for axes, heading in zip(tops, shorten_names(titles, CURVE_LETTERS), strict=True):
-        if motions[0].waypoint_values is not None:
-            _name_waypoints(axes, motions[0].waypoint_values)
-        if axes.get_title(loc="right"):  # above the note
-            above: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
-            look: dict[str, Any] = {"ha": "center", "va": "bottom", "weight": "bold"}
-            axes.annotate(heading, (0.5, 1.2), xycoords=above, fontsize=NORMAL, **look)
-        else:
-            axes.set_title(heading, fontsize=NORMAL, weight="bold")
-    rows = len(figure.axes) // columns
-    figure.draw_without_rendering()
-    height = figure.axes[0].get_window_extent().height / figure.dpi
-    missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
-    if grows and missing > 0.0:
-        figure.set_figheight(figure.get_figheight() + rows * missing)
+    if size is not None and size not in PAGE_SIZES:
+        raise UnknownNameError("size", size, tuple(PAGE_SIZES))
+    with settings():
+        figure = _new_figure(len(rows), len(columns), size)
+        grid = figure.subplots(len(rows), len(columns), sharex=True, squeeze=False)
+        for line, row in zip(grid, rows, strict=True):
+            for axes, draw in zip(line, row, strict=True):
+                _dress(axes)
+                draw(axes).finish()
+        _add_curve_legend(figure, curves, title, motions)
+        for axes in grid[0]:
+            _mark_segments(axes, motions[0])
+        for motion in motions:
+            _mark_contacts(figure.axes, motion)
+        _add_mark_legend(figure, motions[0])
+        _set_times(grid[-1], motions)
+        figure.align_ylabels()
         figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # a second call gives the same result
+        for axes, column in zip(grid[0], shorten_names(columns, CURVE_LETTERS), strict=True):
+            _write_above(axes, column, motions[0].waypoint_values)
+        figure.draw_without_rendering()
+        if size is None:
+            _grow(figure, len(rows))
+        figure.set_layout_engine("none")  # a second call gives the same result
+    return figure
+
+
+def _new_figure(rows: int, columns: int, size: str | None) -> Figure:
+    """An empty figure for rows and columns of panels, of a page's or of the required size."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    row = ROW_HEIGHT if columns == 1 else MANY_COLUMNS_ROW * ROW_HEIGHT
+    row = max(MIN_ROW_HEIGHT, row * min(1.0, MAX_ROW_HEIGHTS / rows))
+    width = PICTURE_WIDTH * max(1.0, (columns + 1) / 3)
+    page = width, max(HEAD_HEIGHT + row * rows, MIN_PICTURE_HEIGHT)
+    figure = Figure(
+        figsize=page if size is None else PAGE_SIZES[size],
+        dpi=150,
+        layout="constrained",
+        facecolor="white",
+    )
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _dress(axes: Axes) -> None:
+    """Give a panel its frame, its grid and numbers without offsets."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(True, axis="y", color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.yaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
 
 
 def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
@@ -105,13 +154,24 @@ def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
     return " · ".join(parts) or default
 
 
+def _grow(figure: Figure, rows: int) -> None:
+    """Let a figure grow if names and legends leave its panels too low."""
+    height = figure.axes[0].get_window_extent().height / figure.dpi
+    missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
+    if missing > 0.0:
+        figure.set_figheight(figure.get_figheight() + rows * missing)
+        figure.draw_without_rendering()
+
+
 def _set_times(axes: Sequence[Axes], motions: Sequence[ShownMotion]) -> None:
+    """Set the common range of times, and name it below the last row of panels."""
     times = [motion.curve.x for motion in motions]
     times += [] if motions[0].waypoint_values is None else [motions[0].waypoint_values.time]
     start, end = min(float(x[0]) for x in times), max(float(x[-1]) for x in times)
     margin = TIME_MARGIN * (end - start)
+    axes[0].set_xlim(start - margin, end + margin)
     for panel in axes:
-        panel.set_xlim(start - margin, end + margin)
+        panel.set_xlabel("time [s]")
 
 
 def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
@@ -140,6 +200,18 @@ def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
         panel.axvspan(max(start - margin, low), min(end + margin, high), **look)
 
 
+def _write_above(axes: Axes, column: str, marks: WaypointValues | None) -> None:
+    """Write the title of a column and the names of the waypoints above its first panel."""
+    if marks is not None:
+        _name_waypoints(axes, marks)
+    if axes.get_title(loc="right"):  # above the note
+        above: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
+        look: dict[str, Any] = {"ha": "center", "va": "bottom", "weight": "bold"}
+        axes.annotate(column, (0.5, 1.2), xycoords=above, fontsize=NORMAL, **look)
+    else:
+        axes.set_title(column, fontsize=NORMAL, weight="bold")
+
+
 def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
     """Write the names of the waypoints above a panel; only some of them if there are too many."""
     figure: Any = axes.figure
@@ -158,20 +230,23 @@ def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
 
 
 def _add_curve_legend(
-    figure: Figure, curves: Sequence[str], title: str, reasons: Sequence[str]
+    figure: Figure, curves: Sequence[str], title: str, motions: Sequence[ShownMotion]
 ) -> None:
-    """Put the title above the panels, and below it names of curves; failures in red."""
+    """Put the title above the panels, and below it names of curves.
+
+    If these are names of motions, failures follow them, in red.
+    """
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
     texts = shorten_names(curves, CURVE_LETTERS)
-    for i, reason in enumerate(reasons):
-        if reason:
-            reason = textwrap.shorten(printable(reason), REASON_LETTERS, placeholder=" …")
-            texts[i] += f": {reason}"
+    failures = [motion.failure_text for motion in motions] if len(motions) > 1 else []
+    for i, failure in enumerate(failures):
+        reason = textwrap.shorten(printable(failure), REASON_LETTERS, placeholder=" …")
+        texts[i] += f": {reason}" if reason else ""
     legend = _add_legend(figure, handles, texts, "upper", title)
-    for text, reason in zip(legend.get_texts(), reasons, strict=False):
-        if reason:
+    for text, failure in zip(legend.get_texts(), failures, strict=False):
+        if failure:
             text.set_color(WRONG)
 
 
@@ -179,8 +254,9 @@ def _add_mark_legend(figure: Figure, motion: ShownMotion) -> None:
     """Explain the marks of the panels below them, and name the events."""
     from matplotlib.lines import Line2D
 
-    artists = [artist for axes in figure.axes for artist in (*axes.lines, *axes.collections)]
-    artists += [patch for axes in figure.axes for patch in axes.patches]
+    artists = [
+        artist for axes in figure.axes for artist in (*axes.lines, *axes.collections, *axes.patches)
+    ]
     drawn = {str(artist.get_gid()).partition(":")[0] for artist in artists}
     handles = [Line2D([], [], **look) for kind, look in MARK_LOOKS.items() if kind in drawn]
     events = ", ".join(dict.fromkeys(event.text for event in motion.trajectory.events))
@@ -200,9 +276,7 @@ def _add_legend(
     outside: Any = f"outside {side} center"
     legend = figure.legend(
         handles,
-        [
-            str(i) for i in range(len(names))
-        ],  # names that start with an underscore would be left out
+        list(map(str, range(len(names)))),  # a name with an underscore first would be left out
         loc=outside,
         ncols=max(1, min(len(names), int(width))),
         frameon=False,
