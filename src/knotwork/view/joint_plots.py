@@ -79,8 +79,6 @@ def plot_joints(
     quantities: Sequence[str] | None = None,
     degrees: bool | None = None,
     scenario: Scenario | None = None,
-    labels: Sequence[str] | None = None,
-    title: str | None = None,
     size: str | None = None,
 ) -> Figure:
     """Draw joint motions over time, one row of panels per quantity.
@@ -95,8 +93,6 @@ def plot_joints(
         quantities: Some of `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`; default all.
         degrees: Show angles in degrees or in radians; by default the unit of the scenario.
         scenario: Scenario of trajectories, to mark waypoints and limits.
-        labels: A name for each motion; by default its planner.
-        title: Title of the picture; by default the scenario and the planner.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
@@ -106,10 +102,10 @@ def plot_joints(
     Raises:
         InputError: A name is unknown, no curve or too many curves would be drawn, or joints differ.
     """
-    drawn = motions_of(motions, scenario=scenario, labels=labels)
+    drawn = motions_of(motions, scenario)
     names = choose_names("joint", joints, drawn[0].trajectory.joint_names)
     kinds = choose_names("quantity", quantities, DERIVATIVES)
-    heading = picture_title(drawn, "joint motions") if title is None else title
+    heading = picture_title(drawn, "joint motions")
 
     def panel(kind: str, series: list[Series]) -> DrawPanel:
         return partial(_joint_panel, quantity=kind, series=series, units=drawn[0].units(degrees))
@@ -117,7 +113,7 @@ def plot_joints(
     if len(drawn) == 1:
         groups = _joints_by_unit(drawn[0], names)
         rows = [[panel(kind, series)] for kind in kinds for series in groups]
-        return draw_picture(drawn, rows, heading, names, size=size)
+        return draw_picture(drawn, rows, heading, joints=names, size=size)
     if len(names) > MAX_COLUMNS:
         raise InputError(
             f"{len(names)} joints of {len(drawn)} motions are too much for one picture; choose "
@@ -125,8 +121,7 @@ def plot_joints(
         )
     columns = [_overlaid(drawn, name) for name in names]
     rows = [[panel(kind, series) for series in columns] for kind in kinds]
-    curves = [motion.label for motion in drawn]
-    return draw_picture(drawn, rows, heading, curves, columns=names, size=size)
+    return draw_picture(drawn, rows, heading, columns=names, size=size)
 
 
 def _overlaid(motions: list[ShownMotion], joint: str) -> list[Series]:

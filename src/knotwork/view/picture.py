@@ -63,8 +63,8 @@ def draw_picture(
     motions: Sequence[ShownMotion],
     rows: Sequence[Sequence[DrawPanel]],
     title: str,
-    curves: Sequence[str],
     *,
+    joints: Sequence[str] = (),
     columns: Sequence[str] = ("",),
     size: str | None = None,
 ) -> Figure:
@@ -74,7 +74,8 @@ def draw_picture(
         motions: The drawn motions; the waypoints of the first one are named.
         rows: For each row of panels, functions that draw them; as many as there are columns.
         title: Title of the picture.
-        curves: Names of the curves, in the order of colours.
+        joints: Names of the curves of a single motion, in the order of colours. Curves of several
+            motions have the names of these.
         columns: Titles of the columns.
         size: A name of `PAGE_SIZES`; by default as large as the panels need.
 
@@ -93,6 +94,7 @@ def draw_picture(
             for axes, draw in zip(line, row, strict=True):
                 _dress(axes)
                 draw(axes).finish()
+        curves = [motion.label for motion in motions] if len(motions) > 1 else joints
         _add_curve_legend(figure, curves, title, motions)
         for axes in grid[0]:
             _mark_segments(axes, motions[0])

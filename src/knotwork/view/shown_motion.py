@@ -56,7 +56,7 @@ class PlanLike(Protocol):
 Drawable: TypeAlias = PlanLike | JointTrajectory
 
 CACHED_MOTIONS = 4
-"""Number of motions of which the trace of the tool is kept: two side by side, and before a change."""
+"""Number of motions whose tool trace is kept: two side by side, and these before a change."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,8 +39,6 @@ def plot_tool(
     *,
     degrees: bool | None = None,
     scenario: Scenario | None = None,
-    labels: Sequence[str] | None = None,
-    title: str | None = None,
     size: str | None = None,
 ) -> Figure:
     """Draw the tool over time: its speed, and its deviation from its path.
@@ -53,8 +51,6 @@ def plot_tool(
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
         degrees: Show angles in degrees or in radians; by default the unit of the scenario.
         scenario: Scenario of trajectories, with its robot.
-        labels: A name for each motion; by default its planner.
-        title: Title of the picture; by default the scenario and the planner.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     Returns:
@@ -68,7 +64,7 @@ def plot_tool(
         InputError: There is no robot with a tool, there are too many motions for one picture, or
             they have other joints than the scenario.
     """
-    drawn = motions_of(motions, scenario=scenario, labels=labels)
+    drawn = motions_of(motions, scenario)
     sample: Callable[..., list[Curve]] = cache(lambda curve: [curve(motion) for motion in drawn])
     draw = partial(_draw_panel, motions=drawn, units=drawn[0].units(degrees))
     panels = [
@@ -76,9 +72,7 @@ def plot_tool(
         for row in tool_rows(drawn)
         if any(len(time) for time, _ in sample(row.curve))
     ]
-    heading = title if title is not None else f"{picture_title(drawn, 'motion')} · tool"
-    curves = [motion.label for motion in drawn] if len(drawn) > 1 else ()
-    return draw_picture(drawn, panels, heading, curves, size=size)
+    return draw_picture(drawn, panels, f"{picture_title(drawn, 'motion')} · tool", size=size)
 
 
 def _draw_panel(
