@@ -16,7 +16,7 @@ from knotwork.cli.parameters import (
     package_path_option,
     port_option,
 )
-from knotwork.cli.terminal import echo, offer
+from knotwork.cli.terminal import echo, offered
 from knotwork.cli.view import source_files
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -90,7 +90,6 @@ def edit(
         others = [path for path in source_files(plan) if path != draft.file]
         return scene, others, f"{verdict}: {plan.report.summary}"
 
-    with server:
-        offer(server.address, f"editing {draft.file} at {server.address}", no_open)
+    with server, offered(server.address, f"editing {draft.file}", no_open):
         follow(server, files, made)
     return PASSED
