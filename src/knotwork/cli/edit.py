@@ -10,7 +10,7 @@ import click
 from knotwork.cli.live_view import Files, follow
 from knotwork.cli.parameters import (
     PASSED,
-    NewPath,
+    GivenPath,
     budget_option,
     no_open_option,
     package_path_option,
@@ -54,7 +54,7 @@ class _Edited(Files):
     "--copy",
     "copy",
     metavar="FILE",
-    type=NewPath(),
+    type=GivenPath(path_type=Path),
     help="Edit a copy, which is written to this file. A shipped scenario requires it.",
 )
 @no_open_option

@@ -154,8 +154,7 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
     panel = Panel(axes, quantity, unit, factor)
     for item in series:
         _draw_curve(panel, item, len(series))
-    if first.motion.waypoint_values is not None:
-        panel.mark_waypoints(first.motion.waypoint_values.time)
+    panel.mark_waypoints(first.motion.times)
     motions = {item.motion.label: item for item in series}
     if order < 2:
         _mark_given(panel, series, order, one_motion=len(motions) == 1)
@@ -199,14 +198,11 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
 def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
     """Mark the given values at the waypoints, once for each joint."""
     for item in {item.joint: item for item in reversed(series)}.values():
-        marks = item.motion.waypoint_values
-        if marks is not None:
-            value = panel.factor * marks.values[order][:, item.component]
-            known = np.isfinite(value)
-            large = len(marks.time) * len(series) <= MAX_LARGE_MARKS
-            look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
-            look |= {"mec": colour(item.index)} if one_motion else {}
-            panel.mark("given", item.joint, marks.time[known], value[known], **look)
+        times, value = item.motion.times, item.motion.given_values[order][:, item.component]
+        known = np.isfinite(value)
+        look: dict[str, Any] = {"ms": 6.0 if len(times) * len(series) <= MAX_LARGE_MARKS else 3.5}
+        look |= {"mec": colour(item.index)} if one_motion else {}
+        panel.mark("given", item.joint, times[known], panel.factor * value[known], **look)
 
 
 def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:

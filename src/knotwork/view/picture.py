@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import UnknownNameError
 from knotwork.view.panel import Panel
-from knotwork.view.shown_motion import ShownMotion, WaypointValues
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.style import (
     DARK,
     GRID,
@@ -105,7 +105,7 @@ def draw_picture(
         figure.align_ylabels()
         figure.draw_without_rendering()
         for axes, column in zip(grid[0], shorten_names(columns, CURVE_LETTERS), strict=True):
-            _write_above(axes, column, motions[0].waypoint_values)
+            _write_above(axes, column, motions[0])
         figure.draw_without_rendering()
         if size is None:
             _grow(figure, len(rows))
@@ -167,9 +167,8 @@ def _grow(figure: Figure, rows: int) -> None:
 
 def _set_times(axes: Sequence[Axes], motions: Sequence[ShownMotion]) -> None:
     """Set the common range of times, and name it below the last row of panels."""
-    times = [motion.curve.x for motion in motions]
-    times += [] if motions[0].waypoint_values is None else [motions[0].waypoint_values.time]
-    start, end = min(float(x[0]) for x in times), max(float(x[-1]) for x in times)
+    times = np.concatenate([motions[0].times, *(motion.curve.x[[0, -1]] for motion in motions)])
+    start, end = float(np.nanmin(times)), float(np.nanmax(times))
     margin = TIME_MARGIN * (end - start)
     axes[0].set_xlim(start - margin, end + margin)
     for panel in axes:
@@ -202,10 +201,10 @@ def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
         panel.axvspan(max(start - margin, low), min(end + margin, high), **look)
 
 
-def _write_above(axes: Axes, column: str, marks: WaypointValues | None) -> None:
+def _write_above(axes: Axes, column: str, motion: ShownMotion) -> None:
     """Write the title of a column and the names of the waypoints above its first panel."""
-    if marks is not None:
-        _name_waypoints(axes, marks)
+    if len(motion.times):
+        _name_waypoints(axes, motion)
     if axes.get_title(loc="right"):  # above the note
         above: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
         look: dict[str, Any] = {"ha": "center", "va": "bottom", "weight": "bold"}
@@ -214,11 +213,13 @@ def _write_above(axes: Axes, column: str, marks: WaypointValues | None) -> None:
         axes.set_title(column, fontsize=NORMAL, weight="bold")
 
 
-def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
+def _name_waypoints(axes: Axes, motion: ShownMotion) -> None:
     """Write the names of the waypoints above a panel; only some of them if there are too many."""
     figure: Any = axes.figure
-    x = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
-    names = shorten_names(marks.names, NAME_LETTERS)
+    x = axes.transData.transform([(time, 0.0) for time in motion.times])[:, 0] * 72 / figure.dpi
+    names = shorten_names(motion.names, NAME_LETTERS)
+    for i in motion.space.waits:
+        names[i + 1] = ""  # a wait has one name, at its start
     widths = LETTER_WIDTH * SMALL * np.array([len(name) + 1 for name in names])
     level = bool(np.all(np.diff(x) >= 0.5 * (widths[1:] + widths[:-1])))
     shown = [0]
@@ -226,7 +227,7 @@ def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
         if level or x[i] - x[shown[-1]] >= 1.3 * SMALL:
             shown.append(i)
     above = axes.secondary_xaxis("top")
-    above.set_xticks(marks.time[shown], [names[i] for i in shown], fontsize=SMALL, color=DARK)
+    above.set_xticks(motion.times[shown], [names[i] for i in shown], fontsize=SMALL, color=DARK)
     above.tick_params(length=0, rotation=0 if level else 90)
     above.spines["top"].set_visible(False)
 

@@ -60,22 +60,6 @@ CACHED_MOTIONS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class WaypointValues:
-    """Waypoints of the scenario in a picture, without inserted ones along tool paths.
-
-    Attributes:
-        time: Times [s], shape (n,).
-        names: Names, length n.
-        values: Given joint values by order of derivative (0, 1), shape (n, d), NaN for
-            missing ones, and for velocities that planning chose.
-    """
-
-    time: FloatArray
-    names: tuple[str, ...]
-    values: tuple[FloatArray, FloatArray]
-
-
-@dataclass(frozen=True, eq=False)
 class ShownMotion:
     """A motion with its task and check.
 
@@ -226,27 +210,26 @@ class ShownMotion:
         return named or tuple(str(i) for i in range(len(self.times)))
 
     @cached_property
-    def waypoint_values(self) -> WaypointValues | None:
-        """Known waypoints. Without a plan the joint values of poses are unknown."""
-        waypoints, count = self.joint_waypoints, len(self.times)
+    def given_values(self) -> tuple[FloatArray, FloatArray]:
+        """Given joint positions and velocities at the waypoints, each of shape (n, d).
+
+        Values that are not known, and velocities that planning chose, are NaN. Without a plan the
+        joint values of poses are unknown.
+        """
+        joints = self.trajectory.joint_names
+        waypoints = self.joint_waypoints
         if waypoints is not None:
-            order = [waypoints.joint_names.index(name) for name in self.trajectory.joint_names]
+            order = [waypoints.joint_names.index(name) for name in joints]
             rows = list(waypoints.task_rows)
-            names = [waypoints.names[row] for row in rows]
-            chosen = np.isin(names, list(self.chosen_velocities))[:, np.newaxis]
+            chosen = np.isin(self.names, list(self.chosen_velocities))[:, np.newaxis]
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
-            for i in self.space.waits:
-                names[i + 1] = ""  # a wait has one name, at its start
-            values = waypoints.position[rows][:, order], velocity
-            return WaypointValues(waypoints.time[rows], tuple(names), values)
-        if not count:
-            return None
-        nan = np.full(len(self.trajectory.joint_names), np.nan)
-        states = [
-            target or JointState(nan, nan) for target in self.space.targets or (None,) * count
-        ]
-        given = np.array([(state.position, state.velocity) for state in states])
-        return WaypointValues(self.times, self.names, (given[:, 0], given[:, 1]))
+            return waypoints.position[rows][:, order], velocity
+        nan = np.full(len(joints), np.nan)
+        targets = self.space.targets or (None,) * len(self.times)
+        states = [target or JointState(nan, nan) for target in targets]
+        values = np.array([(state.position, state.velocity) for state in states])
+        position, velocity = values.reshape(-1, 2, len(joints)).swapaxes(0, 1)
+        return position, velocity
 
     @cached_property
     def shapes(self) -> LinkShapes:
