@@ -11,8 +11,8 @@ from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     PASSED,
-    Listed,
     GivenPath,
+    Listed,
     PlanOptions,
     motion_options,
     package_path_option,

@@ -215,12 +215,8 @@ def _views(
             offset_x, offset_y = (other_robots[:, :2] - [x, y]).mean(axis=0)
             azimuth -= np.copysign(CLEAR_ANGLE, np.sin(np.arctan2(offset_y, offset_x) - azimuth))
         up = STEEP if size[2] < FLAT_SCENE * size[:2].max() else ELEVATION
-        level = np.cos(up)
-        towards = [
-            float(level * np.cos(azimuth)),
-            float(level * np.sin(azimuth)),
-            float(np.sin(up)),
-        ]
+        level = np.cos(up) * np.array([np.cos(azimuth), np.sin(azimuth)])
+        towards = [*level.tolist(), float(np.sin(up))]
     view = {"from": towards, "points": points.tolist()}
     extent = float(np.ptp(task, axis=0).max()) if len(task) else 0.0
     if extent < 1e-3 * size.max():
