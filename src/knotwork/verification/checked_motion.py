@@ -51,7 +51,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """Execution of a task, or of a part of it, with another clock.
+    """How a motion executes a task, or a part of it, by another clock.
 
     Attributes:
         clock: Time of the task over that of the motion [s].

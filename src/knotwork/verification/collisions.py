@@ -196,9 +196,9 @@ def _pair_text(pair: Clearance, scenario: Scenario) -> str:
 def _contact_times(pair: Clearance) -> str:
     """The worst contact interval, and the number of others, as text."""
     start, end = pair.interval or (pair.time, pair.time)
-    others = len(pair.contacts) - 1
-    more = f" and {others} more {'times' if others > 1 else 'time'}" if others > 0 else ""
-    return f"from {start:.3f} s to {end:.3f} s{more}"
+    count = len(pair.contacts) - 1
+    others = f" and {count} more {'times' if count > 1 else 'time'}" if count > 0 else ""
+    return f"from {start:.3f} s to {end:.3f} s{others}"
 
 
 def _vector_text(vector: FloatArray) -> str:

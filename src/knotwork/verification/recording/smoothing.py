@@ -31,10 +31,9 @@ MIN_IN_INTERVAL = 4
 MISS_DEVIATIONS = 3.0
 """Number of standard deviations of white noise beyond which the curve misses the samples."""
 ERROR_ORDERS = range(4)
-"""Number of quantities with standard errors: position, velocity, acceleration and jerk."""
-
-
+"""Orders of the quantities with standard errors: position, velocity, acceleration and jerk."""
 DEGREE = 3
+"""Degree of the splines: the acceleration of their motion does not jump."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +88,8 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     Raises:
         InputError: The noise is not a positive number.
     """
-    known = noise_of(log, noise)
-    sigma = known.of_samples(slopes_of(log.time, log.position))
+    estimate = noise_of(log, noise)
+    sigma = estimate.of_samples(slopes_of(log.time, log.position))
     coarse, fit = _fits(log, sigma)
     grid = _grid(log, fit.breaks)
     trajectory = JointTrajectory(
@@ -103,7 +102,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
     changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
     errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
-    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma)
+    return Smoothed(trajectory, log, estimate, grid, errors, residuals, sigma)
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
@@ -155,9 +154,9 @@ def _halve(cuts: Any, chosen: Any) -> Any:
 
 def _times(log: Recording, cuts: Any) -> FloatArray:
     """Breaks between the samples, and the ends of the curve."""
-    time, inner, more = log.time, cuts[1:-1], EXTENSION_PERIODS * log.period
+    time, inner, extension = log.time, cuts[1:-1], EXTENSION_PERIODS * log.period
     middles = 0.5 * (time[inner - 1] + time[inner])
-    return np.concatenate((time[:1] - more, middles, time[-1:] + more))
+    return np.concatenate((time[:1] - extension, middles, time[-1:] + extension))
 
 
 class Fit:
@@ -238,11 +237,11 @@ def inverse_within_band(factors: FloatArray) -> FloatArray:
     shares = (columns[:, 1:] / columns[:, :1]).transpose(0, 2, 1)[..., None]  # (K, d, p, 1)
     pivots = columns[:, 0] ** -2.0
     inverse = np.empty((size, count, width))
-    known = np.zeros((count, width, width))  # that of rows i to i + p
+    block = np.zeros((count, width, width))  # the inverse in rows and columns i to i + p
     for i in range(size - 1, -1, -1):
-        beside = -(known[:, :-1, :-1] @ shares[i])
-        known[:, 1:, 1:] = known[:, :-1, :-1].copy()
-        known[:, 0, 0] = pivots[i] - (shares[i] * beside).sum(axis=(1, 2))
-        known[:, 0, 1:] = known[:, 1:, 0] = beside[..., 0]
-        inverse[i] = known[:, 0]
+        row = -(block[:, :-1, :-1] @ shares[i])
+        block[:, 1:, 1:] = block[:, :-1, :-1].copy()
+        block[:, 0, 0] = pivots[i] - (shares[i] * row).sum(axis=(1, 2))
+        block[:, 0, 1:] = block[:, 1:, 0] = row[..., 0]
+        inverse[i] = block[:, 0]
     return np.ascontiguousarray(inverse.transpose(2, 0, 1))
