@@ -350,8 +350,7 @@ class _ClearanceSearch:
                 start, end = self.windows[k].tolist()
                 verdict = "collides"
                 contacts = contact_intervals(self.model, self.curve, k, start, end, time)
-                interval = next((span for span in contacts if span[0] <= time <= span[1]), None)
-                interval = interval or (time, time)
+                interval = next(span for span in contacts if span[0] <= time <= span[1])
             elif low <= high:
                 verdict, interval = "undecided", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
