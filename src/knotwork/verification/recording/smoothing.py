@@ -66,7 +66,7 @@ class Smoothed:
         Args:
             position: Its positions at the times of the log [rad or m], shape (n, d).
         """
-        return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial()
+        return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial
 
 
 def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
@@ -91,16 +91,18 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     estimate = noise_of(log, noise)
     sigma = estimate.of_samples(slopes_of(log.time, log.position))
     coarse, fit = _fits(log, sigma)
-    grid = _grid(log, fit.breaks)
+    grid = _grid(log, fit.polynomial.x)
     trajectory = JointTrajectory(
         log.joint_names,
-        fit.polynomial(),
+        fit.polynomial,
         joint_units=log.joint_units,
         planner=f"{log.source} (log)",
     )
-    residuals = log.position - fit.values(0)
+    residuals = log.position - fit.polynomial(log.time)
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
-    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
+    changes = [
+        fit.polynomial(grid, order) - coarse.polynomial(grid, order) for order in ERROR_ORDERS
+    ]
     errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
     return Smoothed(trajectory, log, estimate, grid, errors, residuals, sigma)
 
@@ -120,7 +122,7 @@ def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit]:
     cuts = np.unique(np.linspace(0, n, count + 1).astype(int))
     while True:
         fit = Fit(log.time, _times(log, cuts), log.position, sigma)
-        shares = (log.position - fit.values(0)) / sigma
+        shares = (log.position - fit.polynomial(log.time)) / sigma
         halves = _halve(cuts, _misses(shares, cuts))
         if halves.size == cuts.size:
             break
@@ -163,6 +165,15 @@ class Fit:
     """A weighted least-squares spline with given knots, joint by joint.
 
     At any time only `DEGREE` + 1 consecutive B-splines are nonzero.
+
+    Args:
+        time: Times of the samples [s], shape (n,).
+        breaks: Knots, and the ends of the curve [s].
+        position: Samples [rad or m], shape (n, d).
+        sigma: Standard deviation of each sample [rad or m], shape (n, d).
+
+    Attributes:
+        polynomial: The spline as a piecewise polynomial.
     """
 
     def __init__(
@@ -171,7 +182,6 @@ class Fit:
         from scipy.interpolate import BSpline
         from scipy.linalg import cho_solve_banded, cholesky_banded
 
-        self.breaks, self._time = breaks, time
         knots = np.concatenate(([breaks[0]] * DEGREE, breaks, [breaks[-1]] * DEGREE))
         rows = BSpline.design_matrix(time, knots, DEGREE)
         size = rows.shape[1]
@@ -186,18 +196,16 @@ class Fit:
             factor = cholesky_banded(band, lower=True)
             self._factors.append(factor)
             columns.append(cho_solve_banded((factor, True), rows.T @ (weight * position[:, j])))
-        self._spline = BSpline(knots, np.column_stack(columns), DEGREE)
+        spline = BSpline(knots, np.column_stack(columns), DEGREE)
+        ends = (spline(breaks), spline(breaks, 1))
+        self.polynomial = PiecewisePolynomial(two_point_coefficients(breaks, ends), breaks)
         # column k is the sum of the B-splines k, k + 4, …, of which only one is nonzero at a time
         sums = np.eye(DEGREE + 1)[np.arange(size) % (DEGREE + 1)]
         self._basis_sums = BSpline(knots, sums, DEGREE)
 
-    def values(self, order: int, at: FloatArray | None = None) -> FloatArray:
-        """The curve or a derivative, at the samples or at other times, shape (n, d)."""
-        return np.asarray(self._spline(self._time if at is None else at, order))
-
     def standard_errors(self, at: FloatArray, order: int) -> FloatArray:
         """Standard errors of a derivative at times due to the noise, shape (n, d)."""
-        first = np.searchsorted(self.breaks[1:-1], at, side="right")
+        first = np.searchsorted(self.polynomial.x[1:-1], at, side="right")
         columns = first[:, None] + np.arange(DEGREE + 1)
         sums = self._basis_sums(at, order)
         basis = np.take_along_axis(sums, columns % (DEGREE + 1), axis=1)[:, :, None]
@@ -212,11 +220,6 @@ class Fit:
     def _covariance(self) -> FloatArray:
         """Covariances of coefficients i and i + k, by joint, shape (k, i, d)."""
         return inverse_within_band(np.stack(self._factors, axis=-1))
-
-    def polynomial(self) -> PiecewisePolynomial:
-        """The curve as a piecewise polynomial."""
-        ends = (self.values(0, self.breaks), self.values(1, self.breaks))
-        return PiecewisePolynomial(two_point_coefficients(self.breaks, ends), self.breaks)
 
 
 def inverse_within_band(factors: FloatArray) -> FloatArray:
