@@ -106,7 +106,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
 
 def collision_note(quantity: str, message: str, verdict: Any = "information") -> Finding:
     """Make a finding about the collisions of a whole motion, without a value."""
-    return Finding(COLLISIONS, "motion", "", quantity, verdict, message)
+    return Finding.of_motion(COLLISIONS, quantity, message, verdict)
 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:

@@ -133,7 +133,7 @@ class PathStretch:
         angles = np.zeros((len(s), 3))
         if self.freedom is not None:
             angles = free_angles(self.freedom, path.rotation(s), rotation)
-        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside), angles)
+        return PathSamples(s, distance, gap, velocity, path.derivatives(s, 1, inside)[1], angles)
 
     def sizes(self, t: FloatArray) -> PathSizes:
         """Bounds on the intervals between increasing times [s], shape (n + 1,)."""

@@ -297,10 +297,8 @@ def gap_findings(alignment: Alignment) -> Iterator[Finding]:
         plan_text = "is at rest there, which the log does not confirm"
         if moves.any():
             plan_text = "moves there, so the motion of the robot is undecided"
-        yield Finding(
-            group=LOG,
-            subject="motion",
-            name="",
+        yield Finding.of_motion(
+            LOG,
             quantity="gap",
             verdict="failed" if moves.any() else "warning",
             fact=f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "
