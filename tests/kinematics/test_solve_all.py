@@ -297,7 +297,7 @@ def test_batch_reports_unreachable_poses() -> None:
         kw.kinematics.solve_pose_ik_batch(UR5, [away], np.zeros((2, 6)))
 
 
-@pytest.mark.parametrize("wide", mostly_exhaustive([20.0, 1e16], 1e16))
+@pytest.mark.parametrize("wide", mostly_exhaustive([20.0, 1e12], 1e12))
 def test_wide_limits_keep_bounded_number_of_turns(wide: float) -> None:
     robot = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-wide, wide)))
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])

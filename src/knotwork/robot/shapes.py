@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 from xml.dom.minidom import Element
 
 import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError, format_value
-from knotwork.files.documents import parse_xml, read_text
+from knotwork.files.documents import read_text
 from knotwork.robot.external_axes import UrdfFile
-from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
+from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.waypoints import FloatArray
 
@@ -92,7 +91,7 @@ class UrdfShapes:
 
     def _read(self, path: Path, names: Mapping[str, str]) -> None:
         text = read_text(path, max_bytes=MAX_URDF_BYTES)
-        root = _parse_root(text)
+        root = parse_root(text)
         materials: dict[str, Element] = {}
         for material in root.getElementsByTagName("material"):
             if child_elements(material, "color"):
@@ -134,11 +133,6 @@ class UrdfShapes:
             placed = replace(shape, urdf=path, rotation=rotation, translation=translation)
             valid.append(replace(placed, colour=colour, fault=fault))
         return valid, faults
-
-
-@lru_cache(maxsize=8)
-def _parse_root(text: str) -> Any:
-    return parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
 
 
 def _read_colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:

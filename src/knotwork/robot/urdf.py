@@ -22,6 +22,7 @@ from knotwork.errors import InputError, RobotError
 from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, invert_to_root
 from knotwork.robot.urdf_rules import (
+    append_element,
     check_tree,
     child_elements,
     elements_by_name,
@@ -95,6 +96,16 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
     paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
     texts = tuple(read_text(file, max_bytes=MAX_URDF_BYTES) for file in paths)
     return _parse(texts, path, robot, axes, seen_from)
+
+
+@lru_cache(maxsize=16)
+def parse_root(text: str) -> Any:
+    """Parse a URDF or SRDF, and return its root element; it is cached, so it must not be changed.
+
+    Raises:
+        InputError: The text is not XML, or has more than `MAX_URDF_ELEMENTS`.
+    """
+    return parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
 
 
 def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
@@ -190,14 +201,7 @@ def _set_wide_limits(joint: Element) -> None:
     """
     joint.setAttribute("type", "revolute")
     limits = child_elements(joint, "limit")
-    if limits:
-        limit = limits[0]
-    else:
-        document: Any = joint.ownerDocument
-        limit = document.createElement("limit")
-        limit.setAttribute("velocity", "0")
-        limit.setAttribute("effort", "0")
-        joint.appendChild(limit)
+    limit = limits[0] if limits else append_element(joint, "limit", velocity="0", effort="0")
     limit.setAttribute("lower", f"-{_WIDE_LIMIT}")
     limit.setAttribute("upper", _WIDE_LIMIT)
 
