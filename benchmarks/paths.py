@@ -122,8 +122,8 @@ def proved(
         "tolerance_mm": 1e3 * tolerance,
         "inserted": len(times) - 2,
         "bound_mm": float(f"{1e3 * found['path_deviation'].bound:.3g}"),
-        "slowest_mm_s": float(f"{1e3 * bounds.slowest:.6g}"),
-        "fastest_mm_s": float(f"{1e3 * bounds.fastest:.6g}"),
+        "slowest_mm_s": float(f"{1e3 * bounds.errors.slowest:.6g}"),
+        "fastest_mm_s": float(f"{1e3 * bounds.errors.fastest:.6g}"),
     }
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from patience import PATIENCE
@@ -24,12 +25,21 @@ class Ran:
 Command = Callable[..., Ran]
 
 
+def process(*command: Any, **options: Any) -> subprocess.CompletedProcess[str]:
+    """A program that is run until its end, its output as text."""
+    given = {"capture_output": True, "text": True, "timeout": PATIENCE, "check": False}
+    return subprocess.run([str(part) for part in command], **{**given, **options})
+
+
 def python(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[str]:
     """A Python in a process of its own."""
-    return subprocess.run(
-        [sys.executable, *map(str, arguments)],
-        **{"capture_output": True, "text": True, "timeout": PATIENCE, "check": False, **options},
-    )
+    return process(sys.executable, *arguments, **options)
+
+
+def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run `knotwork` and what follows it in a shell, which fails if a part of a pipe does."""
+    command = f"{sys.executable} -m knotwork {line}"
+    return process("bash", "-o", "pipefail", "-c", command, cwd=folder)
 
 
 def without_progress(err: str) -> str:

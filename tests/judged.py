@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 import knotwork as kw
+from judge.cases import bumped
 from judge.motion import Motion
 from judge.task import Task
 from judge.verdict import Wrong, judge
@@ -107,6 +109,16 @@ def judged_along(
     data = {"robot": robot, "path": {"acceleration": acceleration}, "waypoints": waypoints}
     found = _found(motion, {**data, "tolerances": tolerances}, {*but, *OWN_LIMITS})
     return [one for one in found if one.where != "acceleration changes"]
+
+
+def with_bump(
+    motion: kw.JointTrajectory, joint: int, middle: float, half: float, height: float
+) -> kw.JointTrajectory:
+    """The motion and a smooth bump of one joint: when, half its time [s] and how high [rad]."""
+    curve = motion.polynomial
+    own = Motion(motion.joint_names, curve.x, curve.c)
+    spoiled = bumped(own, joint, middle, half, height)
+    return replace(motion, polynomial=kw.PiecewisePolynomial(spoiled.c, spoiled.x))
 
 
 def _found(motion: kw.JointTrajectory, data: dict[str, Any], but: Collection[str]) -> list[Wrong]:

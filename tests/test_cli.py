@@ -6,8 +6,6 @@ import json
 import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +14,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from command_line import Command, python, without_progress
-from patience import PATIENCE
+from command_line import Command, python, shell, without_progress
 from plans import planned
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
@@ -278,14 +275,6 @@ def test_it_works_from_any_folder_and_with_any_output_encoding(tmp_path: Path) -
 
 
 def test_a_reader_that_stops_reading_is_no_error(tmp_path: Path) -> None:
-    command = f"{sys.executable} -m knotwork plan ur5_deburring | head -1"
-    ran = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", command],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    ran = shell("plan ur5_deburring | head -1", tmp_path)
     assert ran.stdout.startswith("PASSED ur5_deburring")
     assert not without_progress(ran.stderr)

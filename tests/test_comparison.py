@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import csv
-import functools
 import io
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,15 +16,10 @@ from command_line import Command
 from knotwork.curves.interpolation import PLANNER_SPECS, PLANNERS
 from knotwork.errors import InputError
 from knotwork.planning.comparison import Comparison, Refusal, best, compare
+from plans import planned
 from seams import ON, task
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
-
-
-@functools.cache
-def compared(name: str) -> Comparison:
-    """Planned once for all tests, because every planner's motion is checked."""
-    return compare(name)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +31,7 @@ def paper() -> Comparison:
     "name", mostly_exhaustive(SCENARIO_FILES, "panda_pick_place", "planar2_closed_form")
 )
 def test_every_planner_has_row_on_every_scenario(name: str) -> None:
-    comparison = compared(name)
+    comparison = compare(name)
     rows = [row.planner for row in comparison.rows]
     assert [row for row in rows if ":" not in row] == list(PLANNERS)
     refused = [row for row in comparison.rows if isinstance(row, Refusal)]
@@ -157,52 +150,45 @@ def test_csv_and_json_agree(paper: Comparison, tmp_path: Path) -> None:
         assert float(line["peak_velocity.value"]) == row["peak_velocity"]["value"]
 
 
-class TestPresets:
-    def scenario(self, **options: Any) -> dict[str, Any]:
-        return {
-            "units": {"angle": "deg"},
-            "planner": "quintic",
-            "planner_options": options,
-            "waypoints": [
-                {"joints": {"j": 0}},
-                {"joints": {"j": 30}, "velocity": {"j": 6}, "time": 5},
-                {"joints": {"j": 70}, "time": 15},
-            ],
-        }
-
-    def test_accelerations_are_met_in_the_units_of_the_file(self) -> None:
-        given = [{"j": 1}, {"j": -2}, {"j": 0}]
-        plan = kw.plan(self.scenario(accelerations=given))
-        found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
-        np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
+def test_preset_accelerations_are_met_in_the_units_of_the_file() -> None:
+    given = [{"j": 1}, {"j": -2}, {"j": 0}]
+    scenario = {
+        "units": {"angle": "deg"},
+        "planner": "quintic",
+        "planner_options": {"accelerations": given},
+        "waypoints": [
+            {"joints": {"j": 0}},
+            {"joints": {"j": 30}, "velocity": {"j": 6}, "time": 5},
+            {"joints": {"j": 70}, "time": 15},
+        ],
+    }
+    found = np.degrees(kw.plan(scenario).trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
+    np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
 
 
-class TestOverriddenPlanner:
-    def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:
-        plan = kw.plan("ur5_deburring", planner="cubic")
-        assert plan.unsupported_options == ("end_acceleration",)
-        assert kw.plan("ur5_deburring").unsupported_options == ()
+def test_planner_leaves_out_what_it_does_not_support_and_says_so() -> None:
+    plan = kw.plan("ur5_deburring", planner="cubic")
+    assert plan.unsupported_options == ("end_acceleration",)
+    assert planned("ur5_deburring").unsupported_options == ()
 
 
-class TestCommand:
-    def test_table(self, knotwork: Command) -> None:
-        ran = knotwork("compare", "paper_case")
-        assert ran.code == 0
-        lines = ran.out.splitlines()
-        for planner in PLANNERS:
-            line, *reasons = (line for line in lines if line.startswith(f"{planner} "))
-            assert "…" not in line
-            assert [one.startswith(f"{planner} fails: ") for one in reasons] == [True] * (
-                " fail " in line
-            )
-        assert re.search(r"^cubic .* inf *$", ran.out, re.MULTILINE)
+def test_table_has_a_line_for_each_planner_and_each_reason(knotwork: Command) -> None:
+    ran = knotwork("compare", "paper_case")
+    assert ran.code == 0
+    lines = ran.out.splitlines()
+    for planner in PLANNERS:
+        line, *reasons = (line for line in lines if line.startswith(f"{planner} "))
+        assert "…" not in line
+        fails = [reason.startswith(f"{planner} fails: ") for reason in reasons]
+        assert fails == [True] * (" fail " in line)
+    assert re.search(r"^cubic .* inf *$", ran.out, re.MULTILINE)
 
-    def test_planners_lists_each_with_what_it_gives_up(self, knotwork: Command) -> None:
-        ran = knotwork("planners", "--json")
-        rows = {row["name"]: row for row in json.loads(ran.out)}
-        assert set(rows) == set(PLANNERS)
-        assert all(row["cannot"] and row["guarantees"] for row in rows.values())
-        assert "quintic" in knotwork("planners").out
+
+def test_planners_lists_each_with_what_it_gives_up(knotwork: Command) -> None:
+    rows = {row["name"]: row for row in json.loads(knotwork("planners", "--json").out)}
+    assert set(rows) == set(PLANNERS)
+    assert all(row["cannot"] and row["guarantees"] for row in rows.values())
+    assert "quintic" in knotwork("planners").out
 
 
 @pytest.fixture(scope="module")

@@ -148,13 +148,13 @@ MJCF = '<mujoco model="a"><worldbody/></mujoco>'
 @pytest.mark.parametrize(
     ("name", "text", "says"),
     [
-        ("arm.urdf.xacro", XACRO, "is xacro, not yet a URDF; expand it with `xacro"),
+        ("arm.urdf.xacro", XACRO, "is xacro; expand it with `xacro"),
         ("arm.xacro", XACRO, "arm.xacro > arm.urdf`"),
         ("arm.urdf", XACRO, "is xacro"),
         ("arm.sdf", SDF, "is SDF, which is not supported"),
         ("arm.xml", MJCF, "is MJCF (MuJoCo), which is not supported"),
         ("arm.xml", "<html/>", "outermost element is <html>"),
-        ("arm.usd", "PXR-USDC", "a URDF"),
+        ("arm.usd", "PXR-USDC", "is not a valid URDF"),
     ],
 )
 def test_other_robot_formats_are_named_with_what_to_do(

@@ -6,7 +6,6 @@ import json
 import re
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any, NoReturn
 import pytest
 
 import knotwork as kw
-from command_line import Command, python
+from command_line import Command, python, shell
 from knotwork.cli.progress_display import plan_state
 from knotwork.verification import CHECKS
 from patience import PATIENCE
@@ -83,13 +82,6 @@ def test_only_one_module_prints() -> None:
             assert "click.echo(" not in text, path
             assert "rich.markup" not in text, path
             assert not re.search(r"(?<!\.)\bprint\(", text), path
-
-
-def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    line = f"{sys.executable} -m knotwork {command}"
-    return subprocess.run(
-        ["sh", "-c", line], capture_output=True, text=True, cwd=folder, check=False
-    )
 
 
 def test_a_closed_output_is_said(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from patience import PATIENCE
+from command_line import process
 
 # Building, installing and running a wheel takes long, and what is in it seldom changes.
 pytestmark = pytest.mark.exhaustive
@@ -24,15 +24,8 @@ BIN = "Scripts" if os.name == "nt" else "bin"
 
 def run(*arguments: Any, cwd: Path) -> subprocess.CompletedProcess[str]:
     clean = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    return subprocess.run(
-        [str(argument) for argument in arguments],
-        cwd=cwd,
-        env={**clean, "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    own = {**clean, "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+    return process(*arguments, cwd=cwd, env=own)
 
 
 @pytest.fixture(scope="module")

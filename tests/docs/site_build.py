@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+from command_line import python
 
 
 @dataclass(frozen=True)
@@ -25,12 +27,12 @@ class Site:
 
 
 def build(source: Path, folder: Path, *options: str) -> Site:
-    command = [sys.executable, "-m", "sphinx", "-W", "-n", "--keep-going", "-E", "-q"]
-    done = subprocess.run(
-        [*command, *options, "-d", f"{folder}-trees", str(source), str(folder)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
+    strictly = ("-m", "sphinx", "-W", "-n", "--keep-going", "-E", "-q")
+    together: dict[str, Any] = {
+        "capture_output": False,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.STDOUT,
+    }
+    together["timeout"] = None  # a page runs what it shows
+    done = python(*strictly, *options, "-d", f"{folder}-trees", source, folder, **together)
     return Site(folder, done.returncode, done.stdout)

@@ -144,14 +144,14 @@ def test_file_of_events_beside(plan: kw.Plan, knotwork: Command, file: Path, nam
 
 
 def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
-    (place,) = plan.report.select(subject="event", quantity="place")
-    assert place.ok
-    assert place.value == pytest.approx(0.0, abs=1e-5)
-    assert "arc off at" in place.message
-    assert "20 mm before 'end'" in place.message
+    (position,) = plan.report.select(subject="event", quantity="event_position")
+    assert position.ok
+    assert position.value == pytest.approx(0.0, abs=1e-5)
+    assert "arc off at" in position.message
+    assert "20 mm before 'end'" in position.message
     late = replace(plan.trajectory, polynomial=later(plan.trajectory))
     found = kw.check(late, plan.scenario)
-    (moved,) = found.select(subject="event", quantity="place")
+    (moved,) = found.select(subject="event", quantity="event_position")
     assert not moved.ok
     assert moved.value == pytest.approx(0.08 * 0.01, rel=1e-2)  # 80 mm/s for 10 ms
     said = [one.message for one in plan.report.select(group="Segments")]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -14,6 +12,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from command_line import python
 from plans import planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -22,14 +21,11 @@ SCRIPTS = sorted(path.name for path in EXAMPLES.glob("*.py"))
 
 def run(name: str, folder: Path, *arguments: str) -> str:
     """Run an example in a folder of its own, with warnings as errors; what it prints."""
-    command = [sys.executable, "-W", "error", str(EXAMPLES / name), *arguments]
-    if name.startswith("test_"):
-        command[3:4] = ["-m", "pytest", "-p", "no:cacheprovider", "-q", str(EXAMPLES / name)]
+    under = ("-m", "pytest", "-p", "no:cacheprovider", "-q") if name.startswith("test_") else ()
     environment = {**os.environ, "PYTHONIOENCODING": "utf-8"}
     environment.pop("PYTEST_ADDOPTS", None)
-    ran = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, encoding="utf-8", check=False
-    )
+    options = {"cwd": folder, "env": environment, "encoding": "utf-8"}
+    ran = python("-W", "error", *under, EXAMPLES / name, *arguments, **options)
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert not ran.stderr
     return ran.stdout

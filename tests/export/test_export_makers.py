@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -29,55 +30,72 @@ def numbers(pattern: str, text: str) -> np.ndarray:
     return np.array(re.findall(pattern, text), dtype=float)
 
 
-Run = tuple[np.ndarray, np.ndarray, list[tuple[float, str, bool]]]
+@dataclass
+class Run:
+    """A program that is run: where the axes are at times, and which outputs are switched when.
 
+    Attributes:
+        now: Time since the start [s].
+        times: Of the points [s].
+        axes: Of the points [deg or mm].
+        switched: Time [s], output and value.
+    """
 
-def joined(times: list[float], axes: list[list[float]], switched: list) -> Run:
-    return np.array(times), np.array(axes), switched
+    now: float = 0.0
+    times: list[float] = field(default_factory=list)
+    axes: list[Any] = field(default_factory=list)
+    switched: list[tuple[float, str, bool]] = field(default_factory=list)
+
+    def move(self, seconds: float, axes: Any) -> None:
+        self.now += seconds
+        self.times.append(self.now)
+        self.axes.append(axes)
+
+    def wait(self, seconds: float) -> None:
+        self.move(seconds, self.axes[-1])
+
+    def switch(self, output: str, value: bool) -> None:
+        self.switched.append((self.now, output, value))
+
+    def deviation(self, motion: JointTrajectory) -> float:
+        """How far straight lines between the points are off a motion, at most [rad]."""
+        dense = np.linspace(0.0, motion.duration, 40_001)
+        columns = np.radians(np.array(self.axes).T)
+        lines = np.stack([np.interp(dense, self.times, column) for column in columns], axis=1)
+        return float(np.abs(lines - motion.position(motion.start_time + dense)).max())
 
 
 def read_krl(text: str) -> Run:
     """Blocks of a spline take their time in parts; a trigger is for the point after it."""
-    times: list[float] = []
-    axes: list[list[float]] = []
-    switched: list[tuple[float, str, bool]] = []
-    block: list[float] = []
-    waiting: list[tuple[str, bool]] = []
+    run, waiting, inside = Run(), list[tuple[str, bool]](), False
     point = r"(S?PTP) \{" + ", ".join(f"A{i} {NUMBER}" for i in range(1, 7)) + r"\}"
-    now, inside = 0.0, False
     for line in map(str.strip, text.splitlines()):
         if line == "PTP_SPLINE":
-            inside, block = True, []
+            inside, begin = True, run.now
         elif line == "ENDSPLINE":
             inside = False
         elif found := re.fullmatch(point, line):
             assert inside == (found[1] == "SPTP")
-            axes.append([float(one) for one in found.groups()[1:]])
+            axes = [float(value) for value in found.groups()[1:]]
             if not inside:
-                times.append(now)
+                run.move(0.0, axes)
         elif found := re.fullmatch(rf"TIME_BLOCK PART = {NUMBER}", line):
-            now += float(found[1])
-            block.append(float(found[1]))
-            times.append(now)
-            switched += [(now, *one) for one in waiting]
-            waiting = []
+            run.move(float(found[1]), axes)
+            while waiting:
+                run.switch(*waiting.pop(0))
         elif found := re.fullmatch(rf"TIME_BLOCK END = {NUMBER}", line):
-            assert float(found[1]) == pytest.approx(sum(block), abs=1e-9)
+            assert float(found[1]) == pytest.approx(run.now - begin, abs=1e-9)
         elif found := re.fullmatch(rf"WAIT SEC {NUMBER}", line):
             assert not inside
-            now += float(found[1])
-            times.append(now)
-            axes.append(axes[-1])
+            run.wait(float(found[1]))
         elif found := re.fullmatch(
             r"(TRIGGER WHEN PATH=0 DELAY=0 DO )?\$OUT\[(\d+)\]=(TRUE|FALSE)", line
         ):
             assert inside == bool(found[1])
-            one = found[2], found[3] == "TRUE"
-            if inside:
-                waiting.append(one)
-            else:
-                switched.append((now, *one))
-    return joined(times, axes, switched)
+            waiting.append((found[2], found[3] == "TRUE"))
+            if not inside:
+                run.switch(*waiting.pop())
+    return run
 
 
 def read_rapid(text: str) -> Run:
@@ -86,37 +104,34 @@ def read_rapid(text: str) -> Run:
         name: (signal, on == "1")
         for name, signal, on in re.findall(r"TriggIO (\w+), 0\\Time\\DOp:=(\w+), (\d);", text)
     }
-    times, axes, switched, now, indices = [], [], [], 0.0, []
+    run, indices = Run(), []
     for line in map(str.strip, text.partition("PROC")[2].splitlines()):
         if found := re.fullmatch(
             r"(MoveAbsJ|TriggAbsJ) kw_q\{(\d+)\}\\NoEOffs, v\d+(?:\\T:=([\d.]+))?, (.*)tool0;", line
         ):
-            now += float(found[3] or 0.0)
             indices.append(int(found[2]))
-            times.append(now)
-            axes.append(targets[indices[-1] - 1])
+            run.move(float(found[3] or 0.0), targets[indices[-1] - 1])
             names = re.findall(r"kw_t\d+", found[4])
             assert bool(names) == (found[1] == "TriggAbsJ")
             fine = "fine" in found[4]
             assert fine or "z0" in found[4]
             assert not (fine and names)
-            switched += [(now, *triggers[name]) for name in names]
+            for name in names:
+                run.switch(*triggers[name])
         elif found := re.fullmatch(rf"WaitTime\\InPos, {NUMBER};", line):
             assert fine
-            now += float(found[1])
-            times.append(now)
-            axes.append(axes[-1])
+            run.wait(float(found[1]))
         elif found := re.fullmatch(r"SetDO (\w+), (\d);", line):
             assert fine
-            switched.append((now, found[1], found[2] == "1"))
+            run.switch(found[1], found[2] == "1")
     assert sorted(indices) == indices
-    return joined(times, axes, switched)
+    return run
 
 
 def read_ls(text: str) -> Run:
     points = numbers(", ".join(f"J{i} = {NUMBER} deg" for i in range(1, 7)), text)
     points[:, 2] += points[:, 1]  # J3 counts from the horizontal
-    times, axes, switched, now, fine = [], [], [], 0.0, True
+    run, fine = Run(), True
     lines = text.partition("/MN\n")[2].partition("/POS")[0].splitlines()
     for number, line in enumerate(lines, 1):
         head, _, rest = line.partition(":")
@@ -124,22 +139,19 @@ def read_ls(text: str) -> Run:
         if found := re.fullmatch(
             r"J P\[(\d+)\] (\d+)(msec|%) (FINE|CNT100)(?: TB \.00sec,DO\[(\d+)\]=(ON|OFF))? ;", rest
         ):
-            now += float(found[2]) / 1e3 if found[3] == "msec" else 0.0
+            seconds = float(found[2]) / 1e3 if found[3] == "msec" else 0.0
+            run.move(seconds, points[int(found[1]) - 1])
             fine = found[4] == "FINE"
-            times.append(now)
-            axes.append(points[int(found[1]) - 1])
             if found[5]:
-                switched.append((now, found[5], found[6] == "ON"))
+                run.switch(found[5], found[6] == "ON")
         elif found := re.fullmatch(r"  WAIT ([\d.]+)\(sec\) ;", rest):
             assert fine
-            now += float(found[1])
-            times.append(now)
-            axes.append(axes[-1])
+            run.wait(float(found[1]))
         elif found := re.fullmatch(r"  DO\[(\d+)\]=(ON|OFF) ;", rest):
-            switched.append((now, found[1], found[2] == "ON"))
+            run.switch(found[1], found[2] == "ON")
         else:
             assert re.fullmatch(r"  !.{1,32} ;", rest), rest
-    return joined(times, axes, switched)
+    return run
 
 
 def read_stream(text: str) -> tuple[np.ndarray, np.ndarray]:
@@ -148,12 +160,17 @@ def read_stream(text: str) -> tuple[np.ndarray, np.ndarray]:
     return table[:, 0], table[:, 1:]
 
 
+def run_stream(text: str) -> Run:
+    time, axes = read_stream(text)
+    return Run(time[-1], time.tolist(), axes.tolist())
+
+
 READERS = {
     "krl": (read_krl, 1e-6),
     "rapid": (read_rapid, 1e-6),
     "ls": (read_ls, 1e-4),
-    "rsi": (lambda text: (*read_stream(text), []), 0.0),
-    "egm": (lambda text: (*read_stream(text), []), 0.0),
+    "rsi": (run_stream, 0.0),
+    "egm": (run_stream, 0.0),
 }
 
 
@@ -164,19 +181,16 @@ def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, fit: float 
     streamed = "cycle" in export.STRAIGHT[name]
     if streamed and fit is not None:
         with pytest.raises(InputError, match="takes no option 'fit'"):
-            export.export(motion, name, fit=fit)
+            export.content(motion, name, fit=fit)
         return
-    text = export.export(motion, name, **({} if fit is None else {"fit": fit}))
-    time, axes, _ = read(text)
+    text = export.content(motion, name, **({} if fit is None else {"fit": fit}))
+    run = read(text)
     points = export.straight_points(motion, **export.STRAIGHT[name], fit=fit)
     assert name == "ls" or points.describe() in text
     assert points.error <= (fit or 1e-3)
-    assert time[-1] == pytest.approx(motion.duration, abs=1e-3)
-    dense = np.linspace(0.0, motion.duration, 20_001)
-    lines = np.stack([np.interp(dense, time, column) for column in np.radians(axes.T)], axis=1)
-    off = np.abs(lines - motion.position(motion.start_time + dense)).max()
-    said = float(re.search(r"(?:at most|lines) ([\d.e-]+)", text)[1])  # type: ignore[index]
-    assert 0.95 * said - np.radians(digit) < off <= said
+    assert run.now == pytest.approx(motion.duration, abs=1e-3)
+    stated = float(re.search(r"(?:at most|lines) ([\d.e-]+)", text)[1])  # type: ignore[index]
+    assert 0.95 * stated - np.radians(digit) < run.deviation(motion) <= stated
 
 
 def test_stream_motion_counts_the_third_axis_from_the_horizontal(motion: JointTrajectory) -> None:
@@ -240,20 +254,21 @@ def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None
 def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, arc: str) -> None:
     plan = kw.plan(kw.Task.load("ur10_weld").replace(outputs={"gas": 1, "arc": 2}))
     read, _ = READERS[name]
-    text = export.export(plan.trajectory, name)
-    time, axes, switched = read(text)
-    want = [(e.time, {"gas": gas, "arc": arc}[e.name], e.value) for e in plan.events]
-    assert [one[1:] for one in switched] == [one[1:] for one in want]
-    assert [one[0] for one in switched] == pytest.approx([one[0] for one in want], abs=1e-3)
-    dense = np.linspace(0.0, plan.trajectory.duration, 40_001)
-    lines = np.stack([np.interp(dense, time, column) for column in np.radians(axes.T)], axis=1)
-    assert np.abs(lines - plan.trajectory.position(dense)).max() < 1.002e-3
+    text = export.content(plan.trajectory, name)
+    run = read(text)
+    outputs = {"gas": gas, "arc": arc}
+    assert [event[1:] for event in run.switched] == [
+        (outputs[e.name], e.value) for e in plan.events
+    ]
+    times = [event[0] for event in run.switched]
+    assert times == pytest.approx([event.time for event in plan.events], abs=1e-3)
+    assert run.deviation(plan.trajectory) < 1.002e-3
     assert len(re.findall(r"(?:SEC|InPos,|WAIT) [\d.]+", text)) == 2
     for segment in plan.segments:
         assert segment.name in text
     unnamed = replace(plan.events[0], name="a b", output=None)
     with pytest.raises(ExportError, match=r"output from 1 on|named by letters"):
-        export.export(replace(plan.trajectory, events=(unnamed,)), name)
+        export.content(replace(plan.trajectory, events=(unnamed,)), name)
 
 
 def test_refuses_tolerance_below_milliseconds(motion: JointTrajectory) -> None:

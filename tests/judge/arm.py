@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,6 @@ def found(reference: str, folder: Path) -> Path:
 def with_axes(arm: Any, axes: Mapping[str, Any]) -> Any:
     """A model with external axes: links `cell` and those of tables, and what carries the arm."""
     first = pin.Model()
-    inertia = pin.Inertia.Zero()
     links = {"cell": first.addFrame(pin.Frame("cell", 0, 0, pin.SE3.Identity(), pin.BODY))}
     for name, one in axes.items():
         parent = first.frames[links[one.get("in", "cell")]]
@@ -37,24 +36,12 @@ def with_axes(arm: Any, axes: Mapping[str, Any]) -> Any:
         at = pin.SE3(turn, np.array(one.get("position", (0, 0, 0)), dtype=float))
         axis = np.array(one.get("turns") or one["slides"], dtype=float)
         axis /= np.linalg.norm(axis)
-        kind = (
-            pin.JointModelRevoluteUnaligned
-            if one.get("turns")
-            else pin.JointModelPrismaticUnaligned
-        )
+        kind = "Revolute" if one.get("turns") else "Prismatic"
+        moving = getattr(pin, f"JointModel{kind}Unaligned")(axis)
         low, high = one.get("range") or (-np.inf, np.inf)
         fast = float(one.get("velocity") or 0.0)
-        joint = first.addJoint(
-            parent.parentJoint,
-            kind(axis),
-            parent.placement * at,
-            name,
-            np.zeros(1),
-            np.array([fast]),
-            np.array([low]),
-            np.array([high]),
-        )
-        first.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+        bounds = (np.array([value]) for value in (0.0, fast, low, high))
+        joint = first.addJoint(parent.parentJoint, moving, parent.placement * at, name, *bounds)
         link = one.get("carries") or name
         links[link] = first.addFrame(pin.Frame(link, joint, 0, pin.SE3.Identity(), pin.BODY))
     carrier = links.get("robot", links["cell"])
@@ -170,9 +157,7 @@ class Arm:
 
     def _limits(self, given: Mapping[str, Any]) -> dict[str, np.ndarray]:
         """Of the URDF, and those that replace them; position as pairs, shape (d, 2)."""
-        d = len(self.names)
-        limits = {kind: np.full(d, np.inf) for kind in KINDS[1:]}
-        limits["position"] = np.tile([-np.inf, np.inf], (d, 1))
+        limits = no_limits(len(self.names))
         for i, j in enumerate(self.joints):
             one = self.model.joints[j]
             if one.nq == 1:
@@ -184,7 +169,7 @@ class Arm:
             ):
                 if 0.0 < values[one.idx_v] < 1e300:
                     limits[kind][i] = values[one.idx_v]
-        return replaced(limits, given, self.names, np.ones(d))
+        return replaced(limits, given, self.names, np.ones(len(self.names)))
 
     def whole(self, q: np.ndarray) -> np.ndarray:
         """Joint positions, shape (k, d), as configurations of the whole model."""
@@ -193,10 +178,11 @@ class Arm:
             self._put(full, joint, q[:, i])
         return full
 
-    def whole_rates(self, v: np.ndarray) -> np.ndarray:
-        full = np.zeros((len(v), self.model.nv))
-        full[:, self.rates] = v
-        return full
+    def _rows(self, q: np.ndarray, *rates: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
+        """States of the whole model, from joint positions and their derivatives."""
+        whole = np.zeros((len(rates), len(q), self.model.nv))
+        whole[..., self.rates] = rates
+        return zip(self.whole(q), *whole, strict=True)
 
     def poses(self, q: np.ndarray, t: np.ndarray | None = None) -> list[pin.SE3]:
         """Of the tool centre point in the base, at positions of shape (k, d).
@@ -235,8 +221,8 @@ class Arm:
         frame = self.tcp if link is None else self.model.getFrameId(link, pin.BODY)
         turn = self.base.rotation.T
         found = np.empty((len(q), 6))
-        for k, (one, rate) in enumerate(zip(self.whole(q), self.whole_rates(v), strict=True)):
-            pin.forwardKinematics(self.model, self.data, one, rate)
+        for k, row in enumerate(self._rows(q, v)):
+            pin.forwardKinematics(self.model, self.data, *row)
             pin.updateFramePlacement(self.model, self.data, frame)
             moved = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
             found[k] = np.concatenate((turn @ moved.linear, turn @ moved.angular))
@@ -245,8 +231,7 @@ class Arm:
     def accelerations(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Sizes of the tool centre point's acceleration [m/s²], shape (k,)."""
         found = np.empty(len(q))
-        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
-        for k, row in enumerate(rows):
+        for k, row in enumerate(self._rows(q, v, a)):
             pin.forwardKinematics(self.model, self.data, *row)
             pin.updateFramePlacement(self.model, self.data, self.tcp)
             felt = pin.getFrameClassicalAcceleration(
@@ -255,21 +240,19 @@ class Arm:
             found[k] = np.linalg.norm(felt.linear)
         return found
 
-    def efforts(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Torques and forces of the joints, by inverse dynamics, shape (k, d)."""
-        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
-        return np.array([pin.rnea(self.model, self.data, *row)[self.rates] for row in rows])
-
-    def efforts_of(
-        self, held: pin.Inertia, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    def efforts(
+        self, q: np.ndarray, v: np.ndarray, a: np.ndarray, held: pin.Inertia | None = None
     ) -> np.ndarray:
-        """What `efforts` are more with a body at the tool centre point."""
+        """Torques and forces of the joints, by inverse dynamics, shape (k, d).
+
+        What is held is a body at the tool centre point.
+        """
         model = self.model.copy()
-        model.appendBodyToJoint(self.tool_joint, held, self.tcp_placement)
+        if held is not None:
+            model.appendBodyToJoint(self.tool_joint, held, self.tcp_placement)
         data = model.createData()
-        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
-        loaded = [pin.rnea(model, data, *row)[self.rates] for row in rows]
-        return np.reshape(loaded, np.shape(q)) - np.reshape(self.efforts(q, v, a), np.shape(q))
+        found = [pin.rnea(model, data, *row)[self.rates] for row in self._rows(q, v, a)]
+        return np.reshape(found, np.shape(q))
 
     def singular_values(self, q: np.ndarray) -> np.ndarray:
         """The smallest of the tool's Jacobian, shape (k,)."""
@@ -280,6 +263,12 @@ class Arm:
             )
             found[k] = np.linalg.svd(J[:, self.rates], compute_uv=False)[-1]
         return found
+
+
+def no_limits(d: int) -> dict[str, np.ndarray]:
+    """Infinite limits of so many joints; position as pairs, shape (d, 2)."""
+    limits = {kind: np.full(d, np.inf) for kind in KINDS[1:]}
+    return {**limits, "position": np.tile([-np.inf, np.inf], (d, 1))}
 
 
 def replaced(

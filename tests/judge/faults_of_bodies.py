@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import urdfs
 from judge.cases import Case, Fault, Rng, Shelf, _mapping, size, uniform_spline
 from judge.motion import Motion
 
@@ -19,13 +20,7 @@ JOINTS = ("turn", "bend", "twist")
 UPPER, FORE, HAND, SIDE = 0.5, 0.3, 0.1, 0.06
 """Lengths of the links along x, and their width and height [m]."""
 
-LINK = """<link name="{name}"><collision><origin xyz="{place}"/><geometry>{shape}</geometry>
-    </collision></link>
-  """
-JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
-    <origin xyz="{place}" rpy="0 0 {turn}"/><axis xyz="0 0 1"/>
-    <limit lower="-3.1" upper="3.1" velocity="100" effort="0"/></joint>
-  """
+LIMITS = urdfs.limits(-3.1, 3.1, velocity=100, effort=0)
 
 
 def _box(x: float, y: float, z: float) -> str:
@@ -34,28 +29,25 @@ def _box(x: float, y: float, z: float) -> str:
 
 def _arm(names: tuple[str, str, str]) -> str:
     """Links and joints of the arm: at zero it lies along x."""
-    upper, fore, hand = names
     thin = 0.8 * SIDE
-    rows = [LINK.format(name="base", place="-0.1 0 -0.2", shape=_box(0.1, 0.1, 0.1))]
-    for name, length in ((upper, UPPER), (fore, FORE), (hand, HAND)):
+    parts = [urdfs.link("base", urdfs.collision(_box(0.1, 0.1, 0.1), "-0.1 0 -0.2"))]
+    for name, length in zip(names, (UPPER, FORE, HAND), strict=True):
         place, shape = f"{0.5 * length + 0.02} 0 0", _box(length - 0.04, thin, SIDE)
-        rows.append(LINK.format(name=name, place=place, shape=shape))
+        parts.append(urdfs.link(name, urdfs.collision(shape, place)))
     for joint, parent, child, at in zip(
-        JOINTS, ("base", upper, fore), names, (0.0, UPPER, FORE), strict=True
+        JOINTS, ("base", *names), names, (0.0, UPPER, FORE), strict=False
     ):
-        values = {"kind": "revolute", "parent": parent, "child": child}
-        rows.append(JOINT.format(name=joint, place=f"{at} 0 0", turn=0, **values))
-    return "".join(rows)
+        parts.append(urdfs.joint(joint, parent, child, at=f"{at} 0 0", more=LIMITS))
+    return "".join(parts)
 
 
 def _attached(
     name: str, parent: str, place: np.ndarray, shape: str, joint: str = "", kind: str = "fixed"
 ) -> str:
     """A link that a joint joins to another one."""
-    said = " ".join(repr(float(one)) for one in place)
-    values = {"name": joint or f"to {name}", "kind": kind, "parent": parent, "child": name}
-    link = LINK.format(name=name, place="0 0 0", shape=shape)
-    return link + JOINT.format(place=said, turn=0, **values)
+    at = " ".join(repr(float(number)) for number in place)
+    link = urdfs.link(name, urdfs.collision(shape))
+    return link + urdfs.joint(joint or f"to {name}", parent, name, kind, at=at, more=LIMITS)
 
 
 def _sweep(rng: Rng, start: np.ndarray, end: np.ndarray) -> Motion:
@@ -93,7 +85,7 @@ class Bench:
         self, more: str = "", names: tuple[str, str, str] = ("upper", "fore", "hand"), **keys: Any
     ) -> dict[str, Any]:
         path = self.folder / f"{self.name}.urdf"
-        path.write_text(f'<robot name="arm">{_arm(names)}{more}</robot>', encoding="utf-8")
+        path.write_text(urdfs.robot(_arm(names), more), encoding="utf-8")
         home = dict.fromkeys(JOINTS, 0.0)
         return {
             "urdf": str(path), "base_frame": "base", "tool_frame": names[2],
@@ -103,7 +95,7 @@ class Bench:
     def srdf(self, first: str, second: str) -> str:
         path = self.folder / f"{self.name}.srdf"
         pair = f'<disable_collisions link1="{first}" link2="{second}" reason="Never"/>'
-        path.write_text(f'<robot name="arm">{pair}</robot>', encoding="utf-8")
+        path.write_text(urdfs.robot(pair), encoding="utf-8")
         return str(path)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from judge.arm import Arm
 from judge.cases import (
@@ -187,8 +188,6 @@ def tool_pose(case: Case, rng: Rng, shelf: Shelf) -> Case:
     if rng.random() < 0.5:
         row["position"] = (np.array(row["position"]) + way / case.extra["length"]).tolist()
     else:
-        import pinocchio as pin
-
         row["rotation_matrix"] = (pin.exp3(way) @ np.array(row["rotation_matrix"])).tolist()
     return made
 
@@ -249,7 +248,7 @@ def tool_limit(kind: str) -> Any:
             limits["tool_acceleration"] = below(float(arm.accelerations(q, v, a).max())) / length
         elif kind == "frame speed":
             moving = [f.name for f in arm.model.frames if f.parentJoint == arm.joints[-1]]
-            link = next(n for n in moving if arm.model.existFrame(n, _body()))
+            link = next(n for n in moving if arm.model.existFrame(n, pin.BODY))
             peak = np.linalg.norm(arm.velocities(q, v, link)[:, :3], axis=1).max()
             limits["frame_speed"] = {"frame": link, "speed": below(float(peak)) / length}
         else:
@@ -257,12 +256,6 @@ def tool_limit(kind: str) -> Any:
         return case.with_data({"limits": limits})
 
     return make
-
-
-def _body() -> Any:
-    import pinocchio as pin
-
-    return pin.BODY
 
 
 FAULTS: dict[str, Fault] = {

@@ -15,44 +15,31 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+import urdfs
 from judge import curves
 from judge.cases import Case, Fault, Rng, Shelf, bumped, sign, size
 from judge.motion import Motion
 
 NAMES = ("x", "y", "z", "c")
 KNOTS = 120
-Way = Callable[[np.ndarray], np.ndarray]
-
-GANTRY = """<robot name="gantry">
-  <link name="base"/><link name="bridge"/><link name="carriage"/><link name="column"/>
-  <link name="head"/>
-  {joints}
-</robot>
-"""
-JOINT = """<joint name="{name}" type="{kind}">
-    <parent link="{parent}"/><child link="{child}"/><axis xyz="{axis}"/>
-    <limit lower="-50" upper="50" velocity="1000" effort="0"/>
-  </joint>
-  """
+Way = Callable[[np.ndarray], Any]
+"""Arc lengths at times, shape (k,) each."""
 
 
 def gantry(shelf: Shelf) -> str:
     """Path of the gantry's URDF."""
     path = shelf.folder / "gantry.urdf"
-    if not path.exists():
-        links = ("base", "bridge", "carriage", "column", "head")
-        axes = ("1 0 0", "0 1 0", "0 0 1", "0 0 1")
-        rows = [
-            JOINT.format(
-                name=name,
-                kind="revolute" if name == "c" else "prismatic",
-                parent=links[i],
-                child=links[i + 1],
-                axis=axes[i],
-            )
-            for i, name in enumerate(NAMES)
-        ]
-        path.write_text(GANTRY.format(joints="".join(rows)), encoding="utf-8")
+    links = ("base", "bridge", "carriage", "column", "head")
+    kinds = ("prismatic", "prismatic", "prismatic", "revolute")
+    axes = ("1 0 0", "0 1 0", "0 0 1", "0 0 1")
+    wide = urdfs.limits(-50, 50, velocity=1000, effort=0)
+    joints = [
+        urdfs.joint(name, parent, child, kind, axis=axis, more=wide)
+        for name, (parent, child), kind, axis in zip(
+            NAMES, itertools.pairwise(links), kinds, axes, strict=True
+        )
+    ]
+    path.write_text(urdfs.robot(*map(urdfs.link, links), *joints), encoding="utf-8")
     return str(path)
 
 
@@ -259,11 +246,7 @@ def speed(case: Case, rng: Rng, shelf: Shelf) -> Case:
     low, high = _within(along, rng)
     part = min(case.extra["part"] * size(rng, 1.0, least=2.0), 0.95)
     rise = sign(rng) * part * along.stretch.speed * (high - low) / HUMP_SLOPE
-
-    def way(t: np.ndarray) -> np.ndarray:
-        return np.asarray(along.nominal(t) + rise * _hump((t - low) / (high - low)))
-
-    return _spoiled(case, way)
+    return _spoiled(case, lambda t: along.nominal(t) + rise * _hump((t - low) / (high - low)))
 
 
 def backwards(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -274,11 +257,7 @@ def backwards(case: Case, rng: Rng, shelf: Shelf) -> Case:
     room = one.speed * (one.full[1] - low)
     rise = room * rng.uniform(0.1, 0.35)
     width = rise * rng.uniform(0.3, 1.5) / one.speed
-
-    def way(t: np.ndarray) -> np.ndarray:
-        return np.asarray(along.nominal(t) + rise * _hump((t - low) / width))
-
-    return _spoiled(case, way)
+    return _spoiled(case, lambda t: along.nominal(t) + rise * _hump((t - low) / width))
 
 
 def there_and_back(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -300,11 +279,7 @@ def there_and_back(case: Case, rng: Rng, shelf: Shelf) -> Case:
 def other_way_round(case: Case, rng: Rng, shelf: Shelf) -> Case:
     along = case.extra["along"]
     turned = replace(along, rate=-along.rate)  # so that the tool turns as it is asked to
-
-    def way(t: np.ndarray) -> np.ndarray:
-        return -along.nominal(t)
-
-    return case.with_motion(turned.motion(way, KNOTS))
+    return case.with_motion(turned.motion(lambda t: -along.nominal(t), KNOTS))
 
 
 def turns(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -314,69 +289,74 @@ def turns(case: Case, rng: Rng, shelf: Shelf) -> Case:
     asked = round(along.path.length / around)
     most = case.extra["part"] * 0.9
     choices = [k for k in range(1, 2 * asked + 1) if k != asked and abs(k / asked - 1) < most]
-    made = float(rng.choice(choices)) if choices else asked - 1.0
-
-    def way(t: np.ndarray) -> np.ndarray:
-        return made / asked * along.nominal(t)
-
-    return _spoiled(case, way, KNOTS)
+    count = float(rng.choice(choices)) if choices else asked - 1.0
+    return _spoiled(case, lambda t: count / asked * along.nominal(t), KNOTS)
 
 
-def _ramp(along: Along, at_end: bool) -> tuple[float, float]:
-    """When a ramp begins, seen from its end of the path, and how long it takes [s]."""
-    one = along.stretch
-    return (one.end, one.end - one.full[1]) if at_end else (one.start, one.full[0] - one.start)
+class Ramp:
+    """Where the speed changes at one end of a path.
+
+    Attributes:
+        length: How far the tool gets in its time at full speed [m].
+    """
+
+    def __init__(self, along: Along, rng: Rng) -> None:
+        self.along, one = along, along.stretch
+        self.at_end = bool(rng.integers(2))
+        self.rest = one.end if self.at_end else one.start
+        self.duration = one.end - one.full[1] if self.at_end else one.full[0] - one.start
+        self.length = one.speed * self.duration
+
+    def since(self, t: np.ndarray) -> np.ndarray:
+        """Time from rest on, as a part of that of the ramp."""
+        return (self.rest - t if self.at_end else t - self.rest) / self.duration
+
+    def instead(self, way: Way) -> Way:
+        """Progress as asked but in the ramp, where it is another one from rest on [m]."""
+
+        def progress(t: np.ndarray) -> np.ndarray:
+            since = self.since(t)
+            gone = self.along.path.length - way(since) if self.at_end else way(since)
+            return np.where(since < 1.0, gone, self.along.nominal(t))
+
+        return progress
 
 
 def ramp_too_fast(case: Case, rng: Rng, shelf: Shelf) -> Case:
     """At rest for too long at an end of the path, so that full speed is exceeded beside it."""
-    along, at_end = case.extra["along"], bool(rng.integers(2))
-    v, (rest, ramp) = along.stretch.speed, _ramp(along, at_end)
+    ramp = Ramp(case.extra["along"], rng)
     late = rng.uniform(0.5, 0.75)
-    rise = 0.5 * v * ramp
 
-    def way(t: np.ndarray) -> np.ndarray:
-        since = (rest - t if at_end else t - rest) / ramp
+    def way(since: np.ndarray) -> np.ndarray:
+        """From rest to full speed, at the place where it is to have it."""
         u = np.clip((since - late) / (1.0 - late), 0.0, 1.0)
-        # from rest to full speed, at the place where it is to have it
-        gone = rise * (10 * u**3 - 15 * u**4 + 6 * u**5)
-        gone += v * ramp * (1.0 - late) * (-4 * u**3 + 7 * u**4 - 3 * u**5)
-        found = along.path.length - gone if at_end else gone
-        return np.where(since < 1.0, found, along.nominal(t))
+        share = 0.5 * (10 * u**3 - 15 * u**4 + 6 * u**5)
+        return ramp.length * (share + (1.0 - late) * (-4 * u**3 + 7 * u**4 - 3 * u**5))
 
-    return _spoiled(case, way)
+    return _spoiled(case, ramp.instead(way))
 
 
 def ramp_backwards(case: Case, rng: Rng, shelf: Shelf) -> Case:
     """Ahead and back where the speed changes, always on the path."""
-    along, at_end = case.extra["along"], bool(rng.integers(2))
-    v, (rest, ramp) = along.stretch.speed, _ramp(along, at_end)
-    rise = v * ramp * rng.uniform(0.7, 1.5) * (-1.0 if at_end else 1.0)
-
-    def way(t: np.ndarray) -> np.ndarray:
-        since = (rest - t if at_end else t - rest) / ramp
-        return np.asarray(along.nominal(t) + 0.5 * rise * _hump(since))
-
-    return _spoiled(case, way)
+    along = case.extra["along"]
+    ramp = Ramp(along, rng)
+    rise = 0.5 * ramp.length * rng.uniform(0.7, 1.5) * (-1.0 if ramp.at_end else 1.0)
+    return _spoiled(case, lambda t: along.nominal(t) + rise * _hump(ramp.since(t)))
 
 
 def ramp_slowly_back(case: Case, rng: Rng, shelf: Shelf) -> Case:
     """Ahead, back and ahead where the speed changes, never faster than full speed."""
-    along, at_end = case.extra["along"], bool(rng.integers(2))
-    v, (rest, ramp) = along.stretch.speed, _ramp(along, at_end)
+    ramp = Ramp(case.extra["along"], rng)
     ahead, back, half = 0.9, rng.uniform(0.3, 0.8), 0.12
     # middles of the changes of speed: after the last one the tool is where it is asked to be
     first, second = 0.13, 0.38
     third = 1.0 - (0.5 - ahead * (second - first) + back * (1.0 - second)) / (1.0 + back)
     changes = ((first, ahead), (second, -ahead - back), (third, 1.0 + back))
 
-    def way(t: np.ndarray) -> np.ndarray:
-        since = (rest - t if at_end else t - rest) / ramp
-        gone = v * ramp * sum(by * covered(since, at - half, at + half) for at, by in changes)
-        found = along.path.length - gone if at_end else gone
-        return np.where(since < 1.0, found, along.nominal(t))
+    def way(since: np.ndarray) -> Any:
+        return ramp.length * sum(by * covered(since, at - half, at + half) for at, by in changes)
 
-    return _spoiled(case, way)
+    return _spoiled(case, ramp.instead(way))
 
 
 CLOSED = path_case("circle", "turns", ramps=0.98)

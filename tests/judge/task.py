@@ -8,6 +8,7 @@ pose without a path. Times and speeds that are free must have numbers, as the sc
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from judge import curves, weaving
-from judge.arm import KINDS, Arm, replaced
+from judge.arm import KINDS, Arm, no_limits, replaced
 from judge.files import read_yaml
 from judge.placing import FORMS, frames, leaning, placement
 
@@ -69,9 +70,9 @@ class Task:
         if self.data.get("robot") is not None:
             tool = self.data.get("tool") or {}
             gravity = self.data.get("gravity")
+            scales = self.length, self.angle
             self.arm = Arm(
-                *(self.data["robot"], self.folder, tool, self.length, self.angle, gravity),
-                self._carrier("on"),
+                self.data["robot"], self.folder, tool, *scales, gravity, self._carrier("on")
             )
             self._ride()
             self.names, self.units = self.arm.names, self.arm.units
@@ -363,8 +364,8 @@ class Task:
 
     def _read_waits(self) -> None:
         """Two equal stops one after the other, without a path between them."""
-        moving = {(path.stretches[0].start) for path in self.paths}
-        for one, other in zip(self.waypoints, self.waypoints[1:], strict=False):
+        moving = {path.stretches[0].start for path in self.paths}
+        for one, other in itertools.pairwise(self.waypoints):
             if one.time in moving:
                 continue
             if one.pose is not None and other.pose is not None:
@@ -380,22 +381,18 @@ class Task:
 
     def _read_limits(self) -> None:
         given = self.data.get("limits") or {}
-        d = len(self.names)
-        limits: dict[str, np.ndarray] = {kind: np.full(d, np.inf) for kind in KINDS[1:]}
-        limits["position"] = np.tile([-np.inf, np.inf], (d, 1))
-        limits = replaced(self.arm.limits if self.arm else limits, given, self.names, self.scale)
-        self.margin = float(given.get("margin", 1.0))
+        own = self.arm.limits if self.arm else no_limits(len(self.names))
+        self.limits = replaced(own, given, self.names, self.scale)
+        margin = float(given.get("margin", 1.0))
         for kind in KINDS[1:]:
-            limits[kind] = limits[kind] * self.margin
-        self.limits = limits
-        speed, acceleration = given.get("tool_speed"), given.get("tool_acceleration")
-        self.tool_speed = None if speed is None else self.margin * self.length * speed
-        self.tool_acceleration = (
-            None if acceleration is None else self.margin * self.length * acceleration
+            self.limits[kind] *= margin
+        self.tool_speed, self.tool_acceleration = (
+            None if given.get(key) is None else margin * self.length * given[key]
+            for key in ("tool_speed", "tool_acceleration")
         )
         frame = given.get("frame_speed") or []
         self.frame_speed = [
-            (one["frame"], self.margin * self.length * one["speed"])
+            (one["frame"], margin * self.length * one["speed"])
             for one in (frame if isinstance(frame, list) else [frame])
         ]
         self.singular_value = given.get("singular_value")

@@ -156,7 +156,8 @@ def _efforts(task: Task, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndar
         if one.get("mass"):
             there = (t >= times[one["from"]]) & (t <= times[one["to"]])
             body = mass_of(one, task.length)
-            efforts[there] += task.arm.efforts_of(body, q[there], v[there], a[there])
+            state = q[there], v[there], a[there]
+            efforts[there] += task.arm.efforts(*state, body) - task.arm.efforts(*state)
     return efforts
 
 
@@ -167,12 +168,10 @@ def _sampled_limits(task: Task, motion: Motion, samples: int) -> Iterator[Wrong]
     q, v, a = (motion(t, order) for order in range(3))
     rows: list[tuple[str, str, float, float]] = []
     if limited.any():
-        # the acceleration from both sides of a break
-        before = motion(motion.x, 2, side="left")
         x = motion.x
-        felt = np.abs(_efforts(task, t, q, v, a)).max(axis=0)
-        other = np.abs(_efforts(task, x, motion(x), motion(x, 1), before)).max(axis=0)
-        felt = np.maximum(felt, other)
+        before = motion(x, 2, side="left")  # the acceleration from the other side of a break
+        states = (t, q, v, a), (x, motion(x), motion(x, 1), before)
+        felt = np.max([np.abs(_efforts(task, *state)).max(axis=0) for state in states], axis=0)
         rows += [
             ("effort limit", name, felt[i], task.limits["effort"][i])
             for i, name in enumerate(task.names)

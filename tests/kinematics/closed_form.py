@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+import urdfs
+
 Array = np.ndarray
 # Denavit–Hartenberg parameters of the UR5 as its manufacturer publishes them [m].
 D1, A2, A3, D4, D5, D6 = 0.089159, -0.425, -0.39225, 0.10915, 0.09465, 0.0823
@@ -84,20 +86,11 @@ def spherical_wrist_urdf() -> str:
         ("0 0 0", "0 1 0"),
         ("0 0 0", "0 0 1"),
     ]
-    lines = ['<robot name="spherical">']
-    for i in range(8):
-        lines.append(f'<link name="l{i}"/>')
+    wide = urdfs.limits(-3.2, 3.2, velocity=3, effort=50)
+    parts = [urdfs.link(f"l{i}") for i in range(8)]
     for i, (xyz, axis) in enumerate(joints):
-        lines.append(
-            f'<joint name="j{i + 1}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>'
-            f'<origin xyz="{xyz}"/><axis xyz="{axis}"/>'
-            '<limit lower="-3.2" upper="3.2" velocity="3" effort="50"/></joint>'
-        )
-    lines.append(
-        '<joint name="flange" type="fixed"><parent link="l6"/><child link="l7"/>'
-        f'<origin xyz="0 0 {FLANGE}"/></joint></robot>'
-    )
-    return "\n".join(lines)
+        parts.append(urdfs.joint(f"j{i + 1}", f"l{i}", f"l{i + 1}", at=xyz, axis=axis, more=wide))
+    return urdfs.robot(*parts, urdfs.joint("flange", "l6", "l7", "fixed", at=f"0 0 {FLANGE}"))
 
 
 def _about(axis: str, angle: float) -> Array:

@@ -32,14 +32,29 @@ def spherical(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     return load_robot(Path(path)).with_tool("l7")
 
 
-def limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    return robot.lower_position_limit, robot.upper_position_limit
-
-
 def truth(robot: Robot, pose: pin.SE3) -> list[np.ndarray]:
+    """Solutions of the closed form within half a turn of zero."""
     if robot is UR5:
-        return closed_form.ur5((CONTROLLER * pose).homogeneous)
-    return closed_form.spherical_wrist(pose.homogeneous)
+        found = closed_form.ur5((CONTROLLER * pose).homogeneous)
+    else:
+        found = closed_form.spherical_wrist(pose.homogeneous)
+    return [q for q in found if (np.abs(q) <= np.pi).all()]
+
+
+def answers(robot: Robot, pose: pin.SE3) -> np.ndarray:
+    """One solution of each branch that is found."""
+    return np.array([branch.q for branch in kw.solve_pose_ik_all(robot, pose)])
+
+
+def gap(found: np.ndarray, q: np.ndarray) -> float:
+    """How far the nearest of some solutions is, in the joint that is off most [rad]."""
+    return float(np.abs(closed_form.turned(found - q)).max(axis=1).min())
+
+
+def one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Limits, at most one turn from each other."""
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    return lower, np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
 
 
 @pytest.mark.parametrize("count", first_of(20, 60))
@@ -51,11 +66,9 @@ def test_finds_every_branch_of_closed_form(arm: str, count: int, spherical: Robo
     for _ in range(count):
         pose = robot.forward(generator.uniform(-np.pi, np.pi, 6))
         branches = kw.solve_pose_ik_all(robot, pose)
-        answers = np.array([closed_form.turned(branch.q) for branch in branches])
-        expected = [q for q in truth(robot, pose) if (np.abs(q) <= np.pi).all()]
-        for q in expected:
-            wanted += 1
-            found += bool((np.abs(closed_form.turned(answers - q)).max(axis=1) < 1e-6).any())
+        q, expected = np.array([branch.q for branch in branches]), truth(robot, pose)
+        wanted += len(expected)
+        found += sum(gap(q, solution) < 1e-6 for solution in expected)
         assert len(branches) == len(expected)
         for branch in branches:
             assert max(branch.position_error, branch.orientation_error) <= 1e-8
@@ -68,12 +81,12 @@ def test_solve_closed_form_equals_searches(arm: str) -> None:
     robot = kw.load_robot(arm)
     asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
     targets = Targets.from_poses([robot.forward(q) for q in asked])
-    told = [known.q if known.certain else None for known in in_closed_form(robot, targets)]
-    assert sum(one is not None for one in told) > 8
-    for one, searched, q in zip(told, search_branches(robot, targets), asked, strict=True):
-        if one is not None:
-            assert len(one) == len(searched)
-            assert np.abs(closed_form.turned(one - q)).max(axis=1).min() < 1e-9
+    found = in_closed_form(robot, targets)
+    assert sum(solutions.certain for solutions in found) > 8
+    for solutions, searched, q in zip(found, search_branches(robot, targets), asked, strict=True):
+        if solutions.certain:
+            assert len(solutions.q) == len(searched)
+            assert gap(solutions.q, q) < 1e-9
 
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
@@ -86,13 +99,10 @@ def test_finds_every_branch_near_wrist_singularity(arm: str, bent: float, spheri
         q = generator.uniform(-2.5, 2.5, 6)
         q[4] = bent
         pose = robot.forward(q)
-        branches = kw.solve_pose_ik_all(robot, pose)
-        answers = np.array([closed_form.turned(branch.q) for branch in branches])
-        expected = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]
-        known = max(1e-6, 1e-9 / bent)  # rounding of the pose and of the closed form, magnified
-        for x in [q, *expected]:
-            assert np.abs(closed_form.turned(answers - x)).max(axis=1).min() < known
-        assert len(branches) == len(expected)
+        found, expected = answers(robot, pose), truth(robot, pose)
+        rounding = max(1e-6, 1e-9 / bent)  # of the pose and of the closed form, magnified
+        assert all(gap(found, x) < rounding for x in [q, *expected])
+        assert len(found) == len(expected)
 
 
 @pytest.mark.parametrize(("elbow", "bent"), [(1e-4, 1e-5), (1e-3, 1e-6)])
@@ -103,8 +113,7 @@ def test_solutions_once_near_singularities(elbow: float, bent: float, spherical:
         q = generator.uniform(-2.5, 2.5, 6)
         q[2], q[4] = elbow, bent
         pose = spherical.forward(q)
-        expected = [x for x in truth(spherical, pose) if (np.abs(x) <= np.pi).all()]
-        assert len(kw.solve_pose_ik_all(spherical, pose)) == len(expected)
+        assert len(kw.solve_pose_ik_all(spherical, pose)) == len(truth(spherical, pose))
 
 
 @pytest.mark.parametrize("bent", [1e-6, 1e-7])
@@ -113,9 +122,8 @@ def test_finds_origin_of_pose_at_rounding_limit(bent: float) -> None:
     for _ in range(12):
         q = generator.uniform(-2.5, 2.5, 6)
         q[4] = bent
-        answers = np.array([branch.q for branch in kw.solve_pose_ik_all(UR5, UR5.forward(q))])
         # the closed form itself is no better there
-        assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 5e-3
+        assert gap(answers(UR5, UR5.forward(q)), q) < 5e-3
 
 
 @pytest.mark.parametrize("elbow", [0.0, 1e-6, 1e-5])
@@ -124,11 +132,9 @@ def test_merges_branches_that_meet(elbow: float) -> None:
     for _ in range(8):
         q = generator.uniform(-2.5, 2.5, 6)
         q[2] = elbow
-        answers = np.array([branch.q for branch in kw.solve_pose_ik_all(UR5, UR5.forward(q))])
-        assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
-        for i, one in enumerate(answers):
-            for other in answers[:i]:
-                assert np.abs(closed_form.turned(one - other)).max() > 1e-2
+        found = answers(UR5, UR5.forward(q))
+        assert gap(found, q) < 1e-4
+        assert all(gap(found[:i], solution) > 1e-2 for i, solution in enumerate(found) if i)
 
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
@@ -147,10 +153,8 @@ def test_finds_branches_of_sequence(arm: str, straight: bool, count: int, spheri
             CartesianWaypoint(str(i), i, pose, pin.Motion.Zero()) for i, pose in enumerate(poses)
         ]
         for pose, candidates in zip(poses, find_candidates(robot, waypoints, list(q)), strict=True):
-            wanted = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]
-            answers = closed_form.turned(candidates.q)
-            for x in wanted:
-                assert np.abs(closed_form.turned(answers - x)).max(axis=1).min() < 1e-5
+            wanted = truth(robot, pose)
+            assert all(gap(candidates.q, x) < 1e-5 for x in wanted)
             assert candidates.branches == len(wanted)
 
 
@@ -184,10 +188,8 @@ def test_joint_on_limit_has_both_turns() -> None:
 @pytest.mark.parametrize("name", robot_names())
 def test_origin_of_pose_is_among_solutions(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(4)
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
     for _ in range(count):
-        q = generator.uniform(lower, upper)
+        q = generator.uniform(*one_turn(robot))
         branches = kw.solve_pose_ik_all(robot, robot.forward(q))
         for branch in branches:
             assert max(branch.position_error, branch.orientation_error) <= 1e-8
@@ -196,19 +198,19 @@ def test_origin_of_pose_is_among_solutions(name: str, count: int) -> None:
         has_closed_form = name in ("ur3", "ur5", "ur10", "z1", "kinova")
         smallest = np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1]
         if robot.dof <= 6 and (has_closed_form or smallest > 3e-3):
-            gaps = [np.abs(closed_form.turned(branch.q - q)).max() for branch in branches]
-            assert min(gaps) < 1e-6
+            assert gap(np.array([branch.q for branch in branches]), q) < 1e-6
 
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
 def test_spreads_samples_of_self_motion(name: str) -> None:
     robot = ROBOTS[name]
     pose = robot.forward(robot.configuration("home"))
-    branches = kw.solve_pose_ik_all(robot, pose, spread=12)
-    again = kw.solve_pose_ik_all(robot, pose, spread=12)
-    assert len(branches) == 12
-    q = np.array([branch.q for branch in branches])
-    np.testing.assert_array_equal(q, [branch.q for branch in again])
+    q, again = (
+        np.array([branch.q for branch in kw.solve_pose_ik_all(robot, pose, spread=12)])
+        for _ in range(2)
+    )
+    assert len(q) == 12
+    np.testing.assert_array_equal(q, again)
     gaps = np.abs(closed_form.turned(q[:, None] - q[None])).max(axis=2) + 10 * np.eye(12)
     assert gaps.min() > 0.1
     assert len(kw.solve_pose_ik_all(robot, pose, spread=30)) == 30
@@ -240,7 +242,8 @@ def test_flags_change_only_at_singularities(arm: str, spherical: Robot) -> None:
     robot = spherical if arm == "spherical" else ROBOTS[arm]
     generator, products = np.random.default_rng(9), set()
     for _ in range(12):
-        middle = np.clip(generator.uniform(-np.pi, np.pi, 6), *limits(robot))
+        middle = generator.uniform(-np.pi, np.pi, 6)
+        middle = np.clip(middle, robot.lower_position_limit, robot.upper_position_limit)
         for branch in kw.solve_pose_ik_all(robot, robot.forward(middle)):
             # Up and down trade places where the shoulder changes sides.
             flags = ("elbow up" in branch.flags) ^ ("no flip" in branch.flags)
@@ -269,8 +272,7 @@ def test_flags_describe_posture(spherical: Robot) -> None:
 @pytest.mark.parametrize("name", robot_names())
 def test_solves_batch_of_poses(name: str) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(6)
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    lower, upper = one_turn(robot)
     q = generator.uniform(lower, upper, (25, robot.dof))
     poses = [robot.forward(one) for one in q]
     beside = np.clip(q + generator.uniform(-0.02, 0.02, q.shape), lower, upper)
@@ -295,7 +297,7 @@ def test_batch_reports_unreachable_poses() -> None:
         kw.kinematics.solve_pose_ik_batch(UR5, [away], np.zeros((2, 6)))
 
 
-@pytest.mark.parametrize("wide", mostly_exhaustive([20.0, 1e16], 1e16))
+@pytest.mark.parametrize("wide", mostly_exhaustive([20.0, 1e12], 1e12))
 def test_wide_limits_keep_bounded_number_of_turns(wide: float) -> None:
     robot = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-wide, wide)))
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
@@ -333,5 +335,4 @@ LOST = {
 def test_finds_origin_of_pose_near_singularities(where: str) -> None:
     """Found by looking all around singularities of all arms; each was lost once."""
     robot, q = ROBOTS[where.split()[0]], np.array(LOST[where])
-    answers = np.array([branch.q for branch in kw.solve_pose_ik_all(robot, robot.forward(q))])
-    assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-3
+    assert gap(answers(robot, robot.forward(q)), q) < 1e-3

@@ -177,31 +177,12 @@ def test_missing_limit_does_not_allow_any_speed():
     assert np.abs(v).max() < 10
 
 
-def stops_at(robot: kw.Robot, configurations: Any, seconds: float = 4.0) -> list[dict]:
-    waypoints = []
-    for q in configurations:
-        pose = robot.forward(q)
-        placed = {
-            "position": pose.translation.tolist(),
-            "rotation_matrix": pose.rotation.tolist(),
-        }
-        waypoints.append({"pose": placed, "after": seconds, "stop": True})
-    return waypoints
-
-
-def anywhere(robot: kw.Robot, seed: int, count: int) -> np.ndarray:
-    """Configurations within 95 % of the limits, or of a turn where there is none."""
-    generator = np.random.default_rng(seed)
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    lower, upper = np.maximum(lower, -2 * np.pi), np.minimum(upper, 2 * np.pi)
-    within = generator.uniform(-0.95, 0.95, (count, robot.dof))
-    return 0.5 * (lower + upper) + 0.5 * (upper - lower) * within
-
-
 def test_weights_grow_near_limits_and_singularities() -> None:
-    for q in anywhere(PANDA, 6, 20):
+    lower, upper = PANDA.lower_position_limit, PANDA.upper_position_limit
+    within = np.random.default_rng(6).uniform(0.025, 0.975, (20, PANDA.dof))
+    for q in lower + (upper - lower) * within:
         smallest = np.linalg.svd(PANDA.jacobian(q), compute_uv=False)[-1]
-        room = min((q - PANDA.lower_position_limit).min(), (PANDA.upper_position_limit - q).min())
+        room = min((q - lower).min(), (upper - q).min())
         expected = 1 + max(0, 1 - smallest / 0.05) ** 2 + max(0, 1 - room / 0.2) ** 2
         assert travel_weights(PANDA, q[None])[0] == pytest.approx(expected, rel=1e-6)
 
@@ -249,7 +230,9 @@ def test_pull_to_middle_needs_redundant_arm() -> None:
 @pytest.mark.parametrize("robot", ["panda", "xarm7", "planar2"])
 def test_refuses_branch_of_arm_without_branches(robot: str, branch: str) -> None:
     arm = kw.load_robot(robot)
-    waypoints = stops_at(arm, [arm.configuration("home")])
+    pose = arm.forward(arm.configuration("home"))
+    placed = {"position": pose.translation.tolist(), "rotation_matrix": pose.rotation.tolist()}
+    waypoints = [{"pose": placed, "after": 4.0, "stop": True}]
     task = {"robot": robot, "branch": branch, "start": "home", "waypoints": waypoints}
     with pytest.raises(BranchError, match=f"branch: {branch} has no meaning for {robot}.* near: "):
         kw.plan(task)

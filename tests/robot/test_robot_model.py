@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import RobotError, UnknownNameError, WaypointDataError
+from knotwork.errors import DocumentError, RobotError, UnknownNameError, WaypointDataError
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree, place_joints
 from plain import full_configuration
@@ -138,16 +138,17 @@ def test_replaces_limits() -> None:
 @pytest.mark.parametrize(
     ("limits", "says"),
     [
-        ({"velocity": {"elbow": 0.0}}, "velocity limit of 'elbow' is 0.0; it must be a positive"),
-        ({"velocity": -1.0}, "must be a positive number"),
-        ({"jerk": {"elbow": "fast"}}, "'fast'; it must be a positive number"),
-        ({"jerk": float("nan")}, "nan; it must be a positive number"),
-        ({"position": {"elbow": (1.0, 1.0)}}, "lower < upper"),
-        ({"position": {"elbow": (1.0,)}}, "lower < upper"),
+        ({"velocity": {"elbow": 0.0}}, "velocity.elbow: 0.0: must be greater than 0"),
+        ({"velocity": -1.0}, "must be greater than 0"),
+        ({"jerk": {"elbow": "fast"}}, "'fast': must be a number"),
+        ({"jerk": float("nan")}, "must be a finite number"),
+        ({"position": {"elbow": (1.0, 1.0)}}, "lower limit 1 must be less than upper limit 1"),
+        ({"position": {"elbow": (1.0,)}}, "has 1 value, fewer than 2"),
+        ({"velocty": 1.0}, "did you mean 'velocity'"),
     ],
 )
 def test_refuses_invalid_limits(limits: dict, says: str) -> None:
-    with pytest.raises(RobotError, match=says):
+    with pytest.raises(DocumentError, match=says):
         PLANAR.with_limits(**limits)
 
 

@@ -222,21 +222,6 @@ def test_rereads_changed_mesh(tmp_path: Path) -> None:
             np.testing.assert_allclose(np.ptp(solid.corners, axis=0), edge)
 
 
-def test_reads_links_once_while_a_mesh_is_missing(tmp_path: Path) -> None:
-    """A robot has bodies beside a mesh that is not there, and is not the only robot."""
-    ball = collision('<sphere radius="0.1"/>')
-    missing = collision('<mesh filename="part.stl"/>')
-    robots = []
-    for name, shapes in (("lost", (ball, missing)), ("whole", (ball,))):
-        arm = robot(link("a"), link("b", *shapes), joint("j", "a", "b"))
-        (tmp_path / f"{name}.urdf").write_text(arm, encoding="utf-8")
-        robots.append(kw.load_robot(tmp_path / f"{name}.urdf").with_tool("b"))
-    first, second = ([build_robot_collision_model(arm) for arm in robots] for _ in range(2))
-    assert [len(model.missing) for model in second] == [1, 0]
-    for before, after in zip(first, second, strict=True):
-        assert before.bodies[0] is after.bodies[0]
-
-
 def circles(count: int, heights: tuple[float, ...]) -> Any:
     angle = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
     ring = 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])

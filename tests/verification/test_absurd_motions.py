@@ -9,8 +9,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from judge.cases import bumped
-from judge.motion import Motion
+from judged import with_bump
 from knotwork.verification import CHECKS
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
@@ -103,10 +102,7 @@ def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> N
 
 
 ARM = kw.load_robot("ur5")
-TURNED = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
-TURNED["elbow_joint"] += 0.5
-
-
+HOME = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
 # As in a file of one's own: the URDF knows no limit of acceleration or jerk.
 WITHOUT_LIMITS = {
     "name": "bare",
@@ -114,27 +110,21 @@ WITHOUT_LIMITS = {
     "base_frame": "base_link",
     "tool_frame": "tool0",
     "collision": {"ignore": [["base_link", "upper_arm_link"], ["forearm_link", "wrist_2_link"]]},
-    "configurations": {
-        "home": dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
-    },
+    "configurations": {"home": HOME},
 }
 
 
 def moved(seconds: float, **keys: Any) -> dict[str, Any]:
     """An arm turns its elbow from home."""
-    waypoints = [{"name": "there", "after": seconds, "joints": TURNED}]
+    turned = {**HOME, "elbow_joint": HOME["elbow_joint"] + 0.5}
+    waypoints = [{"name": "there", "after": seconds, "joints": turned}]
     return {"robot": WITHOUT_LIMITS, "start": "home", "waypoints": waypoints, **keys}
 
 
 def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
     """A motion of which one joint accelerates to and fro for a moment, by so much [rad/s², s]."""
-    made = plan.trajectory
-    motion = Motion(made.joint_names, made.polynomial.x, made.polynomial.c)
-    middle, height = 0.4 * made.duration + width / 2.0, size * (width / 4.0) ** 2 / 3.0
-    shaken = bumped(motion, 2, middle, width / 2.0, height)
-    return kw.JointTrajectory(
-        made.joint_names, kw.PiecewisePolynomial(shaken.c, shaken.x), joint_units=made.joint_units
-    )
+    middle = 0.4 * plan.trajectory.duration + width / 2.0
+    return with_bump(plan.trajectory, 2, middle, width / 2.0, size * (width / 4.0) ** 2 / 3.0)
 
 
 @pytest.mark.parametrize(("size", "fails"), [(990.0, False), (1100.0, True)])

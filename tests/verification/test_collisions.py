@@ -255,12 +255,12 @@ def test_waypoints_below_floor_collide() -> None:
     assert "wrist_3_link, floor" in failed
     worst = pairs(report)["wrist_3_link, floor"]
     assert worst.value < -0.45
-    assert worst.remedy == "waypoint 'low' itself collides"
+    assert worst.remedy == "move waypoint 'low', which itself collides"
     places = (("low", 100, -500), ("over", 200, 500), ("also low", 300, -500))
     rows = [reach(*place, after=4, stop=True) for place in places]
     report = kw.plan(seams.task(*rows, scene={"objects": {"floor": FLOOR}})).report
     worst = pairs(report)["wrist_3_link, floor"]
-    assert worst.remedy == "waypoint 'low', waypoint 'also low' themselves collide"
+    assert worst.remedy == "move waypoint 'low', waypoint 'also low', which themselves collide"
 
 
 # Tool, held objects, pairs that are not checked

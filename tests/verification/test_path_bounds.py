@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,7 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 import seams
-from judge.cases import bumped
-from judge.motion import Motion
-from judged import judged
+from judged import judged, with_bump
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.bounds.path_criteria import PathBound, PathLimits
@@ -41,22 +40,7 @@ def disturbed(plan: kw.Plan, change: Any) -> JointTrajectory:
     """The motion with its pieces' coefficients changed, joints and times as they were."""
     curve = plan.trajectory.polynomial
     c, x = change(np.array(curve.c), np.array(curve.x))
-    return JointTrajectory(
-        plan.trajectory.joint_names,
-        PiecewisePolynomial(c, x),
-        joint_units=plan.trajectory.joint_units,
-    )
-
-
-def bump(plan: kw.Plan, time: float, width: float, height: float) -> JointTrajectory:
-    """A bump of the second joint with a continuous second derivative at a time."""
-
-    def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        motion = Motion(plan.trajectory.joint_names, x, c)
-        made = bumped(motion, 1, time, 0.5 * width, height)
-        return made.c, made.x
-
-    return disturbed(plan, change)
+    return replace(plan.trajectory, polynomial=PiecewisePolynomial(c, x))
 
 
 @examples(4, 24)
@@ -99,7 +83,7 @@ def test_bump_between_samples_fails(line: kw.Plan, width: float) -> None:
     J = line.space.robot.jacobian(line.trajectory.position(time))
     reach = np.linalg.norm(J[[0, 2], 1])  # across the line, which is along y
     for factor, ok in ((0.5, True), (1.5, False)):
-        motion = bump(line, time, width, factor * 1e-4 / reach)
+        motion = with_bump(line.trajectory, 1, time, 0.5 * width, factor * 1e-4 / reach)
         one = findings(kw.check(motion, line.scenario))["path_deviation"]
         assert one.ok is ok, one.message
         assert one.proof == "bounded"

@@ -12,20 +12,14 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from drawn import at_rest, faces, numbers, placed, scene, thing, vertices
+from drawn import at_rest, faces, numbers, placed, scene, shape_warnings, thing, vertices
 from knotwork.errors import InputError
 from knotwork.view import view_trajectory
-from knotwork.view.page import Page
 from plans import arm, planned
 from sweeps import mostly_exhaustive
 from urdfs import joint, link, robot, visual
 
 LEAST_RATE = 60.0  # frames a second
-
-
-def shape_warnings(page: Page) -> list[str]:
-    """What a page warns of but the tool, which a motion alone does not name."""
-    return [said for said in page.warnings if "does not name its tool" not in said]
 
 
 @pytest.mark.parametrize(
@@ -54,9 +48,8 @@ def test_shapes_face_outwards(tmp_path: Path, shape: str, volume: float, area: f
 def test_meshes_are_those_that_pinocchio_reads(name: str) -> None:
     """The outline of the whole arm, from Pinocchio's own geometry model and mesh reader."""
     robot = kw.load_robot(name)
-    page = at_rest(robot)
-    shown = scene(page)["shapes"]
-    assert not shape_warnings(page)
+    shown = scene(at_rest(robot))["shapes"]
+    assert not shape_warnings(robot)
     text = robot.urdf.read_text(encoding="utf-8").replace('type="continuous"', 'type="fixed"')
     data = next(folder for folder in robot.urdf.parents if folder.name == "example-robot-data")
     visual = pin.buildGeomFromUrdfString(

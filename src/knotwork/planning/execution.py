@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
     find_first_rest,
-    invert_clock,
     stop_joints,
     stop_on_path,
 )
-from knotwork.curves.trajectory import Segment
+from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents import Document, apply_edits
@@ -26,18 +27,15 @@ from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME,
 from knotwork.task import EndAcceleration, JointWaypoint, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
-from knotwork.task.scenario.joint_space import by_joint, joint_space
+from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import moved_paths
-from knotwork.verification import Finding, Motion, check
+from knotwork.verification import Finding, Motion, Report, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
-
-if TYPE_CHECKING:
-    from knotwork.planning import Plan
 
 PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
@@ -45,24 +43,41 @@ PLANNING_KEYS = (
 )
 """Keys of a task that only planning needs; an executed motion is given."""
 
+CheckedMotion = tuple[Scenario, JointSpace, JointWaypoints, JointTrajectory, Report]
+"""An executed motion with its task, as the first attributes of a `Plan`."""
+
 
 class _ExecutedMotion(NamedTuple):
     """A planned motion executed with another clock, or left early by a stop.
 
     Attributes:
-        planned: The plan.
+        scenario: The task of the plan.
+        space: Its joints.
+        planned: The planned motion.
         motion: The executed motion of the joints.
-        clock: Time of the planned motion over that of the executed one; `None` if it leaves the
+        clock: Time of the planned motion over that of the executed one; constant if it leaves the
             path.
-        span: Time interval of the planned motion that is executed [s].
         ends: Names of the ends of the executed motion, where the task has no waypoint.
     """
 
-    planned: Plan
+    scenario: Scenario
+    space: JointSpace
+    planned: JointTrajectory
     motion: PiecewisePolynomial
-    clock: PiecewisePolynomial | None
-    span: tuple[float, float]
+    clock: PiecewisePolynomial
     ends: tuple[str, str]
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Time interval of the planned motion that is executed [s]."""
+        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
+        return start, end
+
+    @property
+    def is_on_path(self) -> bool:
+        """Whether it follows the planned motion."""
+        start, end = self.span
+        return start < end
 
 
 class _ReachedWaypoint(NamedTuple):
@@ -79,26 +94,30 @@ class _ReachedWaypoint(NamedTuple):
     waypoint: int = -1
 
 
-def scaled_plan(planned: Plan, profile: Mapping[float, float]) -> Plan:
-    """Execute a plan at another speed: see `Plan.scaled`."""
-    scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
+def scaled_motion(
+    scenario: Scenario,
+    space: JointSpace,
+    planned: JointTrajectory,
+    profile: Mapping[float, float],
+) -> CheckedMotion:
+    """Execute a planned motion at another speed: see `Plan.scaled`."""
     moving = on_moving_frames(scenario.given)
     if moving:
         raise scenario.places.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
     limits = space.limits["acceleration"], space.limits["jerk"]
-    motion, clock, known = change_speed(profile, trajectory, scenario.times, limits)
-    span = trajectory.start_time, float(clock(clock.x[-1]))
-    return _checked(_ExecutedMotion(planned, motion, clock, span, (START, "end")), known)
+    motion, clock, known = change_speed(profile, planned, scenario.times, limits)
+    return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, (START, "end")), known)
 
 
-def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
-    """Stop a plan: see `Plan.stop`."""
-    scenario, space, trajectory = planned.scenario, planned.space, planned.trajectory
-    q, v, a = (trajectory(at, nu) for nu in range(3))
+def stopped_motion(
+    scenario: Scenario, space: JointSpace, planned: JointTrajectory, at: float, *, on_path: bool
+) -> CheckedMotion:
+    """Stop a planned motion: see `Plan.stop`."""
+    q, v, a = (planned(at, nu) for nu in range(3))
     at_rest = InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
-    if find_first_rest(trajectory.polynomial, at) == at:
+    if find_first_rest(planned.polynomial, at) == at:
         raise at_rest
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
@@ -113,20 +132,20 @@ def stopped_plan(planned: Plan, at: float, *, on_path: bool) -> Plan:
         motion = stop_joints(q, v, a, *limits)
         if motion is None:
             raise at_rest
-        return _checked(_ExecutedMotion(planned, motion, None, (at, at), ends))
-    stop = stop_on_path(trajectory.polynomial, at, *limits, PATH_TOLERANCE)
+        clock = PiecewisePolynomial([[at]], motion.x[[0, -1]])
+        return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, ends))
+    stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
     if stop is None:
         raise InputError(
             f"{scenario.name}: no stop on the path from {at:g} s keeps the limits "
             "before the motion ends; accepted: an earlier time, or on_path=False"
         )
     clock, motion = stop
-    span = at, float(clock(clock.x[-1]))
-    return _checked(_ExecutedMotion(planned, motion, clock, span, ends))
+    return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, ends))
 
 
-def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
-    """The plan of an executed motion through the waypoints that it reaches, checked.
+def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> CheckedMotion:
+    """An executed motion with a task of the waypoints that it reaches, checked.
 
     Args:
         executed: The motion.
@@ -137,81 +156,59 @@ def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Plan:
     scenario = resolve_task(_task_of(executed, arrivals))
     space, times = joint_space(scenario), np.array([arrival.time for arrival in arrivals])
     trajectory = replace(
-        planned.trajectory,
+        planned,
         polynomial=motion,
         waypoint_times=times,
         events=tuple(event.event for event in scenario.events),
         loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
-        segments=segments(scenario)
-        if clock is None
-        else _segments(planned.trajectory.segments, clock),
+        segments=_segments(planned.segments, clock) or segments(scenario),
     )
-    geometry = _geometry(executed, arrivals, Motion(trajectory, planned.space))
+    geometry = _geometry(executed, arrivals, Motion(trajectory, executed.space))
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
     report = check(trajectory, scenario, space=space, known=[*known, *geometry])
-    return replace(
-        planned,
-        scenario=scenario,
-        space=space,
-        joint_waypoints=waypoints,
-        trajectory=trajectory,
-        report=report,
-        unsupported_options=(),
-        solution=None,
-        chosen=None,
-        tried_sequences=1,
-    )
+    return scenario, space, waypoints, trajectory, report
 
 
 def _geometry(
     executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint], motion: Motion
 ) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
-    planned, clock = executed.planned, executed.clock
-    if clock is None:
-        if not planned.scenario.paths:
-            return []
+    planned = executed.scenario
+    if not executed.is_on_path:
         fact = "the motion leaves the tool paths of the task, which are not checked"
-        return [
-            Finding(
-                group="Warnings",
-                subject="motion",
-                name="",
-                quantity="path",
-                verdict="warning",
-                fact=fact,
-            )
-        ]
+        warning = Finding.of_motion("Warnings", "path", fact, "warning")
+        return [warning] if planned.paths else []
     times = {arrival.waypoint: arrival.time for arrival in arrivals if arrival.waypoint >= 0}
-    execution = Execution(clock, times, executed.ends)
-    moving = on_moving_frames(planned.scenario.given)
-    fixed = {i: t for i, t in times.items() if planned.scenario.index[i] not in moving}
-    at_rest = replace(execution, arrivals=fixed)
+    execution = Execution(executed.clock, times, executed.ends)
+    moving = on_moving_frames(planned.given)
+    fixed = {
+        waypoint: time for waypoint, time in times.items() if planned.index[waypoint] not in moving
+    }
+    in_fixed_frames = replace(execution, arrivals=fixed)
     return [
-        *check_tool_at_arrivals(motion, planned.scenario, planned.space, at_rest),
-        *check_path_geometry(motion, planned.scenario, planned.space, execution),
+        *check_tool_at_arrivals(motion, planned, executed.space, in_fixed_frames),
+        *check_path_geometry(motion, planned, executed.space, execution),
     ]
 
 
 def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
     """The ends of an executed motion and the waypoints that it passes, in order of time."""
+    scenario = executed.scenario
     start, end = executed.motion.x[[0, -1]].tolist()
     low, high = executed.span
-    passed = [
-        i
-        for i, waypoint in enumerate(executed.planned.scenario.waypoints)
-        if low - SAME_WAYPOINT_TIME <= waypoint.time <= high + SAME_WAYPOINT_TIME
-    ]
-    planned = executed.planned.scenario.times[passed]
-    actual = np.full(len(planned), start)
-    if executed.clock is not None:
-        actual = invert_clock(executed.clock, planned)
+    is_passed = (low - SAME_WAYPOINT_TIME <= scenario.times) & (
+        scenario.times <= high + SAME_WAYPOINT_TIME
+    )
+    passed = np.flatnonzero(is_passed)
+    times = np.full(len(passed), start)
+    if executed.is_on_path:
+        times = first_times(executed.clock, scenario.times[passed])
     arrivals = []
-    for i, time in zip(passed, actual.tolist(), strict=True):
+    for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_ReachedWaypoint(at, executed.planned.scenario.waypoints[i].name, i))
+        arrivals.append(_ReachedWaypoint(at, scenario.waypoints[waypoint].name, waypoint))
     if not arrivals or arrivals[0].time != start:
         arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
     if arrivals[-1].time != end:
@@ -221,24 +218,17 @@ def _arrivals(executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
 
 def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) -> Task:
     """A task of which the executed motion is a solution: its states at the reached waypoints."""
-    scenario, space = executed.planned.scenario, executed.planned.space
-    motion = executed.motion
+    scenario, space, motion = executed.scenario, executed.space, executed.motion
     names = arrivals[0].name, arrivals[-1].name
-    task = scene_from(scenario, space.robot, executed.planned.trajectory, executed.span, names)
+    task = scene_from(scenario, space.robot, executed.planned, executed.span, names)
     units = si_factors(scenario.given.units)
-    waits = {
-        k: second.time - first.time
-        for k, (first, second) in enumerate(pairwise(arrivals))
-        if min(first.waypoint, second.waypoint) >= 0
-        and scenario.index[first.waypoint] == scenario.index[second.waypoint]
-    }
-    placed = {k: arrival for k, arrival in enumerate(arrivals) if k - 1 not in waits}
-    actions = _actions(executed, list(placed.values()))
+    stays = [list(stay) for _, stay in groupby(arrivals, partial(_task_waypoint, scenario))]
     waypoints = []
-    for (k, arrival), switched in zip(placed.items(), actions, strict=True):
+    for stay, switched in zip(stays, _actions(executed, [stay[0] for stay in stays]), strict=True):
+        arrival, leave = stay[0], stay[-1]
         values: dict[str, Any] = {"velocity": by_joint(space, motion(arrival.time, 1), *units)}
-        if k in waits:
-            values = {"wait": waits[k]}
+        if leave is not arrival:
+            values = {"wait": leave.time - arrival.time}
         if switched:
             values["do"] = switched
         joints = by_joint(space, motion(arrival.time), *units)
@@ -253,27 +243,29 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
     )
 
 
+def _task_waypoint(scenario: Scenario, reached: _ReachedWaypoint) -> int | str:
+    """Index in the task, which is equal at both ends of a wait; between waypoints the name."""
+    return scenario.index[reached.waypoint] if reached.waypoint >= 0 else reached.name
+
+
 def _actions(
-    executed: _ExecutedMotion, placed: Sequence[_ReachedWaypoint]
+    executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]
 ) -> list[list[dict[str, Any]]]:
     """Actions at each waypoint. Signals that are already on are at the first one."""
-    outputs, events = executed.planned.scenario.task.outputs, executed.planned.trajectory.events
-    clock, start = executed.clock, executed.span[0]
-    begin = start + SAME_WAYPOINT_TIME if clock is None else start - SAME_WAYPOINT_TIME
-    actions: list[list[dict[str, Any]]] = [[] for _ in placed]
+    outputs, events = executed.scenario.task.outputs, executed.planned.events
+    start, end = executed.span
+    begin = start + (-SAME_WAYPOINT_TIME if executed.is_on_path else SAME_WAYPOINT_TIME)
+    actions: list[list[dict[str, Any]]] = [[] for _ in arrivals]
     actions[0] += [action_of(event, outputs) for event in signals_on_at(events, begin)]
-    if clock is None:
-        return actions
-    names = [arrival.name for arrival in placed]
-    end = float(clock(clock.x[-1])) + SAME_WAYPOINT_TIME
-    for event in (event for event in events if begin < event.time <= end):
-        time = float(invert_clock(clock, np.array([event.time]))[0])
+    names = [arrival.name for arrival in arrivals]
+    for event in (e for e in events if begin < e.time <= end + SAME_WAYPOINT_TIME):
+        time = float(first_times(executed.clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
-            k = sum(arrival.time <= time + SAME_WAYPOINT_TIME for arrival in placed) - 1
+            k = sum(arrival.time <= time + SAME_WAYPOINT_TIME for arrival in arrivals) - 1
         action = action_of(event, outputs)
-        delay = time - placed[k].time
+        delay = time - arrivals[k].time
         if abs(delay) > SAME_WAYPOINT_TIME:
             action["after" if delay > 0.0 else "before"] = abs(delay)
         actions[k].append(action)
@@ -287,7 +279,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
         if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
-            start, end = invert_clock(clock, ends).tolist()
+            start, end = first_times(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)
 

@@ -12,7 +12,7 @@ from knotwork.curves.trajectory import Event, JointTrajectory, Segment
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
-from knotwork.planning.execution import scaled_plan, stopped_plan
+from knotwork.planning.execution import scaled_motion, stopped_motion
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.task import Task
@@ -194,7 +194,7 @@ class Plan:
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
-        return scaled_plan(self, profile)
+        return Plan(*scaled_motion(self.scenario, self.space, self.trajectory, profile))
 
     def stop(self, at: float, *, on_path: bool = True) -> Plan:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -219,7 +219,8 @@ class Plan:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        return stopped_plan(self, at, on_path=on_path)
+        motion = stopped_motion(self.scenario, self.space, self.trajectory, at, on_path=on_path)
+        return Plan(*motion)
 
     def view(self) -> Page:
         """Show the motion of the arm in 3D.

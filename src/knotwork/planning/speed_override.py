@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import product
 
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
     Profile,
     approximate_by_cubics,
     check_profile,
     compose,
-    invert_clock,
     keeps_joint_limits,
 )
 from knotwork.curves.trajectory import JointTrajectory
@@ -26,13 +25,13 @@ PATH_TOLERANCE = 1e-6
 SAME_WAYPOINT_TIME = 1e-9
 """Difference within which times are equal [s]."""
 
-ATTEMPTS = sorted(
-    product((1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)),
-    key=lambda attempt: 20.0 * (1.0 - attempt[0]) + attempt[1],
+ATTEMPTS = (
+    *((1.0, 1.5), (0.97, 1.0), (0.97, 2.5), (0.9, 1.0)),
+    *((0.97, 5.0), (0.8, 2.5), (0.8, 10.0), (0.5, 5.0)),
 )
 """Candidates where limits are exceeded: maximum overrides, and factors on the durations of changes.
 
-A lower override counts more than a slower change of it.
+The first ones are nearest to the request.
 """
 
 
@@ -62,7 +61,7 @@ def change_speed(
         clock = profile.clock(trajectory.start_time, trajectory.duration)
         first, last = clock(clock.x[[0, -1]])
         passed = times[(times >= first - SAME_WAYPOINT_TIME) & (times <= last + SAME_WAYPOINT_TIME)]
-        reached = invert_clock(clock, passed).tolist()
+        reached = first_times(clock, passed).tolist()
         return approximate_by_cubics(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
@@ -101,12 +100,8 @@ def _override_finding(requested: Profile, executed: Profile, end: float) -> Find
         pairs = zip(profile.times[:count], profile.rates[:count], strict=True)
         return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)
 
-    return Finding(
-        group="Warnings",
-        subject="motion",
-        name="",
-        quantity="override",
-        verdict="warning",
-        fact=f"the override {{{text(requested)}}} changes faster than limits of acceleration and "
-        f"jerk allow; executed instead: {{{text(executed)}}}",
+    fact = (
+        f"the override {{{text(requested)}}} changes faster than limits of acceleration and jerk "
+        f"allow; executed instead: {{{text(executed)}}}"
     )
+    return Finding.of_motion("Warnings", "override", fact, "warning")

@@ -11,10 +11,14 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.robot.joint_limits import LimitTables, expand_limits
+from knotwork.files.documents import Document, validate
+from knotwork.files.documents.values import LimitsFile
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
+
+# Limits that override the URDF's: by quantity and joint, in SI; a pair for "position".
+LimitTables = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -135,9 +139,15 @@ class Description:
 
     def with_limits(self, limits: Mapping[str, Any], planned: Sequence[str]) -> Description:
         """Override limits; see `Robot.with_limits`."""
-        new, old = expand_limits(limits, planned, self.urdf, self.name), self.limits
-        merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
-        return replace(self, limits={**old, **merged})
+        given = {kind: table for kind, table in limits.items() if table not in (None, {})}
+        tables = list_limits(validate(LimitsFile, Document(given)), self.urdf)
+        for kind, table in given.items():
+            for joint in table if isinstance(table, Mapping) else ():
+                if joint not in planned:
+                    where = f"robot {self.name!r}: limits.{kind}"
+                    raise UnknownNameError("joint", joint, planned, where=where)
+        merged = {kind: {**self.limits.get(kind, {}), **table} for kind, table in tables.items()}
+        return replace(self, limits={**self.limits, **merged})
 
     def no_tool_error(self, links: Sequence[str]) -> RobotError:
         """The error for a use of the tool before one of the links is chosen for it."""
@@ -149,3 +159,12 @@ class Description:
             "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
             f"(links: {inner}; links at the end of a chain: {', '.join(leaves)})",
         )
+
+
+def list_limits(limits: LimitsFile, urdf: Urdf) -> LimitTables:
+    """List limits by joint; a number is the limit of all joints of the URDF."""
+    return {
+        kind: table if isinstance(table, Mapping) else dict.fromkeys(urdf.types, table)
+        for kind, table in limits
+        if table is not None
+    }

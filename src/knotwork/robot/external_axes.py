@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 from xml.dom.minidom import Element
 
 import numpy as np
@@ -17,7 +17,7 @@ from pydantic import model_validator
 from knotwork.errors import InputError
 from knotwork.files.documents import StrictModel, Text
 from knotwork.files.documents.values import Interval, Positive, Vector3, optional
-from knotwork.robot.urdf_rules import child_elements, elements_by_name, read_link
+from knotwork.robot.urdf_rules import append_element, child_elements, elements_by_name, read_link
 from knotwork.waypoints import FloatArray
 
 CELL = "cell"
@@ -103,7 +103,7 @@ def add_axes(
     """
     names = {kind: set(elements_by_name(robot, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
-    _append_element(robot, "link", name=CELL)
+    append_element(robot, "link", name=CELL)
     if not any(axis.carries == ROBOT for _, axis in axes):
         _append_joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
     for name, axis in axes:
@@ -136,12 +136,12 @@ def _add_joint(
         link = root
     else:
         names["link"].add(link)
-        _append_element(robot, "link", name=link)
+        append_element(robot, "link", name=link)
     kind = "prismatic" if axis.slides else "revolute" if axis.range else "continuous"
     joint = _append_joint(robot, name, kind, (axis.parent, link), xyz=axis.position, rpy=axis.rpy)
-    _append_element(joint, "axis", xyz=_format_numbers(axis.slides or axis.turns or ()))
+    append_element(joint, "axis", xyz=_format_numbers(axis.slides or axis.turns or ()))
     lower, upper = map(repr, axis.range or (0.0, 0.0))
-    _append_element(
+    append_element(
         joint, "limit", velocity=str(axis.velocity or 0), effort="0", lower=lower, upper=upper
     )
 
@@ -219,10 +219,10 @@ def invert_to_root(robot: Element, link: str) -> None:
         for old in child_elements(joint):
             if old.tagName in ("parent", "child", "origin", "axis"):
                 joint.removeChild(old)
-        _append_element(joint, "parent", link=child)
-        _append_element(joint, "child", link=step)
-        _append_element(joint, "axis", xyz=_format_numbers(-axis))
-        _append_element(robot, "link", name=step)
+        append_element(joint, "parent", link=child)
+        append_element(joint, "child", link=step)
+        append_element(joint, "axis", xyz=_format_numbers(-axis))
+        append_element(robot, "link", name=step)
         rpy = pin.rpy.matrixToRpy(inverse.rotation)
         _append_joint(robot, step, "fixed", (step, link), xyz=inverse.translation, rpy=rpy)
 
@@ -235,20 +235,11 @@ def _append_joint(
     xyz: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
     rpy: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
 ) -> Element:
-    joint = _append_element(robot, "joint", name=name, type=kind)
-    _append_element(joint, "origin", xyz=_format_numbers(xyz), rpy=_format_numbers(rpy))
+    joint = append_element(robot, "joint", name=name, type=kind)
+    append_element(joint, "origin", xyz=_format_numbers(xyz), rpy=_format_numbers(rpy))
     for end, link in zip(("parent", "child"), ends, strict=True):
-        _append_element(joint, end, link=link)
+        append_element(joint, end, link=link)
     return joint
-
-
-def _append_element(carrier: Element, tag: str, **attributes: str) -> Element:
-    document: Any = carrier.ownerDocument
-    element: Element = document.createElement(tag)
-    for name, value in attributes.items():
-        element.setAttribute(name, value)
-    carrier.appendChild(element)
-    return element
 
 
 def _format_numbers(numbers: Sequence[float] | FloatArray) -> str:

@@ -11,10 +11,9 @@ from typing import Any
 
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.files.documents import Document, read, resources, validate
-from knotwork.robot.description import Description
+from knotwork.robot.description import Description, list_limits
 from knotwork.robot.external_axes import Axes
 from knotwork.robot.file import RobotFile
-from knotwork.robot.joint_limits import expand_limits
 from knotwork.robot.robot import Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
@@ -116,7 +115,7 @@ def _load_document(document: Document, folder: Path) -> Robot:
             tool_frame=content.tool_frame,
             locked=content.locked,
             configurations=content.configurations,
-            limits=expand_limits(dict(content.limits), list(urdf.types), urdf, name),
+            limits=list_limits(content.limits, urdf),
             package_paths=tuple(
                 _resolve_path(folder_name, folder, name) for folder_name in content.package_paths
             ),

@@ -8,8 +8,8 @@ from types import MappingProxyType
 import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.joint_quantities import MAGNITUDES
 from knotwork.robot.description import Description
-from knotwork.robot.joint_limits import collect_limits
 from knotwork.waypoints import FloatArray, read_only
 
 
@@ -37,15 +37,7 @@ class PlannedJoints:
         self.names = (*names, *(joint.name for joint in extra))
         self.units = (*units, *(joint.unit for joint in extra))
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.lower, self.upper, limits = collect_limits(
-            description.urdf,
-            description.limits,
-            names,
-            description.name,
-            planned=description.tool_frame is not None,
-            virtual=[(joint.lower, joint.upper) for joint in extra],
-            has_efforts=description.world_frame is None,
-        )
+        self.lower, self.upper, limits = _collect_limits(description, names)
         self.limits = MappingProxyType(limits)
         weights = [description.weights.get(name, 1.0) for name in self.names]
         self.weights = read_only(weights, (len(weights),), "weights")
@@ -77,3 +69,53 @@ class PlannedJoints:
                 joint=missing,
             )
         return self.configurations[name]
+
+
+def _collect_limits(
+    description: Description, names: Sequence[str]
+) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
+    """Collect the limits of a chain's joints: lower, upper, and magnitudes by quantity.
+
+    A velocity or effort limit of zero in the URDF means that it is not given. Virtual joints have
+    only position limits. Without a tool frame, no joint is planned, so none needs a range.
+
+    Raises:
+        RobotError: A joint's position limits have no range.
+    """
+    urdf, tables, virtual = description.urdf, description.limits, description.virtual
+    full = urdf.model
+    from_urdf = {"velocity": full.velocityLimit, "effort": full.effortLimit}
+    position = np.array([[-np.inf], [np.inf]]).repeat(len(names), axis=1)
+    magnitudes = {kind: np.full(len(names) + len(virtual), np.inf) for kind in MAGNITUDES}
+    for i, name in enumerate(names):
+        joint = full.joints[full.getJointId(name)]
+        if name in tables.get("position", {}):
+            position[:, i] = tables["position"][name]
+        elif urdf.types[name] != "continuous":
+            position[0, i] = full.lowerPositionLimit[joint.idx_q]
+            position[1, i] = full.upperPositionLimit[joint.idx_q]
+        lower, upper = position[:, i]
+        if description.tool_frame is not None and not lower < upper:
+            raise _empty_range_error(description.name, name, lower, upper)
+        for kind, array in magnitudes.items():
+            if name in tables.get(kind, {}):
+                array[i] = tables[kind][name]
+            elif kind in from_urdf and from_urdf[kind][joint.idx_v] > 0:
+                array[i] = from_urdf[kind][joint.idx_v]
+    if description.world_frame is not None:  # efforts are unknown where the base moves
+        magnitudes["effort"][:] = np.inf
+    virtual_ranges = np.reshape([(joint.lower, joint.upper) for joint in virtual], (-1, 2))
+    position = np.hstack((position, virtual_ranges.T))
+    for array in (position, *magnitudes.values()):
+        array.setflags(write=False)
+    return position[0], position[1], magnitudes
+
+
+def _empty_range_error(robot: str, joint: str, lower: float, upper: float) -> RobotError:
+    return RobotError(
+        robot,
+        f"position limits of joint {joint!r} are [{lower:g}, {upper:g}], which leaves it no range; "
+        f"give others under `limits: {{position: {{{joint}: [lower, upper]}}}}` or lock it with "
+        f"`locked: {{{joint}: {lower:g}}}`",
+        joint=joint,
+    )

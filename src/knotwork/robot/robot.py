@@ -264,8 +264,9 @@ class Robot:
                 [rad/s³ or m/s³], `effort` [N m or N].
 
         Raises:
-            UnknownNameError: The robot has no such joint or limit.
-            RobotError: A magnitude isn't positive, or lower isn't below upper.
+            DocumentError: There is no such limit, a number is not finite, a magnitude isn't
+                positive, or lower isn't below upper.
+            UnknownNameError: The robot has no such joint.
 
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
         array([3. , 0.5])

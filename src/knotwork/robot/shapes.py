@@ -8,16 +8,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 from xml.dom.minidom import Element
 
 import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError, format_value
-from knotwork.files.documents import parse_xml, read_text
+from knotwork.files.documents import read_text
 from knotwork.robot.external_axes import UrdfFile
-from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
+from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.waypoints import FloatArray
 
@@ -91,7 +91,7 @@ class UrdfShapes:
 
     def _read(self, path: Path, names: Mapping[str, str]) -> None:
         text = read_text(path, max_bytes=MAX_URDF_BYTES)
-        root: Any = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
+        root = parse_root(text)
         materials: dict[str, Element] = {}
         for material in root.getElementsByTagName("material"):
             if child_elements(material, "color"):

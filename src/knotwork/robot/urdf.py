@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.dom.minidom import Document, Element
+from xml.dom.minidom import Element
 
 import numpy as np
 import pinocchio as pin
@@ -22,6 +22,7 @@ from knotwork.errors import InputError, RobotError
 from knotwork.files.documents import parse_xml, read_text
 from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, invert_to_root
 from knotwork.robot.urdf_rules import (
+    append_element,
     check_tree,
     child_elements,
     elements_by_name,
@@ -33,8 +34,6 @@ from knotwork.robot.urdf_rules import (
 _WIDE_LIMIT = "1e9"
 MAX_URDF_BYTES = 32_000_000
 MAX_URDF_ELEMENTS = 100_000
-# Size of a file above which it is not cached.
-MAX_CACHED_LENGTH = 1_000_000
 # Other XML formats of robots, by their root element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
@@ -57,8 +56,7 @@ class Urdf(NamedTuple):
         links: Names of all links, in the order of the file.
         parents: Parent link of each link except the root of the file.
         leaves: Names of the links without children.
-        types: URDF type of each joint.
-        unbounded: Joints that turn without limits.
+        types: URDF type of each joint; a continuous one turns without limits.
         mimics: Joints that follow another.
         axes: External axes joined to it.
         added: Names of the moving joints that were joined.
@@ -71,7 +69,6 @@ class Urdf(NamedTuple):
     parents: Mapping[str, str]
     leaves: tuple[str, ...]
     types: Mapping[str, str]
-    unbounded: frozenset[str]
     mimics: Mapping[str, Mimic]
     axes: Axes = ()
     added: tuple[str, ...] = ()
@@ -98,8 +95,17 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
     """
     paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
     texts = tuple(read_text(file, max_bytes=MAX_URDF_BYTES) for file in paths)
-    read = _parse_cached if sum(map(len, texts)) <= MAX_CACHED_LENGTH else _parse
-    return read(texts, path, robot, axes, seen_from)
+    return _parse(texts, path, robot, axes, seen_from)
+
+
+@lru_cache(maxsize=16)
+def parse_root(text: str) -> Any:
+    """Parse a URDF or SRDF, and return its root element; it is cached, so it must not be changed.
+
+    Raises:
+        InputError: The text is not XML, or has more than `MAX_URDF_ELEMENTS`.
+    """
+    return parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
 
 
 def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
@@ -112,24 +118,16 @@ def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
 
 
 @lru_cache(maxsize=32)
-def _parse_cached(
-    texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str
-) -> Urdf:
-    return _parse(texts, path, robot, axes, seen_from)
-
-
 def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
     root, base = _parse_tree(texts[0], path, robot)
     elements = {kind: elements_by_name(root, kind) for kind in ("link", "joint")}
     files = [UrdfFile(path, tuple((link, link) for link in elements["link"]))]
     if axes:
-        placed = [(name, Path(element.urdf)) for name, element in axes if element.urdf is not None]
-        trees = {
-            name: _parse_tree(text, file, robot)
-            for (name, file), text in zip(placed, texts[1:], strict=True)
-        }
-        for (_, file), (tree, _) in zip(placed, trees.values(), strict=True):
-            _build_model(reduce_to_tree(tree), file, robot)  # so that errors name the correct file
+        trees = {}
+        placed = [(name, Path(axis.urdf)) for name, axis in axes if axis.urdf is not None]
+        for (name, file), text in zip(placed, texts[1:], strict=True):
+            trees[name] = _parse_tree(text, file, robot)
+            _build_model(reduce_to_tree(trees[name][0]), file, robot)  # so that errors name it
         try:
             files += add_axes(root, axes, base, trees)
             base = check_tree(root)
@@ -144,9 +142,9 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
         base = seen_from
     joints = elements_by_name(root, "joint")
     types = {name: element.getAttribute("type") for name, element in joints.items()}
-    unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
-    for name in unbounded:
-        _set_wide_limits(joints[name])
+    for name, kind in types.items():
+        if kind == "continuous":
+            _set_wide_limits(joints[name])
     model = _build_model(reduce_to_tree(root), path, robot)
     links = tuple(elements_by_name(root, "link"))
     carriers = set(parents.values())
@@ -158,7 +156,6 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
         parents=parents,
         leaves=tuple(link for link in links if link not in carriers),
         types=types,
-        unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _read_mimic(e)) is not None},
         axes=axes,
         added=tuple(
@@ -170,34 +167,21 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
 def _parse_tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
     """Parse a URDF, and check its tree of links; return its root element and its root link."""
     try:
-        document = parse_xml(text.encode(), MAX_URDF_ELEMENTS)
-    except InputError as error:
-        raise RobotError(robot, f"{path} is not a URDF: {error}") from error
-    root = _require_robot_element(document, text, path, robot)
-    try:
+        root = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
+        name = "" if root is None else root.tagName
+        if name in _OTHER_FORMATS:
+            raise InputError(f"it is {_OTHER_FORMATS[name]}, which is not supported")
+        if root is None or name != "robot":
+            raise InputError(f"its outermost element is <{name}>, not <robot>")
+        if "<xacro:" in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL):
+            expanded = f"{path.name.partition('.')[0]}.urdf"
+            raise InputError(
+                f"it is xacro; expand it with `xacro {path.name} > {expanded}` (the command comes "
+                "with ROS) and give the result"
+            )
         return root, check_tree(root)
     except InputError as error:
         raise RobotError(robot, f"{path} is not a valid URDF: {error}") from error
-
-
-def _require_robot_element(document: Document, text: str, path: Path, robot: str) -> Element:
-    """Return the root element of a URDF; the error for another format has a remedy."""
-    root = document.documentElement
-    name = "" if root is None else root.tagName
-    if name in _OTHER_FORMATS:
-        message = f"is {_OTHER_FORMATS[name]}, which is not supported; give a URDF"
-        raise RobotError(robot, f"{path} {message}")
-    if root is None or name != "robot":
-        message = f"is not a URDF: its outermost element is <{name}>, not <robot>"
-        raise RobotError(robot, f"{path} {message}")
-    if "<xacro:" in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL):
-        name = path.name.partition(".")[0]
-        raise RobotError(
-            robot,
-            f"{path} is xacro, not yet a URDF; expand it with `xacro {path.name} > {name}.urdf` "
-            "(the command comes with ROS) and give the result",
-        )
-    return root
 
 
 def _read_mimic(joint: Element) -> Mimic | None:
@@ -217,14 +201,7 @@ def _set_wide_limits(joint: Element) -> None:
     """
     joint.setAttribute("type", "revolute")
     limits = child_elements(joint, "limit")
-    if limits:
-        limit = limits[0]
-    else:
-        document: Any = joint.ownerDocument
-        limit = document.createElement("limit")
-        limit.setAttribute("velocity", "0")
-        limit.setAttribute("effort", "0")
-        joint.appendChild(limit)
+    limit = limits[0] if limits else append_element(joint, "limit", velocity="0", effort="0")
     limit.setAttribute("lower", f"-{_WIDE_LIMIT}")
     limit.setAttribute("upper", _WIDE_LIMIT)
 

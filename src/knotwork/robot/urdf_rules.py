@@ -7,6 +7,7 @@ result for links in a ring depends on the order of the file.
 from __future__ import annotations
 
 import math
+from typing import Any
 from xml.dom.minidom import Element
 
 from knotwork.errors import InputError, format_value
@@ -40,6 +41,16 @@ def read_link(joint: Element, end: str) -> str:
 def elements_by_name(root: Element, tag: str) -> dict[str, Element]:
     """Child elements by name, such as the links of a URDF."""
     return {element.getAttribute("name"): element for element in child_elements(root, tag)}
+
+
+def append_element(carrier: Element, tag: str, **attributes: str) -> Element:
+    """Append a new child element, and return it."""
+    document: Any = carrier.ownerDocument
+    element: Element = document.createElement(tag)
+    for name, value in attributes.items():
+        element.setAttribute(name, value)
+    carrier.appendChild(element)
+    return element
 
 
 def check_tree(root: Element) -> str:

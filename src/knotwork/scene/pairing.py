@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from functools import lru_cache
-from pathlib import Path
 
-from knotwork.errors import DocumentError, InputError
-from knotwork.files.documents import parse_xml, read_text
+from knotwork.errors import InputError
+from knotwork.files.documents import read_text
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree
-from knotwork.robot.urdf import MAX_URDF_BYTES, MAX_URDF_ELEMENTS
+from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import (
@@ -99,40 +97,23 @@ class Pairing:
 
 
 def _read_reasons(robot: Robot) -> Reasons:
-    """Read the reasons that the robot's file and its SRDF give, by the names of two links."""
-    reasons: Reasons = {}
-    if robot.srdf is not None:
-        for first, second, why in read_disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns):
-            text = f" ({why})" if why else ""
-            reasons[frozenset((first, second))] = f"the SRDF disables it{text}"
-    return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
-
-
-@lru_cache(maxsize=32)
-def read_disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
-    """Read the pairs of links that an SRDF disables, each with the reason.
-
-    Args:
-        path: The SRDF.
-        changed: Time of its last change, the key of the cache.
+    """Read the reasons that the robot's file and its SRDF give, by the names of two links.
 
     Raises:
-        InputError: The file can't be read, or is not an SRDF.
+        InputError: The SRDF can't be read, or is not one.
     """
+    reasons: Reasons = {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
+    if robot.srdf is None:
+        return reasons
+    text = read_text(robot.srdf, max_bytes=MAX_URDF_BYTES)
     try:
-        text = read_text(path, max_bytes=MAX_URDF_BYTES)
-        root = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
-    except DocumentError:
-        raise
+        root = parse_root(text)
     except InputError as error:
-        raise InputError(f"{path} is not an SRDF: {error}") from error
+        raise InputError(f"{robot.srdf} is not an SRDF: {error}") from error
     if root is None or root.tagName != "robot":
-        raise InputError(f"{path} is not an SRDF: its outermost element is not <robot>")
-    return tuple(
-        (
-            element.getAttribute("link1"),
-            element.getAttribute("link2"),
-            element.getAttribute("reason").lower(),
-        )
-        for element in child_elements(root, "disable_collisions")
-    )
+        raise InputError(f"{robot.srdf} is not an SRDF: its outermost element is not <robot>")
+    for element in child_elements(root, "disable_collisions"):
+        links = frozenset(element.getAttribute(end) for end in ("link1", "link2"))
+        why = element.getAttribute("reason").lower()
+        reasons.setdefault(links, f"the SRDF disables it{f' ({why})' if why else ''}")
+    return reasons

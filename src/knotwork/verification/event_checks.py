@@ -76,14 +76,10 @@ def _missing_from(
     events: Sequence[Event], candidates: Sequence[Event], fault: str
 ) -> Iterator[Finding]:
     """Failures for candidates that are not among the events."""
-    times: dict[Event, list[float]] = {}
-    for event in events:
-        times.setdefault(replace(event, time=0.0), []).append(event.time)
     for event in candidates:
-        known = times.get(replace(event, time=0.0), [])
-        if not any(
-            abs(event.time - time) <= TIME_ROUNDING * max(1.0, event.time) for time in known
-        ):
+        slack = TIME_ROUNDING * max(1.0, event.time)
+        near = (other for other in events if abs(other.time - event.time) <= slack)
+        if not any(replace(other, time=event.time) == event for other in near):
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
 
 
@@ -113,7 +109,7 @@ def _compare_on_path(
     located = f"{event.text} at {event.time:.3f} s, {_location_text(request, scenario)}"
     fact = f"{located}: the tool is {shown} from that position, tolerance {allowed}"
     return Finding.at_most(
-        EVENTS, "event", event.name, "place", fact, miss, tolerance,
+        EVENTS, "event", event.name, "event_position", fact, miss, tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 

@@ -137,6 +137,13 @@ class Finding:
         margin, verdict = limit - abs(value), verdict_on(abs(value) <= limit, required=required)
         return cls(group, subject, name, quantity, verdict, fact, value, limit, margin, **more)
 
+    @classmethod
+    def of_motion(
+        cls, group: str, quantity: str, fact: str, verdict: Verdict = "information", **more: Any
+    ) -> Finding:
+        """Make a finding on a whole motion."""
+        return cls(group, "motion", "", quantity, verdict, fact, **more)
+
     @property
     def ok(self) -> bool:
         """Whether the finding does not fail."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,36 +34,35 @@ ABSURD_DISTANCE = 10.0
 width of the range.
 """
 
+NO_LIMIT = "No limit known"
+
+MAX_ACCELERATION = 1e3
+"""Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
+
 
 def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(space, motion.curve):
-        utilisation, order = finding.utilisation, DERIVATIVES.index(finding.quantity)
-        if (
-            finding.ok
-            or finding.time is None
-            or utilisation is None
-            or np.isinf(utilisation)
-            or not order
-        ):
-            yield finding
-        else:
-            when = describe_time(scenario, finding.time)
-            slower = slowing_remedy(utilisation, order, scenario)
-            yield replace(finding, remedy=f"it is broken {when}; {slower}")
+        remedy = slowing_remedy(finding, DERIVATIVES.index(finding.quantity), scenario)
+        if remedy and finding.time is not None:
+            remedy = f"it is broken {describe_time(scenario, finding.time)}; {remedy}"
+        yield replace(finding, remedy=remedy)
 
 
-def slowing_remedy(utilisation: float, order: int, scenario: Scenario) -> str:
-    """Text of the factor of duration with which the motion keeps a limit on a derivative.
+def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
+    """Text of the factor of duration with which a motion keeps the limit that it breaks.
 
-    In k times the duration, derivatives of this order decrease by a factor of k to the power of the
-    order.
+    In k times the duration, derivatives decrease by a factor of k to the power of their order. The
+    text is empty if the limit is kept, and for positions and jumps, where slowing does not help.
 
     Args:
-        utilisation: Value relative to the limit, above 1.
+        finding: Comparison of a derivative with its limit.
         order: Order of the derivative.
         scenario: The task of the motion.
     """
+    utilisation = finding.utilisation
+    if finding.ok or not order or utilisation is None or np.isinf(utilisation):
+        return ""
     paths = ", at less speed along tool paths" if scenario.paths else ""
     factor = rounded_up(utilisation ** (1.0 / order), 3)
     return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
@@ -77,21 +76,16 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
     """
     for order, quantity in enumerate(DERIVATIVES):
-        extrema = curve.extrema(order)
-        jumps = jumps_below(curve, order)
+        extrema, jumps = curve.extrema(order), jumps_below(curve, order)
         lower, upper = space.bounds(quantity)
         for i in range(len(space.joint_names)):
-            low, high = float(extrema.minimum[i]), float(extrema.maximum[i])
-            below, above = low - float(lower[i]), float(upper[i]) - high
-            at_low = below < above
-            if np.isinf(below) and np.isinf(above):
-                at_low = quantity != "position" and abs(low) > abs(high)
-            if at_low:
-                worst, limit = WorstValue(low, float(extrema.minimum_time[i])), float(lower[i])
-            else:
-                worst, limit = WorstValue(high, float(extrema.maximum_time[i])), float(upper[i])
-            margin = below if at_low else above
-            yield joint_finding(space, i, quantity, worst, limit, margin, jumps.get(i))
+            highest = WorstValue(float(extrema.maximum[i]), float(extrema.maximum_time[i]))
+            lowest = WorstValue(float(extrema.minimum[i]), float(extrema.minimum_time[i]))
+            side, worst, limit = min(
+                ((1.0, highest, float(upper[i])), (-1.0, lowest, float(lower[i]))),
+                key=lambda row: (row[0] * (row[2] - row[1].value), -abs(row[1].value)),
+            )
+            yield joint_finding(space, i, quantity, worst, limit, side, jumps.get(i))
 
 
 def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -179,12 +173,11 @@ def limit_finding(
     label: str,
     worst: WorstValue,
     limit: float,
-    margin: float,
+    side: float,
     unit: str,
     units: Units,
     *,
     ok: bool | None = None,
-    **more: Any,
 ) -> Finding:
     """Make the finding of the worst value of a quantity.
 
@@ -194,19 +187,20 @@ def limit_finding(
         label: Text of subject and quantity.
         worst: The worst value.
         limit: The limit with the sign of that side; infinite if none is given.
-        margin: Distance to the limit, negative beyond it.
+        side: 1 for an upper limit, -1 for a lower one.
         unit: SI unit.
         units: Units of the text.
         ok: Whether the limit is kept, by default within rounding.
-        more: Other attributes.
     """
     required = bool(np.isfinite(limit))
     text = compare_text(worst, limit, unit, units) if required else "has no limit given"
+    margin = side * (limit - worst.value)
+    margin -= worst.excess if margin >= 0.0 else 0.0  # beyond the limit, the value itself counts
     ok = keeps_limit(margin, limit) if ok is None else ok
     return Finding(
         *subject, quantity, verdict_on(ok, required=required), f"{label} {text}",
         limit=limit if required else None, margin=margin if required else None, unit=unit,
-        **(worst._asdict() | more),
+        **worst._asdict(),
     )  # fmt: skip
 
 
@@ -216,7 +210,7 @@ def joint_finding(
     quantity: str,
     worst: WorstValue,
     limit: float,
-    margin: float,
+    side: float,
     jump: tuple[float, float] | None = None,
 ) -> Finding:
     """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`.
@@ -227,15 +221,15 @@ def joint_finding(
         quantity: Name of the quantity.
         worst: The worst value.
         limit: The limit with the sign of that side; infinite if none is given.
-        margin: Distance to the limit, negative beyond it.
+        side: 1 for an upper limit, -1 for a lower one.
         jump: Time [s] and sign of a jump, at which the quantity is infinite.
     """
     if jump is not None and np.isfinite(limit):
-        time, sign = jump
-        worst, limit, margin = WorstValue(sign * np.inf, time), sign * abs(limit), -np.inf
+        time, side = jump
+        worst, limit = WorstValue(side * np.inf, time), side * abs(limit)
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     subject, label = (JOINT_LIMITS, "joint", name), f"joint {name!r}: {quantity}"
-    return limit_finding(subject, quantity, label, worst, limit, margin, unit, space.shown_in)
+    return limit_finding(subject, quantity, label, worst, limit, side, unit, space.shown_in)
 
 
 def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
@@ -253,11 +247,6 @@ def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float
         k = int(excess[:, i].argmax())
         jumps[int(i)] = float(curve.x[k + 1]), float(np.copysign(1.0, signed[k, i]))
     return jumps
-
-
-NO_LIMIT = "No limit known"
-MAX_ACCELERATION = 1e3
-"""Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
 def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

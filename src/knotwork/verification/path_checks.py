@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
-    from knotwork.verification.bounds.path_criteria import PathBound
+    from knotwork.verification.bounds.path_criteria import PathBound, PathErrors
     from knotwork.verification.bounds.stretch_bounds import StretchBounds
 
 TOOL_PATHS = "Tool paths"
@@ -190,7 +190,7 @@ def _follow_paths(
             result = path_bounds(
                 robot, motion.curve, path.motion, interval, limits, path.freedom, turn, clock
             )
-            turn = result.turned[1]
+            turn = result.errors.turns[1]
             followed.append(_FollowedStretch(path, ends, stretch, result))
         return followed
 
@@ -198,7 +198,7 @@ def _follow_paths(
     freedom = paths[0].freedom if first else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return first
-    start, slack = first[0].result.turned[0], allowed.path_orientation
+    start, slack = first[0].result.errors.turns[0], allowed.path_orientation
     low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
     whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
     for count in (0, *whole_turns):
@@ -225,7 +225,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
     """Findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
     tolerances, progress = scenario.task.tolerances, result.progress
-    bounds = dict(result.bounds)
+    bounds = result.bounds
     bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
         limit=max(tolerances.path, tolerances.position),
         value=progress.error,
@@ -244,7 +244,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"
             brief = f"{begin} to {end}: {off}"
             if "path_speed" in bounds:
-                brief += f", {_speeds(result, scenario, 4)}"
+                brief += f", {_speeds(result.errors, scenario, 4)}"
         yield Finding(
             group=TOOL_PATHS,
             subject="path",
@@ -296,7 +296,7 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed)
-    speeds = _speeds(followed.result, scenario, 5)
+    speeds = _speeds(followed.result.errors, scenario, 5)
     return f"the speed is {speeds}, required {speed} from {start} to {end}, {within}"
 
 
@@ -311,7 +311,7 @@ def _ranges(freedom: PoseFreedom, units: Units) -> str:
     )
 
 
-def _speeds(bounds: StretchBounds, scenario: Scenario, digits: int) -> str:
+def _speeds(errors: PathErrors, scenario: Scenario, digits: int) -> str:
     """Text of the proved speeds at full speed."""
     scale, length = scenario.shown_length
-    return f"{scale * bounds.slowest:.{digits}g} to {scale * bounds.fastest:.{digits}g} {length}/s"
+    return f"{scale * errors.slowest:.{digits}g} to {scale * errors.fastest:.{digits}g} {length}/s"

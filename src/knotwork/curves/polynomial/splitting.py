@@ -23,13 +23,25 @@ def split_at(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomi
     """
     breaks = sort_distinct(curve.x, times)
     piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
-    c = np.array(curve.c[:, piece])
-    shift = (breaks[:-1] - curve.x[piece]).reshape(-1, *[1] * (c.ndim - 2))
-    # Synthetic division by (s − shift), once for each coefficient, expands about the new break.
+    shift = (breaks[:-1] - curve.x[piece]).reshape(-1, *[1] * (curve.c.ndim - 2))
+    return PiecewisePolynomial(shift_origin(curve.c[:, piece], shift), breaks)
+
+
+def shift_origin(c: FloatArray, shift: FloatArray) -> FloatArray:
+    """Expand polynomials about another point, by synthetic division for each coefficient.
+
+    >>> shift_origin(np.array([1.0, 0.0, 0.0]), np.array(1.0))  # t² = (t - 1)² + 2 (t - 1) + 1
+    array([1., 2., 1.])
+
+    Args:
+        c: Coefficients along axis 0, highest power first.
+        shift: The new origin, of a shape that multiplies `c[0]`.
+    """
+    c = np.array(c)
     for end in range(c.shape[0], 1, -1):
         for k in range(1, end):
             c[k] += shift * c[k - 1]
-    return PiecewisePolynomial(c, breaks)
+    return c
 
 
 def cut_curve(curve: PiecewisePolynomial, start: float, end: float) -> PiecewisePolynomial:

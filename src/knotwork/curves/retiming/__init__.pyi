@@ -1,8 +1,7 @@
 from .clock import Profile as Profile
 from .clock import check_profile as check_profile
-from .clock import invert_clock as invert_clock
-from .stops import approximate_by_cubics as approximate_by_cubics
-from .stops import compose as compose
+from .composition import approximate_by_cubics as approximate_by_cubics
+from .composition import compose as compose
 from .stops import find_first_rest as find_first_rest
 from .stops import keeps_joint_limits as keeps_joint_limits
 from .stops import stop_joints as stop_joints

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
-
-BISECTIONS = 60
 
 
 def make_rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
@@ -60,7 +59,7 @@ class Profile(NamedTuple):
             times, rates = np.append(times, end), np.append(rates, rates[-1])
         clock = make_rate_curve(times, rates).antiderivative()
         if float(clock(times[-1])) > duration:
-            clock = cut_curve(clock, 0.0, float(invert_clock(clock, np.array([duration]))[0]))
+            clock = cut_curve(clock, 0.0, float(first_times(clock, np.array([duration]))[0]))
         c = np.array(clock.c)
         c[-1] += start
         return PiecewisePolynomial(c, clock.x)
@@ -92,23 +91,3 @@ def check_profile(profile: Mapping[float, float]) -> Profile:
     if not rates.any():
         raise InputError("override profile: the override is 0 at all times; the arm would not move")
     return Profile(times, rates)
-
-
-def invert_clock(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
-    """Find the times at which a clock first reaches given values.
-
-    Args:
-        clock: A curve that never decreases.
-        at: Values within the range of the clock, shape (n,).
-
-    Returns:
-        Times, shape (n,).
-    """
-    clock_values = clock(clock.x)
-    piece = np.clip(np.searchsorted(clock_values, at, side="left") - 1, 0, len(clock_values) - 2)
-    low, high = clock.x[piece], clock.x[piece + 1]
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        late = clock(middle) >= at
-        low, high = np.where(late, low, middle), np.where(late, middle, high)
-    return np.where(at <= clock_values[0], clock.x[0], high)

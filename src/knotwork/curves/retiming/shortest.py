@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
-from knotwork.curves.retiming.clock import invert_clock
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.waypoints import FloatArray
 
 STOP_BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspace(0.09, 1.0, 25)))
@@ -95,7 +95,7 @@ class _StopProgram:
         clock = self.clock(unknowns)
         inner = self.curve.x[(self.curve.x > self.start) & (self.curve.x < self.end)]
         inner = inner[inner < clock(unknowns[-1])]
-        breaks = sort_distinct(STOP_BREAKS, invert_clock(clock, inner) / unknowns[-1])
+        breaks = sort_distinct(STOP_BREAKS, first_times(clock, inner) / unknowns[-1])
         sides = np.concatenate((breaks[:-1] + BREAK_OFFSET, breaks[1:] - BREAK_OFFSET, MIDDLES))
         return np.clip(sides, 0.0, 1.0)
 

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
-from knotwork.curves.polynomial.splitting import cut_curve, split_at
-from knotwork.curves.polynomial.two_point import raise_degree
-from knotwork.curves.retiming.clock import invert_clock
+from knotwork.curves.polynomial.splitting import cut_curve
+from knotwork.curves.retiming.composition import approximate_by_cubics, compose
 from knotwork.curves.retiming.shortest import find_shortest_stop
-from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
@@ -30,10 +25,6 @@ DURATION_GUESS = 1.3
 """First guess of the duration of a stop on the path, relative to that of independent joints."""
 MINIMUM_GAIN = 1e-3
 """Minimum relative gain over the curve's next rest for a stop to be searched for."""
-MAX_STEP_HALVINGS = 8
-"""Maximum number of halvings of the steps of cubics."""
-SAME_BREAK = 1e-9
-"""Difference relative to the duration within which breaks are equal."""
 
 
 def stop_joints(
@@ -171,78 +162,3 @@ def keeps_joint_limits(
         (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
         for nu, limit in ((2, acceleration), (3, jerk))
     )
-
-
-def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
-    """Compose a curve q and a clock τ exactly to q(τ(t)), which is as smooth as both.
-
-    Args:
-        curve: Values over the clock's values, trailing shape (d,).
-        clock: Time of the curve over time, never decreasing.
-
-    Returns:
-        A curve over the clock's time; its degree is the product of both.
-    """
-    start, end = clock(clock.x[[0, -1]])
-    inner = curve.x[(curve.x > start) & (curve.x < end)]
-    times = invert_clock(clock, inner)
-    fine = split_at(clock, _drop_breaks(times, clock.x))
-    middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
-    piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
-    inside = np.array(fine.c)
-    inside[-1] -= curve.x[piece]
-    # Horner's rule with the clock's polynomial in place of a number
-    c = curve.c[:1, piece]
-    for row in curve.c[1:, piece]:
-        product = np.zeros((len(c) + len(inside) - 1, *c.shape[1:]))
-        for power, factor in enumerate(inside):
-            product[power : power + len(c)] += factor[:, None] * c
-        product[-1] += row
-        c = product
-    return PiecewisePolynomial(c, fine.x)
-
-
-def approximate_by_cubics(
-    curve: PiecewisePolynomial, tolerance: float, through: Sequence[float] = ()
-) -> tuple[PiecewisePolynomial, FloatArray]:
-    """Approximate a C2 smooth curve by cubics (C2 smooth), to within a tolerance.
-
-    At every break of the curve, and at given times, position, velocity and acceleration are equal.
-    Between them the modified cubic Hermite method places knots. Steps are halved until the
-    deviation is within the tolerance. It is computed from the polynomials and not from samples.
-
-    Args:
-        curve: A curve of any degree, trailing shape (d,).
-        tolerance: Maximum deviation of a component, in its unit.
-        through: Additional times at which the curves are equal, within the curve's time.
-
-    Returns:
-        The cubics, and the maximum deviation of each component, shape (d,).
-
-    Raises:
-        InputError: The tolerance is not met with steps of 1/256 of those of the curve.
-    """
-    times = sort_distinct(curve.x, _drop_breaks(np.array(through), curve.x))
-    for _ in range(MAX_STEP_HALVINGS + 1):
-        q, v, a = (curve(times, nu) for nu in range(3))
-        cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
-        exact, fine = split_at(curve, cubics.x), split_at(cubics, curve.x)
-        c = exact.c - raise_degree(fine.c, exact.degree)
-        gap = PiecewisePolynomial(c, exact.x).extrema(0).peak
-        if gap.max() <= tolerance:
-            # cubic pieces are kept: rounding would change their third derivative
-            is_cubic = np.logical_not(exact.c[:-4].any(axis=(0, 2)))
-            c = np.where(is_cubic.reshape(-1, 1), exact.c[-4:], fine.c)
-            return PiecewisePolynomial(c, exact.x), gap
-        times = sort_distinct(times, 0.5 * (times[1:] + times[:-1]))
-    raise InputError(
-        f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "
-        f"a tolerance of {gap.max():.3g} or more, now {tolerance:g}"
-    )
-
-
-def _drop_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
-    """Drop the times that are breaks within rounding."""
-    after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
-    gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
-    return np.asarray(times[gap > SAME_BREAK * np.ptp(breaks)])

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -237,30 +236,20 @@ class OrientationCurve:
         return np.asarray(self.s[inner][jump])
 
     def _pieces(
-        self, s: ArrayLike, at: ArrayLike | None, side: str
+        self, s: ArrayLike, at: ArrayLike | None = None
     ) -> tuple[NDArray[np.intp], FloatArray]:
         """Index of the piece of each arc length, and the parameter u in it."""
         s = np.asarray(s, dtype=float)
-        where: Literal["left", "right"] = "left" if side == "left" else "right"
-        piece = np.clip(np.searchsorted(self.s, s, where) - 1, 0, len(self.s) - 2)
+        piece = np.clip(np.searchsorted(self.s, s, "right") - 1, 0, len(self.s) - 2)
         if at is not None:  # a stretch between two breaks, of several pieces
-            stretch = np.searchsorted(self.breaks, np.asarray(at, dtype=float), where) - 1
+            stretch = np.searchsorted(self.breaks, np.asarray(at, dtype=float), "right") - 1
             stretch = np.clip(stretch, 0, len(self.breaks) - 2)
             piece = np.clip(piece, self._firsts[stretch], self._firsts[stretch + 1] - 1)
         return piece, (s - self.s[piece]) / self._steps[piece]
 
-    def rotation(
-        self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
-        """Rotation matrices of the tool, shape (k, 3, 3).
-
-        Args:
-            s: Arc lengths [m], shape (k,).
-            at: Arc lengths that choose the stretches between breaks, by default s [m], shape (k,):
-                a stretch is extended smoothly beyond its ends.
-            side: Side of a break that is evaluated: `"right"` or `"left"`.
-        """
-        piece, u = self._pieces(s, at, side)
+    def rotation(self, s: ArrayLike) -> FloatArray:
+        """Rotation matrices of the tool at arc lengths (k,) [m], shape (k, 3, 3)."""
+        piece, u = self._pieces(s)
         R = self.rotations[piece]
         if self._even:
             return R if self._still else R @ rotation_matrices(5.0 * u[:, None] * self._v[piece, 0])
@@ -268,24 +257,26 @@ class OrientationCurve:
             R = R @ rotation_matrices(part[:, None] * self._v[piece, i])
         return R
 
-    def rate(
-        self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
+    def rate(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Angular velocity per unit length in base axes, or its derivative, shape (k, 3).
 
         Args:
             s: Arc lengths [m], shape (k,).
             order: 0 for the rate [rad/m], 1 for its derivative with respect to s [rad/m²].
-            at: See `rotation`.
-            side: See `rotation`.
         """
-        return self.states(s, at, side)[1 + checked_order(order, 1)]
+        return self.states(s)[1 + checked_order(order, 1)]
 
     def states(
-        self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
+        self, s: ArrayLike, at: ArrayLike | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """`rotation`, `rate` and the derivative of the rate in one evaluation."""
-        piece, u = self._pieces(s, at, side)
+        """`rotation`, `rate` and the derivative of the rate in one evaluation.
+
+        Args:
+            s: Arc lengths [m], shape (k,).
+            at: Arc lengths that choose the stretches between breaks, by default s [m], shape (k,):
+                a stretch is extended smoothly beyond its ends.
+        """
+        piece, u = self._pieces(s, at)
         R = self.rotations[piece]
         if self._even:
             vector = 5.0 * u[:, None] * self._v[piece, 0]

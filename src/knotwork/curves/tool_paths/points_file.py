@@ -27,17 +27,22 @@ class PathPoints(NamedTuple):
 
     Attributes:
         points: Points [m], shape (n, 3).
-        quaternions: Rotations of the tool (x, y, z, w), shape (n, 4), or `None`.
-        normals: Surface normals, of length about one, shape (n, 3), or `None`.
+        rotations: Rotations of the tool, shape (n, 3, 3), or `None`.
+        normals: Surface normals of unit length, shape (n, 3), or `None`.
     """
 
     points: FloatArray
-    quaternions: FloatArray | None
+    rotations: FloatArray | None
     normals: FloatArray | None
 
 
-def read_points(path: Path, length_unit: float) -> PathPoints:
-    """Read points, and quaternions or normals if there are any.
+def read_points(path: Path | str, length_unit: float = 1.0) -> PathPoints:
+    r"""Read points, and quaternions or normals if there are any.
+
+    >>> characters = Path("seam.csv").write_text("x,y,z,nx,ny,nz\n0,0,0,0,0,1\n50,0,0,0,0,1\n")
+    >>> kw.tool_paths.read_points("seam.csv", length_unit=0.001).points
+    array([[0.  , 0.  , 0.  ],
+           [0.05, 0.  , 0.  ]])
 
     Args:
         path: The file.
@@ -47,6 +52,7 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
         DocumentError: The file can't be read, a heading or a value is wrong, there are fewer than
             two points, or two neighbours are the same.
     """
+    path = Path(path)
     rows = read_rows(path)
     names, lines = _names(rows), rows.lines
     values = np.column_stack([rows.numbers(i, finite=True) for i in range(len(names))])
@@ -61,20 +67,34 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
             path,
             [Problem(lines[i + 1], "", f"{message} {lines[i]}", "leave one out") for i in repeated],
         )
-    units: list[FloatArray | None] = []
-    for quantity, columns in (("quaternion", QUATERNION_COLUMNS), ("normal", NORMAL_COLUMNS)):
-        if columns[0] not in names:
-            units.append(None)
-            continue
-        units.append(vectors := values[:, [names.index(name) for name in columns]])
-        size = np.linalg.norm(vectors, axis=1)
-        problems = [
-            Problem(lines[i], ", ".join(columns), f"the {quantity} has length {size[i]:.6g}", "1")
-            for i in np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
-        ]
-        if problems:
-            raise DocumentError(path, problems)
-    return PathPoints(points, *units)
+    rotations = normals = None
+    if QUATERNION_COLUMNS[0] in names:
+        from scipy.spatial.transform import Rotation
+
+        quaternions = _unit_vectors(rows, names, values, QUATERNION_COLUMNS, "quaternion")
+        rotations = Rotation.from_quat(quaternions).as_matrix()
+    if NORMAL_COLUMNS[0] in names:
+        normals = _unit_vectors(rows, names, values, NORMAL_COLUMNS, "normal")
+    return PathPoints(points, rotations, normals)
+
+
+def _unit_vectors(
+    rows: Rows, names: list[str], values: FloatArray, columns: tuple[str, ...], quantity: str
+) -> FloatArray:
+    """Vectors of some columns, of unit length.
+
+    Raises:
+        DocumentError: The length of a vector is not 1 within `UNIT_TOLERANCE`.
+    """
+    vectors = values[:, [names.index(name) for name in columns]]
+    size = np.linalg.norm(vectors, axis=1)
+    problems = [
+        Problem(rows.lines[i], ", ".join(columns), f"the {quantity} has length {size[i]:.6g}", "1")
+        for i in np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
+    ]
+    if problems:
+        raise DocumentError(rows.path, problems)
+    return np.asarray(vectors / size[:, None])
 
 
 def _names(rows: Rows) -> list[str]:

@@ -65,7 +65,7 @@ class TimedPath:
         if weave is not None:
             self.carrier = add_weave(carrier, weave)
         self.end_time = self.start_time + timing.duration
-        length = float(timing(np.array([timing.duration]), side="left")[0])
+        length = float(timing(np.array([timing.duration]))[0])
         self.is_dwell = not timing.arc_length.c.any()
         if not self.is_dwell and abs(length - path.length) > LENGTH_MISMATCH * path.length:
             raise PathError(
@@ -82,8 +82,7 @@ class TimedPath:
         # Between two breaks a time in the middle selects the pieces of path and timing.
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
-        ends = np.concatenate((timing(local, 1), timing(local, 1, side="left")))
-        self.full_speed = float(timing.speeds[0] if self.is_dwell else ends.max())
+        self.full_speed = float(timing.speeds[0] if self.is_dwell else timing(local, 1).max())
         self.breaks: FloatArray = self.start_time + local
         self.breaks[-1] = self.end_time
 

@@ -17,11 +17,15 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import horner
+from knotwork.curves.polynomial.monotone import first_times
 from knotwork.errors import PathError, RampError
 from knotwork.waypoints import FloatArray, read_only
 
 RAMP_TOLERANCE = 1e-9
 """Relative excess of ramps over the length of their stretch up to which they are shortened."""
+
+SNAP_TOLERANCE = 1e-12
+"""Distance from the end of a stretch, relative to the path, within which a point is this end."""
 
 RAMP_RESOLUTION = 1e-12
 """Minimum duration of a change of speed, relative to the path's, for the resolution of time."""
@@ -57,46 +61,27 @@ class Timing:
         """Arc length over time, speed and its derivative."""
         return tuple(self.arc_length.derivative(order) for order in range(3))
 
-    def __call__(
-        self, t: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0, at: ArrayLike | None = None) -> FloatArray:
         """Arc length at times, or its derivatives with respect to time.
 
         Args:
             t: Times [s], shape (k,).
-            order: Order of the derivative.
+            order: Order of the derivative, 0 to 2.
             at: Times that choose the pieces, by default t [s], shape (k,): a piece is extended
                 smoothly beyond its ends.
-            side: Side of a break that is evaluated: `"right"` or `"left"`.
         """
-        curve = self._curves[order] if order < 3 else self.arc_length.derivative(order)
-        t = np.asarray(t, dtype=float)
+        curve, t = self._curves[order], np.asarray(t, dtype=float)
         chosen = t if at is None else np.asarray(at, dtype=float)
-        piece = np.searchsorted(curve.x, chosen, side="left" if side == "left" else "right") - 1
-        piece = np.clip(piece, 0, len(curve.x) - 2)
-        local = t - curve.x[piece]
-        value = np.zeros(t.shape)
-        for coefficient in curve.c:
-            value = value * local + coefficient[piece]
-        return value
+        piece = np.clip(np.searchsorted(curve.x, chosen, "right") - 1, 0, len(curve.x) - 2)
+        return horner(curve.c[:, piece], t - curve.x[piece])
 
     def time_of(self, s: ArrayLike) -> FloatArray:
         """Times at which the tool reaches arc lengths [s], shape (k,); exact at stretch ends."""
-        s = np.asarray(s, dtype=float)
-        breaks = self.arc_length.x
-        low_of = self(breaks)
-        low_of[-1] = self(breaks[-1:], side="left")[0]
-        piece = np.clip(np.searchsorted(low_of, s, "right") - 1, 0, len(breaks) - 2)
-        low, high = breaks[piece], breaks[piece + 1]
-        begin, coefficients = low, self.arc_length.c[:, piece]
-        for _ in range(60):  # bisection, because the speed may be zero at an end
-            middle = 0.5 * (low + high)
-            below = horner(coefficients, middle - begin) < s
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        times = 0.5 * (low + high)
-        nearest = np.abs(s[:, None] - low_of).argmin(axis=1)
-        snapped = np.abs(s - low_of[nearest]) <= 1e-12 * low_of[-1]
-        return np.where(snapped, breaks[nearest], times)
+        s, breaks = np.asarray(s, dtype=float), self.arc_length.x
+        reached = self.arc_length(breaks)
+        nearest = np.abs(s[:, None] - reached).argmin(axis=1)
+        snapped = np.abs(s - reached[nearest]) <= SNAP_TOLERANCE * reached[-1]
+        return np.where(snapped, breaks[nearest], first_times(self.arc_length, s))
 
 
 def make_dwell(duration: float, speed: float) -> Timing:

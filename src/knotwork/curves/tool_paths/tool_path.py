@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -129,8 +130,10 @@ class ToolPath:
             np.where(np.abs(s - nearest) <= LENGTH_MISMATCH * self.length, nearest, s)
         )
 
-    def _curve_of(self, s: FloatArray, side: str) -> NDArray[np.intp]:
-        index = np.searchsorted(self.starts, s, side="left" if side == "left" else "right") - 1
+    def _curve_of(
+        self, s: FloatArray, side: Literal["left", "right"] = "right"
+    ) -> NDArray[np.intp]:
+        index = np.searchsorted(self.starts, s, side) - 1
         return np.clip(index, 0, len(self.curves) - 1)
 
     def _by_curve(self, index: NDArray[np.intp]) -> Iterator[tuple[int, slice | NDArray[np.intp]]]:
@@ -141,42 +144,37 @@ class ToolPath:
         for i in np.flatnonzero(np.bincount(index)):
             yield int(i), np.flatnonzero(index == i)
 
-    def position(
-        self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
+    def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the path, or their derivatives with respect to arc length.
 
         Args:
             s: Arc lengths [m], shape (k,).
             order: Order of the derivative, 0 to 3.
-            at: Arc lengths that choose the curves, by default s [m], shape (k,): a curve is
-                extended smoothly beyond its ends.
-            side: Side of a junction that is evaluated: `"right"` or `"left"`.
 
         Returns:
             Points [m], or derivatives [m^(1 - order)], shape (k, 3).
         """
-        return np.asarray(self.derivatives(s, checked_order(order), at, side)[order])
+        return np.asarray(self.derivatives(s, checked_order(order))[order])
 
-    def derivatives(
-        self, s: ArrayLike, order: int, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
+    def derivatives(self, s: ArrayLike, order: int, at: ArrayLike | None = None) -> FloatArray:
         """Points of the path and their derivatives up to an order, shape (order + 1, k, 3).
 
-        Args as of `position`.
+        Args:
+            s: Arc lengths [m], shape (k,).
+            order: Order of the highest derivative, 0 to 3.
+            at: Arc lengths that choose the curves, by default s [m], shape (k,): a curve is
+                extended smoothly beyond its ends.
         """
         s = np.asarray(s, dtype=float)
         at = s if at is None else np.broadcast_to(np.asarray(at, dtype=float), s.shape)
         result = np.empty((order + 1, s.size, 3))
-        for i, rows in self._by_curve(self._curve_of(at, side)):
+        for i, rows in self._by_curve(self._curve_of(at)):
             result[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
         return result
 
-    def rotation(
-        self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
-    ) -> FloatArray:
-        """Rotation matrices of the tool, shape (k, 3, 3): see `OrientationCurve.rotation`."""
-        return self.orientation.rotation(s, at, side)
+    def rotation(self, s: ArrayLike) -> FloatArray:
+        """Rotation matrices of the tool at arc lengths (k,) [m], shape (k, 3, 3)."""
+        return self.orientation.rotation(s)
 
     def pose(self, s: float) -> pin.SE3:
         """Pose of the tool at an arc length [m]."""
@@ -197,7 +195,7 @@ class ToolPath:
         """
         points = np.asarray(points, dtype=float)
         best: FloatArray = np.clip(np.asarray(guess, dtype=float), 0.0, self.length)
-        curve = self._curve_of(best, "right")
+        curve = self._curve_of(best)
         distance = np.full(best.size, np.inf)
         going, direction = np.arange(best.size), np.zeros(best.size, dtype=np.intp)
         while going.size:
@@ -256,7 +254,7 @@ class ToolPath:
             (s1 - s0)² times the largest curvature [m], shape (k,).
         """
         low, high = sort_ends(s0, s1)
-        first, last = self._curve_of(low, "right"), self._curve_of(high, "left")
+        first, last = self._curve_of(low), self._curve_of(high, "left")
         curvature = np.zeros(low.size)
         for i in range(int(last.max(initial=0) - first.min(initial=0)) + 1):
             for j, rows in self._by_curve(np.minimum(first + i, np.maximum(last, first))):

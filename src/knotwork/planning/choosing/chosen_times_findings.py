@@ -12,7 +12,7 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.planning.choosing.path_speed_problem import SpeedBound
+from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -28,6 +28,13 @@ WAYS_GROUP = "Ways"
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
+BOUND_TEXTS = {
+    RAMPS.quantity: "room for changes of speed at path.acceleration, {acceleration},",
+    ADJACENT_MOTION.quantity: "the motion before or after",
+    TOLERANCES.quantity: "the tolerance of the path",
+}
+"""Texts of bounds of a speed along a path."""
+
 _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
@@ -39,20 +46,18 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         chosen: The chosen times.
         space: The joints and their limits.
     """
-    brief = _duration(chosen)
-    message = f"times chosen: {brief}"
-    yield _of_motion("duration", message, chosen.duration)
-    shortest = f"{chosen.lower_bound:.6g} s{_arrivals_note(chosen)}"
-    scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
-    bound = f"no motion {scope} within the limits is shorter than {shortest}"
-    yield _of_motion("lower_bound", bound, chosen.lower_bound)
+    brief, group = _duration(chosen), TIMES_GROUP
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    yield replace(_of_motion("chosen_times", message, verdict=verdict), brief=brief)
-    unlimited = _unlimited_note(space)
-    if unlimited:
-        yield _of_motion("acceleration_limit", unlimited, verdict="warning")
+    duration = Finding.of_motion(group, "duration", f"times chosen: {brief}", verdict, brief=brief)
+    yield replace(duration, value=chosen.duration, unit="s")
+    scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
+    shortest = f"{chosen.lower_bound:.6g} s{_arrivals_note(chosen)}"
+    fact = f"no motion {scope} within the limits is shorter than {shortest}"
+    yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
+    if unlimited := _unlimited_note(space):
+        yield Finding.of_motion(group, "acceleration_limit", unlimited, "warning")
     if chosen.segments and chosen.assumed_jerk:
-        yield _of_motion("assumed_jerk", _assumed_jerk_note(chosen))
+        yield Finding.of_motion(group, "assumed_jerk", _assumed_jerk_note(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _limits_by_interval(chosen).items():
         parts = [
@@ -70,23 +75,6 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
             label=label,
             brief=f"{start} to {end}: bound by {label}",
         )
-
-
-def _of_motion(
-    quantity: str, message: str, seconds: float | None = None, verdict: Verdict = "information"
-) -> Finding:
-    """A finding on the whole motion, with a time if there is one [s]."""
-    unit = "s" if seconds is not None else ""
-    return Finding(
-        group=TIMES_GROUP,
-        subject="motion",
-        name="",
-        quantity=quantity,
-        verdict=verdict,
-        fact=message,
-        value=seconds,
-        unit=unit,
-    )
 
 
 def _duration(chosen: ChosenTimes) -> str:
@@ -154,12 +142,13 @@ def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
-        text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
+        quantity = BOUND_TEXTS.get(limit.quantity, limit.quantity)
+        text = f"{limit.joint} {quantity}" if limit.joint else quantity
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == SpeedBound.RAMPS:
+        if limit.quantity == RAMPS.quantity:
             acceleration = chosen.scenario.paths[0].requested.acceleration
-            text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
+            text = text.format(acceleration=chosen.scenario.units.text(acceleration, "m/s²"))
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
 

@@ -8,26 +8,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from pathlib import Path
 
 from knotwork.errors import InputError, format_value
 
 
-def find_mesh(
-    name: str,
-    urdf: Path,
-    package_paths: Sequence[Path] = (),
-    ros: Sequence[Path] | None = None,
-) -> Path:
+def find_mesh(name: str, urdf: Path, package_paths: tuple[Path, ...] = ()) -> Path:
     """Find the file of a mesh: below the URDF's folders, the user's, or those of ROS.
 
-    No other folder is searched.
+    No other folder is searched. A found file is cached as long as it exists.
 
     Args:
         name: Address in the URDF: a path, `file://`, `package://` or `model://`.
         urdf: Path of the URDF.
         package_paths: Folders of the user: package folders, or base folders of relative paths.
-        ros: Folders of ROS; by default those of `list_ros_folders`.
 
     Returns:
         The file.
@@ -35,7 +30,16 @@ def find_mesh(
     Raises:
         InputError: The file is not in the permitted folders.
     """
-    ros = list_ros_folders() if ros is None else ros
+    folders = tuple(folder.absolute() for folder in package_paths)
+    search = name, urdf.absolute(), folders, _list_ros_folders()
+    file = _find_mesh(*search)
+    return file if file.is_file() else _find_mesh.__wrapped__(*search)
+
+
+@lru_cache(maxsize=1024)
+def _find_mesh(
+    name: str, urdf: Path, package_paths: tuple[Path, ...], ros: tuple[Path, ...]
+) -> Path:
     allowed = [*_find_own_folders(urdf), *map(_resolve, (*package_paths, *ros))]
     scheme, _, address = name.partition("://")
     if scheme in ("package", "model"):
@@ -72,7 +76,7 @@ def _find_own_folders(urdf: Path) -> list[Path]:
     ]
 
 
-def list_ros_folders() -> tuple[Path, ...]:
+def _list_ros_folders() -> tuple[Path, ...]:
     """List the folders of ROS packages, from the environment."""
     listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)

@@ -188,7 +188,7 @@ class PathCurves:
         if isinstance(along.points, str):
             file = Path(along.points)
             folder = self.places.file.parent if self.places.file is not None else Path()
-            read = tool_paths.ThroughPoints.from_csv(folder / file, length_unit=self.length)
+            read = tool_paths.read_points(folder / file, self.length)
             points = read.points
             if read.rotations is not None:
                 rotations = self.axes[i] @ read.rotations

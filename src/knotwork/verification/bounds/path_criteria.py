@@ -114,14 +114,28 @@ class PathErrors(NamedTuple):
             the full speed where the speed changes, or backward speed) [m/s].
         slowest, fastest: Bounds on the velocity along the path and on the speed, where full speed
             is required [m/s]; infinite if no part requires it.
-        turned: Turn of the tool at the start and at the end of the stretch, including whole turns
+        turns: Turn of the tool at the start and at the end of the stretch, including whole turns
             [rad].
     """
 
     criteria: dict[str, PathCriterion]
     slowest: float
     fastest: float
-    turned: tuple[float, float]
+    turns: tuple[float, float]
+
+
+class TurnErrors(NamedTuple):
+    """Excess of the free turn, and of a torch's angles, over their ranges [rad].
+
+    Attributes:
+        samples: Excess at each time, shape (n + 1,).
+        upper: Upper bound over each interval, shape (n,).
+        turns: Turn at the first and at the last time, including whole turns.
+    """
+
+    samples: FloatArray
+    upper: FloatArray
+    turns: tuple[float, float]
 
 
 def path_errors(
@@ -131,7 +145,7 @@ def path_errors(
     sizes: PathSizes,
     limits: PathLimits,
     freedom: PoseFreedom | None = None,
-    turn: float = 0.0,
+    start_turn: float = 0.0,
 ) -> PathErrors:
     """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
 
@@ -142,45 +156,44 @@ def path_errors(
         sizes: Bounds on the intervals between them.
         limits: Speed and tolerances.
         freedom: Freedom of the poses.
-        turn: Turn of the tool at the first time, approximately [rad].
+        start_turn: Turn of the tool at the first time, approximately [rad].
     """
     square = np.diff(t) ** 2
     bend = path.bend(samples.s[:-1], samples.s[1:])
-    turn_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
-    chord_excess = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
-    turned_excess = (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding
+    rotation_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
+    chord_error = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
+    rotation_error = (square * sizes.rotation + rotation_bend) / 8.0 + sizes.rounding
     everywhere = np.ones(len(square), dtype=bool)
-    upper = _worse_end(samples.distance) + chord_excess
-    angle_upper = rotation_angle(_worse_end(samples.gap) + turned_excess)
+    upper = _worse_end(samples.distance) + chord_error
+    angle_upper = rotation_angle(_worse_end(samples.gap) + rotation_error)
     angle_limit = limits.orientation + (0.0 if freedom is None else freedom.tilt)
     criteria = {
         "path_deviation": _criterion(limits.position, samples.distance, upper, everywhere),
         "path_orientation": _criterion(angle_limit, samples.angle, angle_upper, everywhere),
     }
-    turned = (0.0, 0.0)
+    turns = (0.0, 0.0)
     if freedom is not None:
-        beyond, beyond_upper, turned = _follow_turn(path, samples, t, sizes, freedom, turn)
-        limited = np.isfinite(_worse_end(beyond))
-        criteria["path_turn"] = _criterion(limits.orientation, beyond, beyond_upper, limited)
-
-    size = np.linalg.norm(samples.velocity, axis=1)
-    change = square * sizes.jerk / 8.0 + sizes.rounding
-    slowest = _least_velocity(samples, bend, change)
-    fastest = _worse_end(size) + change
+        excess, upper, turns = _follow_turn(path, samples, t, sizes, freedom, start_turn)
+        limited = np.isfinite(_worse_end(excess))
+        criteria["path_turn"] = _criterion(limits.orientation, excess, upper, limited)
+    speed = np.linalg.norm(samples.velocity, axis=1)
+    velocity_error = square * sizes.jerk / 8.0 + sizes.rounding
+    slowest = _least_velocity(samples, bend, velocity_error)
+    fastest = _worse_end(speed) + velocity_error
     in_full = (t[:-1] >= limits.full_interval[0]) & (t[1:] <= limits.full_interval[1])
     if np.isfinite(limits.full_speed):
         for quantity, minimum, judged in (
             ("path_speed", limits.full_speed, in_full),
             ("path_ramp", 0.0, ~in_full),
         ):
-            errors = np.maximum(size - limits.full_speed, minimum - samples.along)
+            errors = np.maximum(speed - limits.full_speed, minimum - samples.along)
             upper = np.maximum(fastest - limits.full_speed, minimum - slowest)
             criteria[quantity] = _criterion(limits.speed, errors, upper, judged)
     return PathErrors(
         {name: criterion for name, criterion in criteria.items() if criterion is not None},
         float(slowest[in_full].min(initial=np.inf)),
         float(fastest[in_full].max(initial=-np.inf)),
-        turned,
+        turns,
     )
 
 
@@ -195,10 +208,10 @@ def _criterion(
     """An error that is judged in some intervals, from all samples and bounds; `None` in none."""
     if not judged.any():
         return None
-    known = np.append(judged, False) | np.append(False, judged)
+    at_judged = np.append(judged, False) | np.append(False, judged)
     ends = np.where(judged, _worse_end(errors), 0.0)
     return PathCriterion(
-        limit, np.where(known, errors, -np.inf), ends, np.where(judged, upper, 0.0)
+        limit, np.where(at_judged, errors, -np.inf), ends, np.where(judged, upper, 0.0)
     )
 
 
@@ -208,42 +221,39 @@ def _follow_turn(
     t: FloatArray,
     sizes: PathSizes,
     freedom: PoseFreedom,
-    start: float,
-) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
-    """Follow the turn, and bound its excess and that of a torch's angles over their ranges [rad].
+    start_turn: float,
+) -> TurnErrors:
+    """Follow the turn, and bound its excess and that of a torch's angles over their ranges.
 
     The rate of the turn is bounded by the rotation of tool and path (`free_angles`). Within an
     interval the turn exceeds the mean of both ends by at most half of both rotations. It is
     unambiguous between samples if this is less than half a turn. The angles between axes have a
     separate row.
-
-    Returns:
-        Excess at times, shape (n + 1,), upper bounds on intervals, shape (n,), and the turn at both
-        ends.
     """
     low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
-    turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
+    rotation = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
-        rotation_gap = np.maximum(samples.gap[:-1], samples.gap[1:]) + turned * np.sqrt(2.0)
-        slower = np.maximum(1.0 - rotation_gap**2 / 4.0, 1e-12)  # cos(φ); the gap is 2 √2 sin(φ/2)
+        gap = _worse_end(samples.gap) + rotation * np.sqrt(2.0)
+        slower = np.maximum(1.0 - gap**2 / 4.0, 1e-12)  # cos(φ); the gap is 2 √2 sin(φ/2)
     else:
         travel = np.abs(samples.angles[:, 1] + freedom.torch.pose_travel)
-        steep = np.minimum(np.maximum(travel[:-1], travel[1:]) + turned, 0.5 * np.pi)
+        steep = np.minimum(_worse_end(travel) + rotation, 0.5 * np.pi)
         slower = np.maximum(np.cos(steep), 1e-12)
-    change = turned / slower
-    angles, known = continue_turns(samples.angles, start), change < np.pi
-    ends = float(angles[0, 0]), float(angles[-1, 0])
-    if not known.all():  # then a sample is outside only if it is outside at every whole turn
+    change = rotation / slower
+    angles, is_unambiguous = continue_turns(samples.angles, start_turn), change < np.pi
+    turns = float(angles[0, 0]), float(angles[-1, 0])
+    if not is_unambiguous.all():  # a sample is outside only if it is at every whole turn
         angles = nearest_turns(freedom, samples.angles)
-    beyond = excess_over_ranges(freedom, angles)
-    upper = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
-    furthest = excess_over_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
+    excess = excess_over_ranges(freedom, angles)
+    upper = 0.5 * (excess[:-1] + excess[1:] + change) + sizes.rounding
+    furthest = excess_over_ranges(freedom, np.array([[turns[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
         furthest = np.inf  # each single turn would be within
-    return beyond, np.where(known, upper, np.maximum(upper, furthest)), ends
+    upper = np.where(is_unambiguous, upper, np.maximum(upper, furthest))
+    return TurnErrors(excess, upper, turns)
 
 
-def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:
+def _least_velocity(samples: PathSamples, bend: FloatArray, error: FloatArray) -> FloatArray:
     """Lower bound of the velocity along the path on each interval, shape (n,).
 
     The angle between the tangent and the bisector of the tangents at both ends is at most half of
@@ -253,16 +263,16 @@ def _least_velocity(samples: PathSamples, bend: FloatArray, change: FloatArray) 
     Args:
         samples: Samples at n + 1 times.
         bend: See `ToolPath.bend`, shape (n,).
-        change: Upper bound on the deviation of the velocity from its chord [m/s], shape (n,).
+        error: Upper bound on the deviation of the velocity from its chord [m/s], shape (n,).
     """
     step = np.abs(np.diff(samples.s))
-    turn = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + CORNER_ANGLE
+    half = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + CORNER_ANGLE
     middle = samples.tangent[:-1] + samples.tangent[1:]
     middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
     ends = np.stack((samples.velocity[:-1], samples.velocity[1:]))
     along = (ends * middle).sum(axis=2)
-    across = np.linalg.norm(ends - along[:, :, None] * middle, axis=2).max(axis=0) + change
-    low = along.min(axis=0) - change
-    bound = np.where(low > 0.0, low * np.cos(turn), low) - across * np.sin(turn)
-    largest = np.linalg.norm(ends, axis=2).max(axis=0) + change
-    return np.asarray(np.where(turn < 0.5 * np.pi, bound, -largest))
+    across = np.linalg.norm(ends - along[:, :, None] * middle, axis=2).max(axis=0) + error
+    low = along.min(axis=0) - error
+    bound = np.where(low > 0.0, low * np.cos(half), low) - across * np.sin(half)
+    largest = np.linalg.norm(ends, axis=2).max(axis=0) + error
+    return np.asarray(np.where(half < 0.5 * np.pi, bound, -largest))

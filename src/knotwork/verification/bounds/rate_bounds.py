@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import to_bernstein
 from knotwork.curves.polynomial.distinct import sort_distinct
+from knotwork.curves.polynomial.splitting import shift_origin
 from knotwork.verification.bounds.link_motion import RATE_ORDERS
 from knotwork.waypoints import FloatArray
 
@@ -42,6 +43,11 @@ class Intervals:
     start: FloatArray
     length: FloatArray
 
+    @property
+    def middle(self) -> FloatArray:
+        """Middle of the interval since the start of the piece [s], shape (n,)."""
+        return np.asarray(self.start + self.length / 2)
+
     def __getitem__(self, index: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Intervals:
         return Intervals(self.piece[index], self.start[index], self.length[index])
 
@@ -52,10 +58,26 @@ class Intervals:
             parts: Number of parts of all, or of each, shape (n,).
         """
         counts = np.broadcast_to(parts, self.piece.shape)
-        index = np.repeat(np.arange(len(counts)), counts)
-        step = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
-        start = self.start[index] + self.length[index] * (step / counts[index])
+        index, start = divide_intervals(self.start, self.length, counts)
         return Intervals(self.piece[index], start, self.length[index] / counts[index])
+
+
+def divide_intervals(
+    start: FloatArray, length: FloatArray, counts: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], FloatArray]:
+    """Divide each of n intervals into equal parts.
+
+    Args:
+        start: Starts [s], shape (n,).
+        length: Durations [s], shape (n,).
+        counts: Number of parts of each, shape (n,).
+
+    Returns:
+        For each part in order, the index of its interval, and its start [s].
+    """
+    index = np.repeat(np.arange(len(counts)), counts)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return index, start[index] + length[index] * (step / counts[index])
 
 
 def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Intervals:
@@ -94,7 +116,7 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
         intervals: The intervals.
     """
     sizes = _term_sizes(curve)[:, intervals.piece]
-    shifted = _shift_origin(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
+    shifted = shift_origin(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
     degree = curve.degree
     powers = intervals.length[:, None] ** np.arange(degree + 1)[:, None, None]
     bounds = np.zeros((RATE_ORDERS, *shifted.shape[1:]))
@@ -123,13 +145,3 @@ def _term_sizes(curve: PiecewisePolynomial) -> FloatArray:
         for r in range(len(c) - 1, order - 1, -1):
             sizes[order] = sizes[order] * span + perm(r, order) * c[r]
     return sizes
-
-
-def _shift_origin(c: FloatArray, start: FloatArray) -> FloatArray:
-    """Coefficients about another point of the piece, highest power first (repeated Horner)."""
-    c = np.array(c)
-    if start.any():
-        for last in range(len(c) - 1, 0, -1):
-            for r in range(1, last + 1):
-                c[r] += c[r - 1] * start
-    return c

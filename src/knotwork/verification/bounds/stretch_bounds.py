@@ -18,8 +18,14 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.rotations import rotation_gap
 from knotwork.robot import Robot
-from knotwork.verification.bounds.path_criteria import PathBound, PathLimits, path_errors
+from knotwork.verification.bounds.path_criteria import (
+    PathBound,
+    PathErrors,
+    PathLimits,
+    path_errors,
+)
 from knotwork.verification.bounds.path_samples import PathStretch
+from knotwork.verification.bounds.rate_bounds import divide_intervals
 from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
@@ -64,23 +70,28 @@ class StretchBounds(NamedTuple):
     """Bounds on a stretch of a path.
 
     Attributes:
-        bounds: The worst errors by the criteria that are judged, as in `PathErrors`.
-        progress: Progress along the path. It is proved if the distance is proved.
-        turned: Turn at the start and at the end of the stretch, including whole turns [rad].
-        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where full
-            speed is required [m/s]; infinite if no part requires it.
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
-        utilisation: Upper bound on the error of each interval relative to the limits, shape (n,).
-            If a sample violates a limit, it has the errors of the samples.
+        errors: Errors at these times, and bounds on the intervals between them.
+        progress: Progress along the path. It is proved if the distance is proved.
     """
 
-    bounds: dict[str, PathBound]
-    progress: PathProgress
-    turned: tuple[float, float]
-    slowest: float
-    fastest: float
     times: FloatArray
-    utilisation: FloatArray
+    errors: PathErrors
+    progress: PathProgress
+
+    @property
+    def bounds(self) -> dict[str, PathBound]:
+        """The worst errors by the criteria that are judged."""
+        return {name: error.worst(self.times) for name, error in self.errors.criteria.items()}
+
+    @property
+    def utilisation(self) -> FloatArray:
+        """Upper bound on the error of each interval relative to the limits, shape (n,).
+
+        If a sample violates a limit, it has the errors of the samples.
+        """
+        shares = [error.utilisation for error in self.errors.criteria.values()]
+        return np.asarray(np.max(shares, axis=0))
 
 
 def path_bounds(
@@ -90,7 +101,7 @@ def path_bounds(
     interval: tuple[float, float],
     limits: PathLimits,
     freedom: PoseFreedom | None = None,
-    turn: float = 0.0,
+    start_turn: float = 0.0,
     clock: PiecewisePolynomial | None = None,
 ) -> StretchBounds:
     """Bound the deviation of the tool from a stretch of a path, over all its time.
@@ -103,7 +114,7 @@ def path_bounds(
         limits: Speed and tolerances.
         freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
             the limit.
-        turn: Turn of the tool about that axis at the start of the stretch, approximately [rad].
+        start_turn: Turn of the tool about that axis at the start, approximately [rad].
         clock: Time of the path's timing over the time of the curve, see `PathStretch`.
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
@@ -114,7 +125,7 @@ def path_bounds(
     sizes = stretch.sizes(t)
     for _ in range(4):
         angle = rotation_gap(limits.orientation + (0.0 if freedom is None else freedom.tilt))
-        shares = np.maximum(sizes.acceleration / limits.position, sizes.turn / angle)
+        shares = np.maximum(sizes.acceleration / limits.position, sizes.rotation / angle)
         shares = np.maximum(shares, sizes.jerk / limits.speed)
         needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
         finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
@@ -123,7 +134,7 @@ def path_bounds(
         t, sizes = finer, stretch.sizes(finer)
     samples = stretch.sample(t)
     for remaining in range(MAX_ROUNDS, -1, -1):
-        errors = path_errors(motion.path, samples, t, sizes, limits, freedom, turn)
+        errors = path_errors(motion.path, samples, t, sizes, limits, freedom, start_turn)
         needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():
             break
@@ -132,15 +143,7 @@ def path_bounds(
         if len(finer) == len(t):
             break
         t, samples, sizes = finer, stretch.sample(finer), stretch.sizes(finer)
-    return StretchBounds(
-        bounds={quantity: error.worst(t) for quantity, error in errors.criteria.items()},
-        progress=_path_progress(stretch, t, samples.s),
-        turned=errors.turned,
-        slowest=errors.slowest,
-        fastest=errors.fastest,
-        times=t,
-        utilisation=np.max([error.utilisation for error in errors.criteria.values()], axis=0),
-    )
+    return StretchBounds(t, errors, _path_progress(stretch, t, samples.s))
 
 
 def _first_times(
@@ -148,13 +151,13 @@ def _first_times(
 ) -> FloatArray:
     low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
     inner = curve.x[(curve.x > low) & (curve.x < high)]
-    known = [t for t in full if low < t < high]
+    full_ends = [t for t in full if low < t < high]
     # at a break both sides count, because velocities may jump if the scenario allows it
     before = np.nextafter(inner, -np.inf)
     ends = np.concatenate(([low], inner, [high]))
     middle = 0.5 * (ends[1:] + ends[:-1])  # every piece has an inner sample
     grid = np.linspace(low, high, FIRST_PARTS + 1)
-    return sort_distinct(grid, inner, before, middle, known)
+    return sort_distinct(grid, inner, before, middle, full_ends)
 
 
 def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
@@ -164,10 +167,7 @@ def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -
         order = np.argsort(-needed, kind="stable")
         allowed = np.cumsum(count[order] - 1) <= budget - len(count)
         count[order[~allowed]] = 1
-    index = np.repeat(np.arange(len(count)), count)
-    step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
-    inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
-    return np.append(inner, t[-1])
+    return np.append(divide_intervals(t[:-1], np.diff(t), count)[1], t[-1])
 
 
 def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathProgress:

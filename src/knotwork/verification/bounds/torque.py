@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -56,45 +56,11 @@ def torque_bound(
     return upper_bounds(curve, quantity, limits)
 
 
-class Masses(NamedTuple):
-    """Inertias of the links, by joint; entry 0, the base, is not used.
-
-    Attributes:
-        mass: Mass [kg].
-        lever: Distance of the centre of mass from the joint's origin [m].
-        inertia: Largest principal moment of inertia about the centre of mass [kg m²].
-        spread: Half the difference of the largest and the smallest moment [kg m²]. Only this part
-            of the inertia changes when the link rotates.
-        gravity: Gravity [m/s²].
-        armature: Reflected inertia of each motor [kg m² or kg], by velocity column.
-    """
-
-    mass: tuple[float, ...]
-    lever: tuple[float, ...]
-    inertia: tuple[float, ...]
-    spread: tuple[float, ...]
-    gravity: float
-    armature: FloatArray
-
-
-def masses(model: Any) -> Masses:
-    """Read inertias from a Pinocchio model."""
-    moments = [np.linalg.eigvalsh(inertia.inertia) for inertia in model.inertias]
-    return Masses(
-        mass=tuple(float(inertia.mass) for inertia in model.inertias),
-        lever=tuple(float(np.linalg.norm(inertia.lever)) for inertia in model.inertias),
-        inertia=tuple(float(np.abs(values).max()) for values in moments),
-        spread=tuple(float(values[-1] - values[0]) / 2.0 for values in moments),
-        gravity=float(np.linalg.norm(model.gravity.linear)),
-        armature=np.array(model.armature),
-    )
-
-
-def torque_sizes(motion: TreeMotion, bodies: Masses, rates: FloatArray) -> FloatArray:
+def torque_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArray:
     """Bound the joint torques and their first two derivatives, shape (3, d, n).
 
     With c the centre of mass, f and n the force and moment of a joint on its link, both summed from
-    the tips to the base (r the offset to a child):
+    the tips to the base (r the offset to a child, armature the reflected inertia of the motor):
 
         f = m (c'' - g) + sum of f_child
         n = (I ω)' + (c - o) × m (c'' - g) + sum of n_child + r × f_child
@@ -102,22 +68,25 @@ def torque_sizes(motion: TreeMotion, bodies: Masses, rates: FloatArray) -> Float
 
     Args:
         motion: Bounds on the motion of the links.
-        bodies: Inertias of the links.
+        model: Pinocchio model with the inertias of the links and motors.
         rates: Bounds of |q|, … |q''''|, shape (5, d, n).
     """
     joints = motion.tree
     n = rates.shape[2]
     force = np.zeros((len(joints.parent), 3, n))
     moment = np.zeros_like(force)
-    result = bodies.armature[:, None] * rates[2:5]
+    result = np.asarray(model.armature)[:, None] * rates[2:5]
     for i in range(len(joints.parent) - 1, 0, -1):
         unit, parent = motion.unit[i], joints.parent[i]
-        if bodies.mass[i] or bodies.inertia[i]:
-            inertial = bodies.mass[i] * motion.point(i, bodies.lever[i])[2:5]
-            inertial[0] += bodies.mass[i] * bodies.gravity
+        body = model.inertias[i]
+        moments = np.linalg.eigvalsh(body.inertia)
+        if body.mass or moments.any():
+            lever = float(np.linalg.norm(body.lever))
+            inertial = body.mass * motion.point(i, lever)[2:5]
+            inertial[0] += body.mass * np.linalg.norm(model.gravity.linear)
             force[i] += inertial
-            moment[i] += product(bodies.lever[i] * unit[:3], inertial)
-            moment[i] += _spin(motion.angular[i], bodies.inertia[i], bodies.spread[i])
+            moment[i] += product(lever * unit[:3], inertial)
+            moment[i] += _spin(motion.angular[i], moments)
         axis, column = motion.unit[parent][:3], joints.column[i]
         if joints.turns[i]:
             result[:, column] += joints.turns[i] * product(axis, moment[i])
@@ -128,17 +97,20 @@ def torque_sizes(motion: TreeMotion, bodies: Masses, rates: FloatArray) -> Float
     return result
 
 
-def _spin(angular: FloatArray, largest: float, spread: float) -> FloatArray:
-    """Bound (I ω)' and its first two derivatives."""
-    tensor = spread * unit_bounds(angular, 2.0)[:4]
-    tensor[0] = largest
+def _spin(angular: FloatArray, moments: FloatArray) -> FloatArray:
+    """Bound (I ω)' and its first two derivatives, from the principal moments of inertia [kg m²].
+
+    The mean moment does not change when the link rotates. So only half the difference of the
+    largest and the smallest one enters the derivatives of I.
+    """
+    tensor = np.ptp(moments) / 2.0 * unit_bounds(angular, 2.0)[:4]
+    tensor[0] = np.abs(moments).max()
     return product(tensor, angular)[1:]
 
 
 def torque_quantity(model: Any) -> Quantity:
     """Joint torques of a model, by Pinocchio's inverse dynamics (`pin.rnea`)."""
-    joints, bodies = joint_tree(model), masses(model)
-    data = model.createData()
+    joints, data = joint_tree(model), model.createData()
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         result = np.empty_like(q)
@@ -147,6 +119,6 @@ def torque_quantity(model: Any) -> Quantity:
         return result
 
     def sizes(rates: FloatArray) -> FloatArray:
-        return torque_sizes(tree_motion(joints, rates), bodies, rates)
+        return torque_sizes(tree_motion(joints, rates), model, rates)
 
     return Quantity(values, sizes, joints.angles, absolute=True)

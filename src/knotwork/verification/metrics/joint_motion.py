@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.trajectory import JointTrajectory
@@ -180,20 +179,17 @@ def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
 
     It uses Gauss-Legendre quadrature with six nodes in each piece.
 
-    >>> made = kw.plan("ur5_deburring")
-    >>> squared_effort(made.space.robot, made.trajectory) > 0
+    >>> plan = kw.plan("ur5_deburring")
+    >>> squared_effort(plan.space.robot, plan.trajectory) > 0
     True
 
     Args:
         robot: The arm, with its tool.
         trajectory: The motion.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(6)
-    half = 0.5 * np.diff(trajectory.breaks)[:, np.newaxis]
-    times = (trajectory.breaks[:-1, np.newaxis] + half * (1.0 + nodes)).ravel()
-    rows = zip(*(trajectory.polynomial(times, order) for order in range(3)), strict=True)
-    squared = np.array([(robot.torque(*row) ** 2).sum() for row in rows])
-    return float(((half * weights).ravel() * squared).sum())
+    times, weights = _quadrature(trajectory.breaks, 6)
+    states = zip(*(trajectory.polynomial(times, order) for order in range(3)), strict=True)
+    return float(weights @ [(robot.torque(*state) ** 2).sum() for state in states])
 
 
 def integral_of_square(trajectory: JointTrajectory, order: int) -> float:
@@ -208,11 +204,12 @@ def integral_of_square(trajectory: JointTrajectory, order: int) -> float:
         order: Order of the derivative.
     """
     curve = trajectory.polynomial.derivative(order)
-    degree = 2 * (curve.c.shape[0] - 1)
-    nodes, weights = np.polynomial.legendre.leggauss(degree // 2 + 1)  # exact for this degree
-    width = np.diff(curve.x)[:, np.newaxis]
-    total = 0.0
-    for node, weight in zip(nodes, weights, strict=True):
-        values = horner(curve.c, np.asarray(0.5 * (node + 1.0) * width))
-        total += float((weight * 0.5 * width * values**2).sum())
-    return total
+    times, weights = _quadrature(curve.x, curve.degree + 1)  # exact for the square
+    return float(weights @ (curve(times) ** 2).sum(axis=1))
+
+
+def _quadrature(breaks: FloatArray, nodes: int) -> tuple[FloatArray, FloatArray]:
+    """Times and weights [s] of Gauss-Legendre quadrature, with some nodes in each piece."""
+    points, weights = np.polynomial.legendre.leggauss(nodes)
+    half = 0.5 * np.diff(breaks)[:, np.newaxis]
+    return (breaks[:-1, np.newaxis] + half * (1.0 + points)).ravel(), (half * weights).ravel()
