@@ -34,7 +34,7 @@ _COLUMNS = {
     "tool_path_deviation": "off path\n[{length}]",
 }
 """Headings by figure."""
-ROUNDING, SMALL = 1e-9, 0.01
+FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
 """Sizes of figures below which they are rounding errors, and below which they have two digits."""
 
 
@@ -149,6 +149,6 @@ def _cell(score: Score, name: str, factor: float) -> str:
         percent = 100 * value.utilisation
         return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %"
     size = factor * (value.value if isinstance(value, Peak) else value)
-    if abs(size) < ROUNDING:
+    if abs(size) < FIGURE_ROUNDING:
         return "0"
-    return readable(size, ".3g" if abs(size) >= SMALL else ".1e")
+    return readable(size, ".3g" if abs(size) >= SMALL_FIGURE else ".1e")
