@@ -127,7 +127,7 @@ def broken(**changes):
 def test_refuses_invalid_paths():
     with pytest.raises(PathError, match="no curves"):
         broken(curves=[])
-    with pytest.raises(PathError, match=r"curve 1 starts 0\.1 m away"):
+    with pytest.raises(PathError, match=r"curve 2 starts 0\.1 m away"):
         broken(curves=[tp.Line([0, 0, 0], [0.2, 0, 0]), tp.Line([0.3, 0, 0], [0.5, 0, 0])])
     with pytest.raises(PathError, match=r"the orientation is 0\.4 m long and the path 0\.5 m"):
         broken(orientation=Turn.constant(np.eye(3), 0.4))

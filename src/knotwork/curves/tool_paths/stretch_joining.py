@@ -109,5 +109,5 @@ def check_junction(i: int, before: OrientationStretch, after: OrientationStretch
     if angle > JUNCTION_ANGLE:
         raise PathError(
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
-            f"stretch {i} and the start of stretch {i + 1}; both must be the same"
+            f"stretch {i + 1} and the start of stretch {i + 2}; both must be the same"
         )
