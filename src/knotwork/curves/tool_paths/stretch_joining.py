@@ -5,16 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from knotwork.curves.tool_paths.rotations import rotation_vector
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.curves.tool_paths.orientation import OrientationCurve
 
 TRANSITION_SHARE = 0.25
 """Length of a transition, relative to the shorter of the two stretches."""
@@ -26,9 +23,7 @@ JUNCTION_ANGLE = 1e-6
 """Tolerance of the difference of rotations at a junction [rad]."""
 
 
-def join_arrays(
-    stretches: Sequence[OrientationCurve], stops: Collection[int]
-) -> tuple[FloatArray, ...]:
+def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> tuple[FloatArray, ...]:
     """Join the arrays of several orientation curves, for `OrientationCurve.joined`."""
     parts = list(stretches)
     for i, (before, after) in enumerate(itertools.pairwise(stretches)):
@@ -62,13 +57,13 @@ def join_arrays(
     )
 
 
-def _rates_differ(before: OrientationCurve, after: OrientationCurve) -> bool:
+def _rates_differ(before: Any, after: Any) -> bool:
     """Whether the rates of two stretches differ at their junction."""
     scale = max(np.abs(curve.rates).max() for curve in (before, after))
     return bool(np.abs(before.rates[-1, 0] - after.rates[0, 1]).max() > EQUAL_RATES * scale)
 
 
-def _check_junction(i: int, before: OrientationCurve, after: OrientationCurve) -> None:
+def _check_junction(i: int, before: Any, after: Any) -> None:
     """Check that stretch i ends with the first rotation of the next one.
 
     Raises:
