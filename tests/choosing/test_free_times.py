@@ -13,7 +13,7 @@ import trimesh
 
 import knotwork as kw
 from knotwork.errors import InputError
-from knotwork.planning.choosing import chosen_times
+from knotwork.planning.timing import timed_motion
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import load_scenario
 from plans import planned
@@ -130,7 +130,7 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
         to(2),
     )
     best = kw.plan(task)
-    monkeypatch.setattr(chosen_times, "Budget", lambda *given: Budget(*given, now=count().__next__))
+    monkeypatch.setattr(timed_motion, "Budget", lambda *given: Budget(*given, now=count().__next__))
     made = kw.plan(task, budget=2)
     made.report.raise_if_failed()
     assert made.chosen.status == "stopped"

@@ -181,9 +181,9 @@ def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, fit: float 
     streamed = "cycle" in export.STRAIGHT[name]
     if streamed and fit is not None:
         with pytest.raises(InputError, match="takes no option 'fit'"):
-            export.export(motion, name, fit=fit)
+            export.content(motion, name, fit=fit)
         return
-    text = export.export(motion, name, **({} if fit is None else {"fit": fit}))
+    text = export.content(motion, name, **({} if fit is None else {"fit": fit}))
     run = read(text)
     points = export.straight_points(motion, **export.STRAIGHT[name], fit=fit)
     assert name == "ls" or points.describe() in text
@@ -254,7 +254,7 @@ def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None
 def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, arc: str) -> None:
     plan = kw.plan(kw.Task.load("ur10_weld").replace(outputs={"gas": 1, "arc": 2}))
     read, _ = READERS[name]
-    text = export.export(plan.trajectory, name)
+    text = export.content(plan.trajectory, name)
     run = read(text)
     outputs = {"gas": gas, "arc": arc}
     assert [event[1:] for event in run.switched] == [
@@ -268,7 +268,7 @@ def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, a
         assert segment.name in text
     unnamed = replace(plan.events[0], name="a b", output=None)
     with pytest.raises(ExportError, match=r"output from 1 on|named by letters"):
-        export.export(replace(plan.trajectory, events=(unnamed,)), name)
+        export.content(replace(plan.trajectory, events=(unnamed,)), name)
 
 
 def test_refuses_tolerance_below_milliseconds(motion: JointTrajectory) -> None:

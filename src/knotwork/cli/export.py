@@ -27,7 +27,6 @@ from knotwork.files.export.formats import (
     FORMATS,
     Format,
     checked_options,
-    file_format,
     get_format,
 )
 from knotwork.files.export.labels import side_file, side_path
@@ -81,7 +80,7 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     "name",
     required=True,
     metavar="FORMAT",
-    help=f"{', '.join(name for name, form in FORMATS.items() if form.suffix)}.",
+    help=f"{', '.join(FORMATS)}.",
 )
 @click.option(
     "--out",
@@ -173,7 +172,7 @@ def export(
         for key, value in options.items()
         if value is not None and value is not False and value != {}
     }
-    checked_options(file_format(form.name), chosen)
+    checked_options(form, chosen)
     if out is None and form.binary:
         raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
     if out is not None:

@@ -62,7 +62,7 @@ def plan(
     fixed_arrivals = tuple(
         scenario.waypoints[i].name for i in unknowns.time_dependent if unknowns.duration[i - 1]
     )
-    timed = ScenarioPlanner(scenario, planner, Budget(seconds=budget), progress, fixed_arrivals)
+    timed = ScenarioPlanner(scenario, planner, Budget(progress, budget), fixed_arrivals)
     if unknowns.time_dependent:
         scenario = fix_arrival_times(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()

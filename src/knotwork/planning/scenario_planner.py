@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -25,7 +25,6 @@ from knotwork.verification import Finding, check
 
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
-    from knotwork.planning.timing import Progress
     from knotwork.planning.timing.timed_motion import Budget
 
 FEASIBILITY = "Feasibility"
@@ -40,15 +39,14 @@ class ScenarioPlanner:
     """Plans a scenario with one sequence of IK solutions, after its unknowns are chosen.
 
     Attributes:
-        scenario, planner, progress: As of `plan`.
-        time: Budget of all plans together, if times are chosen.
+        scenario, planner: As of `plan`.
+        budget: Budget and progress of all plans together, if times are chosen.
         fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
     """
 
     scenario: Scenario
     planner: str | None
-    time: Budget | None = None
-    progress: Callable[[Progress], None] | None = None
+    budget: Budget | None = None
     fixed_arrivals: tuple[str, ...] = ()
 
     @property
@@ -59,7 +57,7 @@ class ScenarioPlanner:
     @property
     def is_late(self) -> bool:
         """Whether the time budget has ended."""
-        return self.time is not None and self.time.is_over
+        return self.budget is not None and self.budget.is_over
 
     @cached_property
     def _interpolation(self) -> Interpolation:
@@ -77,23 +75,17 @@ class ScenarioPlanner:
         """Choose times for a sequence of solutions, by default the best."""
         from knotwork.planning.choosing import choose_times
 
-        scenario, time = self.scenario, self.time
-        if scenario.unknowns is None or time is None:
+        if self.budget is None:
             raise AssertionError("no time of the scenario is free")
-        budget = None if time.seconds is None else max(time.remaining(), 1e-3)
-        return choose_times(scenario, budget=budget, progress=self.progress, solution=solution)
+        return choose_times(self.scenario, self.budget, solution)
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
-        if self.scenario.unknowns is None or self.time is None:
+        if self.scenario.unknowns is None or self.budget is None:
             return self._interpolate(solution or self.solve())
         chosen = replace(self.choose_times(solution), fixed_arrivals=self.fixed_arrivals)
-        if self.progress is not None:
-            from knotwork.planning.timing import Progress
-
-            elapsed = self.time.now() - self.time.begun
-            steps = sum(segment.iterations for segment in chosen.segments)
-            self.progress(Progress(steps, elapsed, 1.0, chosen.duration, "check"))
+        self.budget.solved = self.budget.work
+        self.budget.step(0, chosen.duration, "check")
         fixed = replace(self, scenario=chosen.scenario)
         return fixed._interpolate(fixed.solve(), chosen)
 

@@ -36,8 +36,13 @@ class PathPoints(NamedTuple):
     normals: FloatArray | None
 
 
-def read_points(path: Path, length_unit: float) -> PathPoints:
-    """Read points, and quaternions or normals if there are any.
+def read_points(path: Path | str, length_unit: float = 1.0) -> PathPoints:
+    r"""Read points, and quaternions or normals if there are any.
+
+    >>> characters = Path("seam.csv").write_text("x,y,z,nx,ny,nz\n0,0,0,0,0,1\n50,0,0,0,0,1\n")
+    >>> kw.tool_paths.read_points("seam.csv", length_unit=0.001).points
+    array([[0.  , 0.  , 0.  ],
+           [0.05, 0.  , 0.  ]])
 
     Args:
         path: The file.
@@ -47,6 +52,7 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
         DocumentError: The file can't be read, a heading or a value is wrong, there are fewer than
             two points, or two neighbours are the same.
     """
+    path = Path(path)
     rows = read_rows(path)
     names, lines = _names(rows), rows.lines
     values = np.column_stack([rows.numbers(i, finite=True) for i in range(len(names))])

@@ -3,8 +3,6 @@ from .formats import Format as Format
 from .formats import checked_options as checked_options
 from .formats import checked_target as checked_target
 from .formats import content as content
-from .formats import export as export
-from .formats import file_format as file_format
 from .formats import get_format as get_format
 from .formats import save as save
 from .formats import write as write

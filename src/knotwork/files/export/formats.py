@@ -28,9 +28,9 @@ class Format:
     """An export format.
 
     Attributes:
-        name: Name; the function `to_` plus this name returns the text, bytes or object.
+        name: Name; the function `to_` plus this name returns the text or bytes.
         summary: Short description.
-        suffix: Suffix of its files; empty without a file.
+        suffix: Suffix of its files.
         module: Its module in `knotwork.files.export`.
         options: Names of the keyword arguments of its function.
         binary: Whether its files are binary.
@@ -59,12 +59,6 @@ class Format:
         """Whether the format has only positions, which receivers interpolate by straight lines."""
         return self.module in ("programs", "streams", "franka")
 
-    def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
-        """Give a motion in this format, or the content of a file of it; see `export`."""
-        function = "to_scipy_npz" if file and self.name == "scipy" else f"to_{self.name}"
-        make = resolve_name(f"{__package__}.{self.module}:{function}")
-        return make(motion, **checked_options(self, options))
-
 
 TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "fit", "robot", "labels")
 _MESSAGE_OPTIONS = ("goal", "accelerations", "fit")
@@ -81,7 +75,6 @@ _FRANKA = "positions each 1 ms for Franka's control interface, within its limits
 _MUJOCO = "keyframes of MuJoCo: positions, velocities and controls of position actuators"
 _PARQUET = "samples or knots as Parquet (needs pyarrow)"
 _SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
-_DRAKE = "for Drake there is trajectory.to_drake() in Python"
 
 _ALL_FORMATS = (
     Format("ros2", _ROS2, ".yaml", "ros2", _MESSAGE_OPTIONS),
@@ -101,7 +94,6 @@ _ALL_FORMATS = (
     Format("mujoco", _MUJOCO, ".xml", "keyframes", ("rate", "lead")),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomial_files", binary=True),
     Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True),
-    Format("drake", _DRAKE, "", "polynomial_files", binary=True),
 )
 
 FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL_FORMATS})
@@ -123,25 +115,6 @@ def get_format(name: str) -> Format:
     return FORMATS[name]
 
 
-def file_format(name: str) -> Format:
-    """Return the format of a name if it has a file.
-
-    >>> file_format("scipy").suffix
-    '.npz'
-
-    Raises:
-        UnknownNameError: The name is unknown.
-        InputError: The format is an object in memory.
-    """
-    form = get_format(name)
-    if not form.suffix:
-        raise InputError(
-            f"format {name!r} is an object in memory and has no file of its own; make it in "
-            f"Python with trajectory.to_{name}()"
-        )
-    return form
-
-
 def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options if the format accepts all of them.
 
@@ -159,13 +132,14 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     return dict(options)
 
 
-def export(motion: JointTrajectory | Points | MotionTable, name: str, **options: Any) -> Any:
-    """Give a motion in a format: text, bytes or an object, as its `to_…` function does.
+def content(
+    motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
+) -> str | bytes:
+    """Give the content of a file in a format.
 
-    >>> import knotwork as kw
-    >>> motion = kw.plan("paper_case").trajectory
-    >>> export(motion, "csv", rate=100).partition(",")[0]
-    'time_s'
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> content(lift, "csv", rate=2).splitlines()[1]
+    '0,0,0,6,-12'
 
     Args:
         motion: The motion. Formats of points also accept points from `motion_points`, and
@@ -177,22 +151,10 @@ def export(motion: JointTrajectory | Points | MotionTable, name: str, **options:
         UnknownNameError: The format is unknown.
         InputError: The format does not accept an option, or can't represent the motion.
     """
-    return get_format(name).make(motion, **options)
-
-
-def content(
-    motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
-) -> str | bytes:
-    """Give the content of a file in a format; arguments as for `export`.
-
-    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
-    >>> content(lift, "csv", rate=2).splitlines()[1]
-    '0,0,0,6,-12'
-
-    Raises:
-        InputError: The format has no file, or as for `export`.
-    """
-    text: str | bytes = file_format(name).make(motion, file=True, **options)
+    form = get_format(name)
+    function = "to_scipy_npz" if name == "scipy" else f"to_{name}"
+    make = resolve_name(f"{__package__}.{form.module}:{function}")
+    text: str | bytes = make(motion, **checked_options(form, options))
     return text
 
 

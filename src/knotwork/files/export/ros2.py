@@ -95,11 +95,7 @@ def ros2_dict(
         ExportError: The points can't define the motion; see `motion_points`.
         InputError: The tolerance can't be met, or a time does not fit into a message.
     """
-    message = _message(motion_points(motion, accelerations=accelerations, fit=fit))
-    return {"trajectory": message} if require_flag(goal, "goal") else message
-
-
-def _message(points: Points) -> dict[str, Any]:
+    points = motion_points(motion, accelerations=accelerations, fit=fit)
     curve = points.trajectory
     after_start = ticks(curve)
     start = Fraction(curve.start_time)
@@ -114,11 +110,12 @@ def _message(points: Points) -> dict[str, Any]:
         sec, nanosec = divmod(tick, NANOSECONDS)
         row["time_from_start"] = {"sec": sec, "nanosec": nanosec}
         rows.append(row)
-    return {
+    message = {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
         "joint_names": list(curve.joint_names),
         "points": rows,
     }
+    return {"trajectory": message} if require_flag(goal, "goal") else message
 
 
 def to_ros2(
@@ -143,8 +140,7 @@ def to_ros2(
     'header:'
     """
     points = motion_points(motion, accelerations=accelerations, fit=fit)
-    message = _message(points)
-    data = {"trajectory": message} if require_flag(goal, "goal") else message
+    data = ros2_dict(points, goal=goal, accelerations=accelerations)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append(_first_line(points.trajectory))
     if np.abs(points.trajectory.knots.velocity[-1]).max() > NEGLIGIBLE_SPEED:

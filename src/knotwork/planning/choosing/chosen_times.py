@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -18,7 +18,6 @@ from knotwork.planning.choosing.chosen_path_speeds import (
 from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
-    duration_outside,
     located_in_segment,
     solve_segments,
 )
@@ -29,10 +28,15 @@ from knotwork.planning.choosing.segments import (
     timing_problem,
 )
 from knotwork.planning.task_to_joint import TaskSolution
-from knotwork.planning.timing import Binding, Objective, Progress, TimedMotion
+from knotwork.planning.timing import Binding, Objective, TimedMotion
 from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Budget, Status, status_of
 from knotwork.task.scenario import Scenario
+
+MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
+"""Number of times that path speeds are lowered for the motions next to them, and the factor: the
+last speeds are an eighth of the maximum.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,75 +114,39 @@ class ChosenTimes:
 
 
 def choose_times(
-    scenario: Scenario,
-    *,
-    budget: float | None = None,
-    progress: Callable[[Progress], None] | None = None,
-    solution: TaskSolution | None = None,
+    scenario: Scenario, budget: Budget, solution: TaskSolution | None = None
 ) -> ChosenTimes:
     """Choose the unknowns of a scenario.
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
     segments between tool paths and waits are solved independently, because position, velocity
-    and acceleration are known at their ends.
+    and acceleration are known at their ends. Where a path can't be reached or left at these speeds,
+    they are lowered until the motions exist, and further while the total duration decreases and the
+    budget lasts.
 
     Args:
         scenario: A task with unknowns.
-        budget: Computing time after which the best motion so far is taken [s].
-        progress: Callback of the solver.
+        budget: Computing time after which the best motion so far is taken, and progress.
         solution: Solutions of the poses, if not the best.
 
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    try:
-        paths, motions = _with_feasible_path_speeds(scenario, solution, Budget(progress, budget))
-    except NoMotionsError as error:
-        raise error.combined_error() from None
-    task = paths.task
-    return ChosenTimes(
-        requested=scenario,
-        scenario=with_chosen_values(task, motions),
-        solution=task.solution,
-        segments=tuple(motion for _, motion in motions),
-        path_limits=paths.binding,
-        assumed_jerk=assumed_jerk(task.space),
-    )
-
-
-MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
-"""Number of times that path speeds are lowered for the motions next to them, and the factor."""
-
-_Motions = tuple[ChosenPathSpeeds, list[tuple[TimingSegment, TimedMotion]]]
-"""A task with speeds along its paths, and the motions of its segments."""
-
-
-def _with_feasible_path_speeds(
-    scenario: Scenario, solution: TaskSolution | None, budget: Budget
-) -> _Motions:
-    """The task with the maximum speeds along its paths, and the motions of its segments.
-
-    Where a path can't be reached or left at these speeds, they are lowered until the motions exist,
-    and further while the total duration decreases and the budget lasts.
-
-    Raises:
-        NoMotionsError: No motions were found.
-    """
     caps: dict[int, float] = {}
-    best: _Motions | None = None
+    best: ChosenTimes | None = None
     adjacent: set[int] = set()
     for slowdowns in range(MAX_SLOWDOWNS + 1):
         paths = with_max_speeds(scenario, solution, caps)
         try:
-            motions = paths, _motions(paths, budget)
+            chosen = _choose_motions(scenario, paths, budget)
         except NoMotionsError as error:
             adjacent |= _adjacent_stretches(error.errors, paths)
             if best is None and (not adjacent or slowdowns == MAX_SLOWDOWNS):
-                raise
+                raise error.combined_error() from None
         else:
-            if best is not None and _duration(*best) <= _duration(*motions):
+            if best is not None and best.duration <= chosen.duration:
                 break
-            best = motions
+            best = chosen
         if best is not None and (not adjacent or budget.is_over):
             break
         caps = {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
@@ -187,24 +155,24 @@ def _with_feasible_path_speeds(
     return best
 
 
-def _duration(
-    paths: ChosenPathSpeeds, motions: Sequence[tuple[TimingSegment, TimedMotion]]
-) -> float:
-    """Duration of the whole motion [s]."""
-    outside = duration_outside(paths.task, [segment for segment, _ in motions])
-    return outside + sum(motion.duration for _, motion in motions)
-
-
-def _motions(paths: ChosenPathSpeeds, budget: Budget) -> list[tuple[TimingSegment, TimedMotion]]:
-    """Solve all segments of a task whose speeds along paths are known.
+def _choose_motions(scenario: Scenario, paths: ChosenPathSpeeds, budget: Budget) -> ChosenTimes:
+    """Choose the motions of all segments, with known speeds along paths.
 
     Raises:
         NoMotionsError: Some segments have no motion.
         InputError: A given value is beyond a limit.
     """
-    segments = find_segments(paths.task)
+    task, segments = paths.task, find_segments(paths.task)
     _check_given(paths, segments)
-    return solve_segments(paths.task, segments, budget)
+    motions = solve_segments(task, segments, budget)
+    return ChosenTimes(
+        requested=scenario,
+        scenario=with_chosen_values(task, motions),
+        solution=task.solution,
+        segments=tuple(motions.values()),
+        path_limits=paths.binding,
+        assumed_jerk=assumed_jerk(task.space),
+    )
 
 
 def _adjacent_stretches(segments: Iterable[TimingSegment], paths: ChosenPathSpeeds) -> set[int]:

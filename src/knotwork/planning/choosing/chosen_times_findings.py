@@ -39,20 +39,18 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         chosen: The chosen times.
         space: The joints and their limits.
     """
-    brief = _duration(chosen)
-    message = f"times chosen: {brief}"
-    yield _of_motion("duration", message, chosen.duration)
-    shortest = f"{chosen.lower_bound:.6g} s{_arrivals_note(chosen)}"
-    scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
-    bound = f"no motion {scope} within the limits is shorter than {shortest}"
-    yield _of_motion("lower_bound", bound, chosen.lower_bound)
+    brief, group = _duration(chosen), TIMES_GROUP
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    yield replace(_of_motion("chosen_times", message, verdict=verdict), brief=brief)
-    unlimited = _unlimited_note(space)
-    if unlimited:
-        yield _of_motion("acceleration_limit", unlimited, verdict="warning")
+    duration = Finding.of_motion(group, "duration", f"times chosen: {brief}", verdict, brief=brief)
+    yield replace(duration, value=chosen.duration, unit="s")
+    scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
+    shortest = f"{chosen.lower_bound:.6g} s{_arrivals_note(chosen)}"
+    fact = f"no motion {scope} within the limits is shorter than {shortest}"
+    yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
+    if unlimited := _unlimited_note(space):
+        yield Finding.of_motion(group, "acceleration_limit", unlimited, "warning")
     if chosen.segments and chosen.assumed_jerk:
-        yield _of_motion("assumed_jerk", _assumed_jerk_note(chosen))
+        yield Finding.of_motion(group, "assumed_jerk", _assumed_jerk_note(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _limits_by_interval(chosen).items():
         parts = [
@@ -70,23 +68,6 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
             label=label,
             brief=f"{start} to {end}: bound by {label}",
         )
-
-
-def _of_motion(
-    quantity: str, message: str, seconds: float | None = None, verdict: Verdict = "information"
-) -> Finding:
-    """A finding on the whole motion, with a time if there is one [s]."""
-    unit = "s" if seconds is not None else ""
-    return Finding(
-        group=TIMES_GROUP,
-        subject="motion",
-        name="",
-        quantity=quantity,
-        verdict=verdict,
-        fact=message,
-        value=seconds,
-        unit=unit,
-    )
 
 
 def _duration(chosen: ChosenTimes) -> str:

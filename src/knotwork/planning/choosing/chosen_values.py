@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,20 +27,18 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(
-    task: TimingTask, motions: list[tuple[TimingSegment, TimedMotion]]
-) -> Scenario:
+def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMotion]) -> Scenario:
     """The scenario with numbers in place of its unknowns, from the motions of all segments."""
     scenario, unknowns = task.scenario, task.unknowns
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
-    for segment, motion in motions:
+    for segment, motion in motions.items():
         if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(task, positions))
     for i in unknowns.ways:
         waypoints[scenario.index[i]]["way"] = None
-    for segment, motion in motions:
+    for segment, motion in motions.items():
         for k, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
             if k and unknowns.duration[i - 1]:
@@ -54,7 +53,7 @@ def with_chosen_values(
     timed = resolve_task(numbers, scenario.places)
     if not motions:
         return timed
-    sections = [_chosen_motion(task, timed, *pair) for pair in motions]
+    sections = [_chosen_motion(task, timed, *pair) for pair in motions.items()]
     return replace(timed, given=numbers.replace(chosen=sections))
 
 

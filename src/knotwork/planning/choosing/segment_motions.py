@@ -50,7 +50,7 @@ class NoMotionsError(Exception):
 
 def solve_segments(
     task: TimingTask, segments: list[TimingSegment], budget: Budget
-) -> list[tuple[TimingSegment, TimedMotion]]:
+) -> dict[TimingSegment, TimedMotion]:
     """Solve all segments, with the given total duration if there is one.
 
     Args:
@@ -64,15 +64,15 @@ def solve_segments(
     """
     unknowns = task.unknowns
     objective = Objective(**{"time": 0.0, **unknowns.objective})
-    budget.work = sum(len(segment.waypoints) - 1 for segment in segments)
+    budget.work, budget.solved = sum(len(segment.waypoints) - 1 for segment in segments), 0
     if unknowns.total is None:
-        return list(_motions(task, segments, objective, budget).items())
+        return _motions(task, segments, objective, budget)
     timed = [
         segment for segment in segments if unknowns.duration[list(segment.waypoints)[:-1]].any()
     ]
     budget.work += sum(len(segment.waypoints) - 1 for segment in timed)
     fastest = _motions(task, timed, Objective(), budget)
-    outside = duration_outside(task, timed)
+    outside = _duration_outside(task, timed)
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if unknowns.total < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
@@ -80,14 +80,14 @@ def solve_segments(
     factor = (unknowns.total - outside) / (shortest - outside)
     totals = {segment: factor * motion.duration for segment, motion in fastest.items()}
     try:
-        return list(_motions(task, segments, objective, budget, totals).items())
+        return _motions(task, segments, objective, budget, totals)
     except NoMotionsError as failure:
         error = failure.combined_error()
         error.add(f"the shortest motion that was found lasts {sufficient_duration(shortest):.6g} s")
         raise error from None
 
 
-def duration_outside(task: TimingTask, segments: Iterable[TimingSegment]) -> float:
+def _duration_outside(task: TimingTask, segments: Iterable[TimingSegment]) -> float:
     """Duration of the motion outside some segments [s]."""
     durations = task.scenario.durations
     for segment in segments:
