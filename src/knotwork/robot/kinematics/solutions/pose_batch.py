@@ -73,18 +73,18 @@ def solve_pose_ik_batch(
     has_rows = np.asarray(start, dtype=object).ndim > 1
     first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
     limits, tolerance = position_limits(robot), TOLERANCE_MARGIN * tolerance
-    found = solve_batch(
+    ended = solve_batch(
         robot, Targets.from_poses(wanted), first, tolerance=tolerance, limits=limits, hasty=True
     )
-    for i in np.flatnonzero(~found.converged):
+    for i in np.flatnonzero(~ended.converged):
         search = PoseSearch(robot, wanted[i], tolerance, tolerance)
         for begin in spread_starts(robot, limits, max_restarts):
             end = search.solve(begin, limits, HASTY_EFFORT)
             remaining = end.position_error + end.orientation_error
-            if end.converged or remaining < found.position_error[i] + found.orientation_error[i]:
-                found.q[i], found.converged[i] = end.q, end.converged
-                found.position_error[i] = end.position_error
-                found.orientation_error[i] = end.orientation_error
+            if end.converged or remaining < ended.position_error[i] + ended.orientation_error[i]:
+                ended.q[i], ended.converged[i] = end.q, end.converged
+                ended.position_error[i] = end.position_error
+                ended.orientation_error[i] = end.orientation_error
             if end.converged:
                 break
-    return found
+    return ended
