@@ -17,15 +17,14 @@ import knotwork as kw
 from command_line import Command
 from moving.moving_truth import OfArm, distance, links
 from moving.test_moving_things import check_pairs, refused
-from moving.test_positioners import CELL, on_table
+from moving.test_positioners import ARM_HOME, CELL, on_table
 
 HERE = Path(__file__).parent
 PLACE, TURNED = [0.62, 0.05, 0.06], [0.02, 0.0, 0.4]
 TURNER = {"urdf": "turner.urdf", "position": PLACE, "rpy": TURNED}
 TILT = "turner_elbow_joint"
 JOINTS = (TILT, "turn")
-HOME = {**CELL["configurations"]["home"], TILT: 0.0, "turn": 0.0}
-HOME = {name: value for name, value in HOME.items() if name not in ("tilt", "plate")}
+HOME = {**ARM_HOME, TILT: 0.0, "turn": 0.0}
 STEP = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.3), np.array([0.05, 0.0, 0.02]))
 CORNERS = np.array([[x, y, z] for x in (-0.18, 0.18) for y in (-0.1, 0.1) for z in (0.0, 0.03)])
 
@@ -59,11 +58,8 @@ def stl() -> str:
 
 
 def cell(**axes: Any) -> dict[str, Any]:
-    return {
-        **CELL,
-        "external_axes": {"turner": TURNER, **axes},
-        "configurations": {"home": HOME},
-    }
+    given = {"turner": TURNER, **axes}
+    return {**CELL, "external_axes": given, "configurations": {"home": HOME}}
 
 
 def write(path: Path, data: Any) -> Path:
@@ -182,8 +178,7 @@ def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
     where = {TILT: 0.5, "turn": 1.0}
     more = {"locked": where} if key == "locked" else {"configurations": {"home": HOME | where}}
     path = write(folder / "locked.yaml", {**cell(), **more})
-    swing = {"joints": {**HOME, "shoulder_pan_joint": 0.5}, "after": 2}
-    del swing["joints"][TILT], swing["joints"]["turn"]
+    swing = {"joints": {**ARM_HOME, "shoulder_pan_joint": 0.5}, "after": 2}
     plan = kw.plan({"robot": str(path), "start": "home", "waypoints": [swing]})
     assert len(plan.space.joint_names) == 6
     both = Composed(folder)

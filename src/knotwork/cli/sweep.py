@@ -78,8 +78,8 @@ MAX_REASONS = 12
 )
 @click.option(
     "--stop-after",
-    metavar="N feasible",
-    type=(click.IntRange(min=1), click.Choice(["feasible"])),
+    metavar="N passed",
+    type=(click.IntRange(min=1), click.Choice(["passed", "feasible"])),
     help="Stop after this many passing rows.",
 )
 @click.option(

@@ -35,6 +35,24 @@ def require_number(value: Any, subject: str, unit: str = "", *, positive: bool =
     return number
 
 
+def require_count(value: Any, subject: str, minimum: int) -> int:
+    """Return a whole number.
+
+    Args:
+        value: The given value.
+        subject: Name of the number, for the error.
+        minimum: Smallest accepted number.
+
+    Raises:
+        InputError: The value is not a whole number, or below the minimum.
+    """
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise InputError(f"{subject} is {format_value(value)}; it must be a whole number")
+    if value < minimum:
+        raise InputError(f"{subject} is {value}; it must be at least {minimum}")
+    return value
+
+
 def require_flag(value: Any, subject: str) -> bool:
     """Return a flag as a bool.
 

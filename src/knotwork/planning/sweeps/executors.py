@@ -23,12 +23,8 @@ from knotwork.planning.sweeps.folder import RESUME_ADVICE, own_version
 from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcome_of
 from knotwork.planning.sweeps.spec import StudySpec
 
-MAX_BATCH, MIN_BATCHES = 8, 32
-"""Maximum number of rows in a batch, and number of batches of a small study."""
 CONNECT_TIMEOUT = 20.0
 """Timeout of the connection to a scheduler [s]."""
-MAX_ABSENCE = 300.0
-"""Maximum time for which rows wait for a worker [s]."""
 
 _NumberedEdits = tuple[int, Edits]
 """The number of a row and its values."""
@@ -86,63 +82,34 @@ def distributed() -> Any:
 def _on_scheduler(
     spec: StudySpec, rows: Sequence[_NumberedEdits], address: str
 ) -> Iterator[tuple[int, Outcome]]:
-    size = max(1, min(MAX_BATCH, len(rows) // MIN_BATCHES))
-    batches = [rows[i : i + size] for i in range(0, len(rows), size)]
     with _client(address) as client:
         _check_workers(client, address)
         try:
-            # batches have only the values of their rows, because a whole study may be large
+            # a task has only the values of its row, because a whole study may be large
             fixed = {"document": spec.document, "time_limit": spec.time_limit}
-            yield from _as_completed(client, client.map(_by_worker, batches, **fixed, pure=False))
-        except InputError:
-            raise
+            futures = client.map(_by_worker, rows, **fixed, pure=False)
+            for future in distributed().as_completed(futures):
+                yield future.result()
         except (Exception, asyncio.CancelledError) as error:
-            why = f"{type(error).__name__}: {error}"
+            why = f"{type(error).__name__}: {error}".replace("\n", " ")
             raise InputError(
                 f"the scheduler was lost, or can't plan ({why}); {RESUME_ADVICE}"
             ) from error
-
-
-def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
-    """Outcomes of batches in the order of completion.
-
-    Raises:
-        InputError: All workers are lost.
-    """
-    remaining = set(futures)
-    while remaining:
-        try:
-            for future, outcomes in distributed().as_completed(
-                remaining, with_results=True, timeout=MAX_ABSENCE
-            ):
-                remaining.remove(future)
-                yield from outcomes
-        except asyncio.TimeoutError:
-            _wait_for_worker(client)
-
-
-def _wait_for_worker(client: Any) -> None:
-    try:
-        client.wait_for_workers(1, timeout=MAX_ABSENCE)
-    except asyncio.TimeoutError as error:
-        raise InputError(
-            f"all workers are lost, and no new ones joined; {RESUME_ADVICE}"
-        ) from error
 
 
 _thread = threading.local()
 
 
 def _by_worker(
-    batch: Sequence[_NumberedEdits], document: Document, time_limit: float
-) -> list[tuple[int, Outcome]]:
-    """Plan rows in the child process of this thread of a Dask worker."""
+    numbered: _NumberedEdits, document: Document, time_limit: float
+) -> tuple[int, Outcome]:
+    """Plan a row in the child process of this thread of a Dask worker."""
     # Dask's workers are daemons, for which Python allows no children. These children end with their
     # parent.
     multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
     if not hasattr(_thread, "child"):
         _thread.child = Child()
-    return [_in_child(document, time_limit, _thread.child, numbered) for numbered in batch]
+    return _in_child(document, time_limit, _thread.child, numbered)
 
 
 def _client(address: str) -> Any:

@@ -12,7 +12,8 @@ from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
 
 _KINDS: dict[type, tuple[str, str]] = {dict: ("a mapping", ".key"), list: ("a list", "[index]")}
-_PATH_PART = re.compile(r"\.?([^.\[\]]+)|\[([^\[\]]+)\]")
+_PATH = re.compile(r"[^.\[\]]+(\.[^.\[\]]+|\[[^\[\]]+\])*")
+_PATH_PART = re.compile(r"\[([^\[\]]+)\]|([^.\[\]]+)")
 
 
 def location_of(path: str, document: Document) -> Location:
@@ -67,19 +68,12 @@ def scenario_with(document: Document, edits: Edits) -> Scenario:
 
 def _parts(path: str) -> list[tuple[str, bool]]:
     """Keys and indices of a path, and whether each is in brackets."""
-    parts, at = [], 0
-    while at < len(path):
-        match = _PATH_PART.match(path, at)
-        if match is None or (at == 0 and path[0] in ".["):
-            break
-        parts.append((match[1] or match[2], match[1] is None))
-        at = match.end()
-    if not path or at < len(path):
+    if not _PATH.fullmatch(path):
         raise InputError(
             f"{path!r} is not a path of a value; accepted: keys separated by dots and indices in "
             "brackets, for example frames.block.position[0]"
         )
-    return parts
+    return [(index or key, bool(index)) for index, key in _PATH_PART.findall(path)]
 
 
 def _index(path: str, location: Location, key: str, items: list[Any]) -> int:

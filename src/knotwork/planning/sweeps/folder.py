@@ -9,9 +9,10 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files import storage
-from knotwork.files.documents import read_text
+from knotwork.files.documents import field_path, read_text
+from knotwork.files.documents.edits import differences
 from knotwork.planning.sweeps.outcome import Outcome
-from knotwork.planning.sweeps.spec import STUDY_VERSION, StudySpec, first_difference, spec_from_dict
+from knotwork.planning.sweeps.spec import STUDY_VERSION, StudySpec, spec_from_dict
 
 STUDY, ROWS = "study.json", "rows.jsonl"
 STUDY_FORMAT = "knotwork.study"
@@ -154,9 +155,9 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
             f"{own_version()}, whose rows may differ; give another folder"
         )
     old, new = data.get("study"), json.loads(json.dumps(spec.to_dict()))
-    if old != new:
+    if changes := differences(old, new):
         raise InputError(
-            f"{path} has another study: {first_difference(old, new)} differs; give the same "
+            f"{path} has another study: {field_path(next(iter(changes)))} differs; give the same "
             "scenario and values, or another folder"
         )
     folder = open_study(path)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError, KnotworkError, format_value
-from knotwork.errors.arguments import require_number
+from knotwork.errors.arguments import require_count, require_number
 from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.child import (
     Child,
@@ -48,9 +48,7 @@ def plan_many(
     >>> good.report.ok, type(bad).__name__
     (True, 'UnknownNameError')
     """
-    count = os.cpu_count() or 1 if workers is None else workers
-    if not isinstance(count, int) or count < 1:
-        raise InputError(f"workers is {workers!r}; it must be a whole number of at least 1")
+    count = require_count(os.cpu_count() or 1 if workers is None else workers, "workers", 1)
     refuse_own_checks("use kw.plan")
     limit = require_number(time_limit, "time_limit", "s", positive=True)
     tasks = list(scenarios)

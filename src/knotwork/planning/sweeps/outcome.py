@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from knotwork import errors
 from knotwork.files.documents import Document, Edits
@@ -53,26 +53,25 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
     """Plan a document with other values."""
     begin = time.perf_counter()
     try:
-        motion = plan(scenario_with(document, edits))
-        return _with_motion(motion, time.perf_counter() - begin)
+        outcome = _with_motion(plan(scenario_with(document, edits)))
     except Exception as error:  # an internal error in one row does not stop the others
-        return _without_motion(error, time.perf_counter() - begin)
+        outcome = _without_motion(error)
+    return replace(outcome, plan_time=time.perf_counter() - begin)
 
 
-def _with_motion(motion: Plan, plan_time: float) -> Outcome:
+def _with_motion(motion: Plan) -> Outcome:
     figures = {name: figure.value_of(motion) for name, figure in FIGURES.items()}
-    failures = motion.report.failures
-    if failures:
-        return Outcome(ROW_FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+    if failures := motion.report.failures:
+        return Outcome(ROW_FAILED, failures[0].title, str(failures[0]), figures)
     sampled = len(motion.report.sampled)
     are = "is" if sampled == 1 else "are"
     message = f"{sampled} of its requirements {are} sampled only" if sampled else ""
-    return Outcome(ROW_PASSED, "", message, figures, plan_time)
+    return Outcome(ROW_PASSED, "", message, figures)
 
 
-def _without_motion(error: Exception, plan_time: float) -> Outcome:
+def _without_motion(error: Exception) -> Outcome:
     for kind, reason in _REASONS:
         if isinstance(error, kind):
-            return Outcome(ROW_REFUSED, reason, str(error), {}, plan_time)
+            return Outcome(ROW_REFUSED, reason, str(error))
     message = f"internal error: {type(error).__name__}: {error}"
-    return Outcome(ROW_CRASHED, ROW_CRASHED, message, {}, plan_time)
+    return Outcome(ROW_CRASHED, ROW_CRASHED, message)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError, format_value
-from knotwork.errors.arguments import require_number
+from knotwork.errors.arguments import require_count, require_number
 from knotwork.planning.sweeps import executors
 from knotwork.planning.sweeps.child import refuse_own_checks
 from knotwork.planning.sweeps.field_path import scenario_with
@@ -110,7 +110,8 @@ def sweep(
     """
     workers = _checked_workers(workers, scheduler)
     for name, count in (("stop_after", stop_after), ("samples", samples)):
-        _check_count(name, count, 1)
+        if count is not None:
+            require_count(count, name, 1)
     axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
     limit = require_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
@@ -124,14 +125,12 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
     """Number of child processes without a scheduler."""
     if scheduler is not None and workers is not None:
         raise InputError("workers and scheduler are both given; give one of the two")
-    if workers is None:
-        workers = os.cpu_count() or 1
-    _check_count("workers", workers, 0)
-    if scheduler is not None or workers:
+    count = require_count(os.cpu_count() or 1 if workers is None else workers, "workers", 0)
+    if scheduler is not None or count:
         refuse_own_checks("give workers=0 to plan in this process")
     if scheduler is not None:
         executors.distributed()
-    return workers
+    return count
 
 
 def _folder(spec: StudySpec, out: str | Path | None, resume: bool) -> StudyFolder:
@@ -167,13 +166,6 @@ def _plan_missing(
                 progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))
             if passed >= max_passed:
                 return
-
-
-def _check_count(name: str, value: int | None, minimum: int) -> None:
-    if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
-        raise InputError(f"{name} is {value!r}; it must be a whole number")
-    if value is not None and value < minimum:
-        raise InputError(f"{name} is {value}; it must be at least {minimum}")
 
 
 def _refuse_wrong_values(spec: StudySpec) -> None:

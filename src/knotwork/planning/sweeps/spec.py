@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
-from knotwork.files.documents import Document, Edits, Location, field_path, read, resources
-from knotwork.files.documents.edits import differences
+from knotwork.files.documents import Document, Edits, Location, read, resources
 from knotwork.files.documents.yaml_text import to_flow_yaml
 from knotwork.planning.sweeps.field_path import location_of
 from knotwork.planning.sweeps.figures import FIGURES
@@ -138,8 +137,3 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     return Document(scenario.given.to_dict(), scenario.source)
-
-
-def first_difference(stored: Any, requested: Any) -> str:
-    """Location of the first difference between two studies."""
-    return field_path(next(iter(differences(stored, requested))))

@@ -114,8 +114,7 @@ class Study:
     @property
     def reasons(self) -> dict[str, int]:
         """Number of rows that did not pass, by reason, most frequent first."""
-        counted = Counter(reason for reason in self["reason"] if reason)
-        return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+        return dict(Counter(sorted(filter(None, self["reason"]))).most_common())
 
     def best(self, figure: str = "duration") -> dict[str, Any]:
         """The best row by a figure among all that pass; the first of equal ones.
