@@ -123,7 +123,7 @@ def test_refuses_invalid_paths():
     short = Turn.constant(np.eye(3), 0.4)
     for changes, message in (
         ({"curves": []}, "no curves"),
-        ({"curves": apart}, r"curve 1 starts 0\.1 m away"),
+        ({"curves": apart}, r"curve 2 starts 0\.1 m away"),
         ({"orientation": short}, r"the orientation is 0\.4 m long and the path 0\.5 m"),
         ({"orientation": jumps}, r"jumps at arc length 0\.2 m"),
     ):

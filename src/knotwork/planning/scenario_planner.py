@@ -14,12 +14,10 @@ from knotwork.planning.task_to_joint import (
     Infeasibility,
     SequenceStep,
     TaskSolution,
-    knots_of,
     solve_task,
 )
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import find_clear_motions, segments
-from knotwork.task.scenario.joint_space import joint_space
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, check
 
@@ -65,11 +63,8 @@ class ScenarioPlanner:
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
-        if self.scenario.unknowns is None:
-            chosen = self._interpolation
-            return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
-        space = joint_space(self.scenario)
-        return solve_task(self.scenario, space, knots_of(self.scenario), avoided)
+        chosen = self._interpolation
+        return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
 
     def choose_times(self, solution: TaskSolution | None = None) -> ChosenTimes:
         """Choose times for a sequence of solutions, by default the best."""

@@ -12,7 +12,7 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.planning.choosing.path_speed_problem import SpeedBound
+from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -27,6 +27,13 @@ WAYS_GROUP = "Ways"
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
+
+BOUND_TEXTS = {
+    RAMPS.quantity: "room for changes of speed at path.acceleration, {acceleration},",
+    ADJACENT_MOTION.quantity: "the motion before or after",
+    TOLERANCES.quantity: "the tolerance of the path",
+}
+"""Texts of bounds of a speed along a path."""
 
 _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
@@ -135,12 +142,13 @@ def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
-        text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
+        quantity = BOUND_TEXTS.get(limit.quantity, limit.quantity)
+        text = f"{limit.joint} {quantity}" if limit.joint else quantity
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == SpeedBound.RAMPS:
+        if limit.quantity == RAMPS.quantity:
             acceleration = chosen.scenario.paths[0].requested.acceleration
-            text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
+            text = text.format(acceleration=chosen.scenario.units.text(acceleration, "m/s²"))
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
 
