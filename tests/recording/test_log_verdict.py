@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robot_logs import Samples, record, smooth, write, write_exactly
+from robot_logs import Samples, record, smooth
 
 from knotwork import Plan, plan
 from knotwork.task.scenario import Scenario
@@ -21,15 +21,13 @@ def judge(
     path: Path,
     made: Plan,
     samples: Samples,
-    digits: int = 6,
+    digits: int | None = 6,
     *,
     scenario: Scenario | None = None,
     noise: float | None = None,
 ) -> Report:
-    motion = made.trajectory
-    file = write(path / "log.csv", samples, digits)
-    curve = smooth(file, motion, noise)
-    return check_log(aligned(curve, motion), scenario or made.scenario, made.space)
+    alignment = aligned(smooth(path, made.trajectory, samples, digits, noise), made.trajectory)
+    return check_log(alignment, scenario or made.scenario, made.space)
 
 
 @pytest.mark.parametrize(
@@ -174,7 +172,7 @@ def test_incomplete_log_fails(tmp_path: Path, deburring: Plan, first: float, las
     assert "time_span" in {one.quantity for one in report.failures}
     motion = deburring.trajectory
     # no scenario says how long it has to be
-    compared = compare_log(aligned(smooth(tmp_path / "log.csv", motion), motion))
+    compared = compare_log(aligned(smooth(tmp_path, motion, cut), motion))
     ((verdict, said),) = holes(compared)
     assert verdict == "failed"
     assert "has no sample from" in said
@@ -187,12 +185,6 @@ def test_stuck_channel(tmp_path: Path, deburring: Plan, joints: list[int], end: 
     held = (samples.time > 4.5) & (samples.time < end)
     samples.position[np.ix_(held, joints)] = samples.position[np.flatnonzero(held)[0], joints]
     assert not judge(tmp_path, deburring, samples).ok
-
-
-def judge_exact(path: Path, made: Plan, samples: Samples) -> Report:
-    """The verdict on a log with all digits."""
-    curve = smooth(write_exactly(path / "log.csv", samples, "[rad]"), made.trajectory)
-    return check_log(aligned(curve, made.trajectory), made.scenario, made.space)
 
 
 def ends_suddenly(asked: float) -> dict[str, Any]:
@@ -212,11 +204,11 @@ def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) 
     made = plan(ends_suddenly(1.0))
     samples = record(made.trajectory, rate=rate, before=0.0, after=0.0)
     assert 0.0 < made.trajectory.end_time - samples.time[-1] < 0.004
-    report = judge_exact(tmp_path, made, samples)
+    report = judge(tmp_path, made, samples, None)
     assert report.ok, [str(one) for one in report.failures]
     # a motion that ends elsewhere is still found
     short = record(plan(ends_suddenly(0.999)).trajectory, rate=rate, before=0.0, after=0.0)
-    report = judge_exact(tmp_path, made, short)
+    report = judge(tmp_path, made, short, None)
     assert "b" in {one.name for one in report.failures}
 
 
@@ -245,7 +237,7 @@ def test_finds_jumps_above_noise(
     after = samples.time - 4.53
     steps = {"position": (after >= 0.0).astype(float), "velocity": np.clip(after, 0.0, 0.3)}
     samples.position[:, 2] += size * steps[kind]
-    report = (judge if noise else judge_exact)(tmp_path, deburring, samples)
+    report = judge(tmp_path, deburring, samples, 6 if noise else None)
     found = {one.name for one in report.failures if one.quantity == "sample_off_the_curve"}
     assert deburring.trajectory.joint_names[2] in found
 
