@@ -211,7 +211,7 @@ def test_planners_meet_known_accelerations(planner):
 def test_an_acceleration_known_for_some_joints_only_is_refused():
     x, y, v, a = data(3)
     a[1, 0] = np.nan
-    with pytest.raises(WaypointDataError, match="acceleration at waypoint 1 is known for some"):
+    with pytest.raises(WaypointDataError, match="acceleration at waypoint 2 is known for some"):
         ModifiedHermiteSpline(x, y, v, acceleration=a)
     with pytest.raises(WaypointDataError, match="acceleration at 'on' is known for some joints"):
         kw.JointWaypoints(("a", "b"), x, y, v, names=("from", "on", "to"), acceleration=a)
