@@ -36,7 +36,7 @@ class EventReader:
 
     Attributes:
         source: The task.
-        waypoints, paths: Those of the scenario.
+        waypoints, paths: Waypoints and paths of the scenario.
         task_index: Index in the task of each waypoint, increasing.
     """
 
@@ -189,7 +189,8 @@ def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[S
     ['start to approach', 'approach to edge start']
     """
     along = {i for path in scenario.paths for i in range(path.first, path.last)}
-    ends, found = [ends_wait(scenario.task_index, i) for i in range(len(scenario.waypoints))], []
+    ends = [ends_wait(scenario.task_index, i) for i in range(len(scenario.waypoints))]
+    parts = []
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
         begin = scenario.waypoints[i - ends[i]].name
         kind: SegmentKind = "free motion"
@@ -200,5 +201,5 @@ def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[S
         elif i in motion_starts:
             kind = "way"
         name = f"wait at {begin}" if kind == "wait" else f"{begin} to {second.name}"
-        found.append(Segment(name, first.time, second.time, kind))
-    return tuple(found)
+        parts.append(Segment(name, first.time, second.time, kind))
+    return tuple(parts)

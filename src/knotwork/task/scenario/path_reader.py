@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -13,7 +13,6 @@ import pinocchio as pin
 from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.timing_profile import make_dwell
-from knotwork.curves.tool_paths.weave import WeavePattern
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
@@ -24,6 +23,9 @@ from knotwork.task.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.curves.tool_paths.weave import WeavePattern
 
 HAIRPIN_ANGLE = 1e-3
 """Minimum difference from half a turn of a corner that can be rounded [rad]."""
@@ -161,7 +163,7 @@ class _PathReader:
         return ReadPath(
             ScenarioPath(self.first, motion, parts, requested),
             {self.first + k: path.pose(float(s)) for k, s in enumerate([0.0, *ends])},
-            {self.first + 1 + k for k, one in enumerate(stretches) if one.turn_is_free},
+            {self.first + 1 + k for k, stretch in enumerate(stretches) if stretch.turn_is_free},
         )
 
     def _tool_path(

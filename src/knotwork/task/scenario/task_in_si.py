@@ -108,8 +108,8 @@ class TaskInSI:
     def axes(self, i: int) -> FloatArray:
         """Axes of the orientation of a pose at rest, shape (3, 3)."""
         name = getattr(self.task.waypoints[i], "orientation_in", None) or self.pose_frames[i]
-        found = self.frames.find(name, ("waypoints", i, "orientation_in"))
-        return np.array(self.frames[found].rotation)
+        self.frames.find(name, ("waypoints", i, "orientation_in"))
+        return np.array(self.frames[name].rotation)
 
     def placement(self, placement: Placement, *location: str | int) -> pin.SE3:
         """A placement at a location of the task, in its parent frame."""
