@@ -11,8 +11,8 @@ from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     PASSED,
+    GivenPath,
     Listed,
-    NewPath,
     PlanOptions,
     motion_options,
     package_path_option,
@@ -50,7 +50,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--out",
     "-o",
     metavar="FILE",
-    type=NewPath(),
+    type=GivenPath(path_type=Path),
     help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )

@@ -92,8 +92,7 @@ def scene_page(
     Raises:
         InputError: The package `meshcat` is not installed.
     """
-    options = {"embedded": embedded, "autoplay": autoplay, "live": live}
-    options["editing"] = editing
+    options = {"embedded": embedded, "autoplay": autoplay, "live": live, "editing": editing}
     parts = {"meshcat": "", "script": "", "style": ""}
     if scripts:
         parts["meshcat"], parts["style"] = meshcat_viewer(), asset("scene.css")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.view.mesh import Mesh, from_triangles, merge_meshes, normalise_rows
@@ -75,10 +76,7 @@ def _revolve_along(
 
 def frame_along(axis: FloatArray) -> FloatArray:
     """Find a rotation matrix, shape (3, 3), whose z axis is a unit vector."""
-    other = np.eye(3)[int(np.abs(axis).argmin())]
-    x = np.cross(other, axis)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(axis, x), axis], axis=1)
+    return np.asarray(pin.Quaternion.FromTwoVectors(np.eye(3)[2], axis).matrix())
 
 
 def triad(length: float, radius: float) -> Mesh:

@@ -93,7 +93,7 @@ class BatchSolution:
         position_error: Distance of the TCP from the pose [m], shape (n,).
         orientation_error: Angle from the pose [rad], shape (n,).
         converged: Whether each search ended within the tolerances, shape (n,).
-        iterations: Steps of the longest search.
+        iterations: Steps of the longest search, without those of restarts.
     """
 
     q: FloatArray

@@ -168,25 +168,27 @@ class _NearestSolution:
 
     def keep(self, q: FloatArray) -> None:
         """Keep a solution if it is nearer than the best one."""
-        distance = math.dist(q.tolist(), self.goal.tolist())
-        if distance > np.pi:  # otherwise no joint is more than half a turn away
-            q = nearest_turns(self.search.robot, q, self.goal)
-            distance = math.dist(q.tolist(), self.goal.tolist())
+        q = nearest_turns(self.search.robot, q, self.goal)
+        distance = self._distance_from_goal(q)
         if self._follow and distance < FOLLOW_DISTANCE_FACTOR * self.distance:
             q, steps = minimise_by_self_motion(
                 self.search, q, self.goal, ROUGH_STEP_FACTOR * distance
             )
             self.iterations += steps
-            distance = math.dist(q.tolist(), self.goal.tolist())
+            distance = self._distance_from_goal(q)
         if distance < self.distance:
             self.best, self.distance = q, distance
 
     def keep_nearest(self, solutions: FloatArray) -> None:
         """Keep the nearest of some solutions, starting with the apparently nearest."""
-        turned = [nearest_turns(self.search.robot, q, self.goal) for q in solutions]
-        turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
-        for q in turned[: MAX_FOLLOWED if self._follow else 1]:
+        turned = (nearest_turns(self.search.robot, q, self.goal) for q in solutions)
+        for q in sorted(turned, key=self._distance_from_goal)[
+            : MAX_FOLLOWED if self._follow else 1
+        ]:
             self.keep(q)
+
+    def _distance_from_goal(self, q: FloatArray) -> float:
+        return math.dist(q.tolist(), self.goal.tolist())
 
     def is_nearest(self) -> bool:
         """Whether the solution counts as the nearest.
@@ -217,7 +219,7 @@ class _NearestSolution:
         if self._follow:
             q, steps = minimise_by_self_motion(self.search, q, self.goal)
             self.iterations += steps
-            self.distance = math.dist(q.tolist(), self.goal.tolist())
+            self.distance = self._distance_from_goal(q)
         errors = self.search.errors(q)
         q.setflags(write=False)
         return IKSolution(
