@@ -163,7 +163,7 @@ def test_end_accelerations_take_the_place_of_presets(name):
         (
             "3-5-3",
             {"accelerations": np.zeros((6, 3))},
-            "is not a rule; accepted: zero",
+            "for each waypoint; accepted: zero",
         ),
         ("4-3-4", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
         ("modified-hermite", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
