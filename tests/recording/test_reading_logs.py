@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import START, Samples, record, smooth, write, write_rows
+from robot_logs import START, record, smooth, write_rows
 from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
@@ -61,6 +61,10 @@ KINDS = {
     "counted from one": (
         "t,q1,q2,qd1,qd2",
         "{t:.3f},{pan},{lift},{pan_speed},{lift_speed}",
+    ),
+    "topic with the name of a joint": (
+        "time,/pan/joint_states/pan/position,/pan/joint_states/lift_joint/position",
+        "{t:.3f},{pan},{lift}",
     ),
     "quantity first": (
         "timestamp\tposition/pan\tposition/lift_joint\tvelocity/pan\tvelocity/lift_joint",
@@ -198,18 +202,6 @@ def test_names_what_rows_lack(tmp_path: Path) -> None:
 BEFORE = 0.5
 
 
-def curve_of(
-    path: Path,
-    plan: Plan,
-    samples: Samples,
-    digits: int = 6,
-    *,
-    noise: float | None = None,
-) -> Smoothed:
-    file = write(path / "log.csv", samples, digits)
-    return smooth(file, plan.trajectory, noise)
-
-
 def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
     """Errors of the curve in standard errors, within the motion's time."""
     inside = (curve.grid > BEFORE + 0.01) & (curve.grid < BEFORE + plan.trajectory.duration - 0.01)
@@ -220,7 +212,7 @@ def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-5])
 def test_estimates_noise(tmp_path: Path, deburring: Plan, noise: float) -> None:
-    curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=noise))
+    curve = smooth(tmp_path, deburring.trajectory, record(deburring.trajectory, noise=noise))
     assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
     assert not curve.noise.stated
 
@@ -240,20 +232,20 @@ def test_noise_of_short_logs_is_not_too_small() -> None:
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
 def test_estimates_jitter(tmp_path: Path, deburring: Plan, jitter: float) -> None:
     samples = record(deburring.trajectory, noise=1e-5, jitter=jitter, rate=100.0)
-    curve = curve_of(tmp_path, deburring, samples)
+    curve = smooth(tmp_path, deburring.trajectory, samples)
     assert curve.noise.jitter == pytest.approx(jitter, rel=0.25)
 
 
 def test_accepts_stated_noise(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, noise=1e-4)
-    curve = curve_of(tmp_path, deburring, samples, noise=5e-4)
+    curve = smooth(tmp_path, deburring.trajectory, samples, noise=5e-4)
     assert (curve.noise.position == 5e-4).all()
     assert curve.noise.stated
-    finer = curve_of(tmp_path, deburring, samples)
+    finer = smooth(tmp_path, deburring.trajectory, samples)
     assert curve.trajectory.breaks.size < finer.trajectory.breaks.size
     for bad in (0.0, -1.0, np.nan):
         with pytest.raises(InputError, match="noise"):
-            curve_of(tmp_path, deburring, samples, noise=bad)
+            smooth(tmp_path, deburring.trajectory, samples, noise=bad)
 
 
 @pytest.mark.parametrize(
@@ -263,7 +255,7 @@ def test_curve_is_motion_within_standard_errors(
     tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
-    curve = curve_of(tmp_path, deburring, samples)
+    curve = smooth(tmp_path, deburring.trajectory, samples)
     for order, most in ((0, 4.0), (1, 4.0), (2, 5.0)):
         off = gaps(curve, deburring, order)
         assert np.sqrt((off**2).mean()) < 1.2
@@ -273,7 +265,9 @@ def test_curve_is_motion_within_standard_errors(
 
 
 def test_curve_equals_least_squares_spline_of_scipy(tmp_path: Path, deburring: Plan) -> None:
-    curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=1e-4), noise=1e-4)
+    curve = smooth(
+        tmp_path, deburring.trajectory, record(deburring.trajectory, noise=1e-4), noise=1e-4
+    )
     breaks = curve.trajectory.breaks
     knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
     spline = make_lsq_spline(curve.log.time, curve.log.position, knots, k=3)

@@ -139,8 +139,8 @@ def test_long_duration_reports_maximum():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: profile([0.1, 0.0], [1, 1]), "length of stretch 1 is 0 m"),
-        (lambda: profile([0.1], [-1]), "speed of stretch 0 is -1 m/s"),
+        (lambda: profile([0.1, 0.0], [1, 1]), "length of stretch 2 is 0 m"),
+        (lambda: profile([0.1], [-1]), "speed of stretch 1 is -1 m/s"),
         (lambda: profile([0.1], [1], acceleration=0.0), r"acceleration is 0\.0"),
         (lambda: profile([0.1], [1], start_speed=-1.0), r"start_speed is -1\.0"),
         (lambda: profile([], []), "no stretches"),

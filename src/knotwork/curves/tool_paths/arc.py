@@ -268,7 +268,7 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
 
     Raises:
         PathError: The vectors define no plane and no normal is given, or the normal is not
-            perpendicular to their plane.
+            perpendicular to the radius at the end.
     """
     plane = np.cross(from_a, from_c)
     flat = np.linalg.norm(plane) <= PARALLEL_SINE * np.linalg.norm(from_a) * np.linalg.norm(from_c)
@@ -278,15 +278,9 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
             f"start, centre and end are on a line ({case}), so they define no plane; "
             "give the arc's normal"
         )
-    if flat or normal is None:
-        return np.asarray(plane if normal is None else normal, dtype=float)
-    across = to_unit_vector(plane, "normal")
-    along = float(to_unit_vector(normal, "normal") @ across)
-    angle = math.acos(min(abs(along), 1.0))
-    if angle > RIGHT_ANGLE_TOLERANCE:
-        raise PathError(
-            f"the arc's normal is {math.degrees(angle):.6g} deg off that of the plane of start, "
-            "centre and end; it may differ by "
-            f"{math.degrees(RIGHT_ANGLE_TOLERANCE):.2g} deg at most"
-        )
-    return np.asarray(across * math.copysign(1.0, along))
+    if normal is None:
+        return plane
+    if flat:
+        return np.asarray(normal, dtype=float)
+    _unit_normal(normal, to_unit_vector(from_c, "end"), "the radius at the end")
+    return np.asarray(plane * math.copysign(1.0, float(np.asarray(normal) @ plane)))

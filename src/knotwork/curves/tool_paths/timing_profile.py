@@ -165,8 +165,8 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
     k = int(durations.argmax())
     # the duration of a ramp is proportional to the speed, that of the path inversely
     raise PathError(
-        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve its "
-        f"changes of speed in time, which take {shortest:.3g} s; accepted: at least "
+        f"stretch {k + 1} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve "
+        f"its changes of speed in time, which take {shortest:.3g} s; accepted: at least "
         f"{math.sqrt(min_duration / shortest) * speeds[k]:.6g} m/s"
     )
 
@@ -179,7 +179,8 @@ def _check_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray,
         if (values <= 0.0).any():
             i = int((values <= 0.0).argmax())
             raise PathError(
-                f"{quantity} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+                f"{quantity} of stretch {i + 1} is {values[i]:.9g} {unit}; "
+                "it must be greater than 0"
             )
     if not count:
         raise PathError("no stretches are given; a path needs at least one")
@@ -238,7 +239,7 @@ def _find_shortening(
     min_acceleration = part / length
     if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
         highest = None
-    named = "the path" if stretch is None else f"stretch {stretch}"
+    named = "the path" if stretch is None else f"stretch {stretch + 1}"
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(
         f"{named} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "

@@ -107,8 +107,9 @@ def _named_positions(
 
 def _split_heading(heading: str, names: Sequence[str]) -> tuple[str, str]:
     """The topic of a heading, and its description: the joint and words of the quantity."""
-    at = [heading.find(name) for name in names if name in heading]
-    before = heading[: min(at)] if at else heading
+    joints = "|".join(map(re.escape, names))
+    match = re.match(rf".*(?<!\w)(?=({joints})(?!\w))", heading, re.DOTALL)  # up to the last name
+    before = match[0] if match else heading
     topic, divider, _ = before.rpartition("/") if "/" in before else before.rpartition(":")
     description = heading[len(topic) + len(divider) :]
     parent, _, last = topic.rpartition("/")

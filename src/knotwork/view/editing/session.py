@@ -111,7 +111,12 @@ class Session:
         self.server = LiveServer(draft.file.name, port, answering, self._state)
 
     def _answer(self, action: Callable[[Request], Answer | None], request: Request) -> Answer:
-        return {**(action(request) or {}), "revision": self.draft.revision}
+        """Handle a request; then the state is sent again, also after an error."""
+        try:
+            answer = action(request) or {}
+        finally:
+            self.server.notify()
+        return {**answer, "revision": self.draft.revision}
 
     def replan(self) -> tuple[dict[str, Any], Plan] | None:
         """Plan the present draft; the scene and the plan, or `None` if it was edited meanwhile.
