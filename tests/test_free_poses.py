@@ -134,24 +134,6 @@ def test_given_velocity_keeps_fixed_components() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
-def test_bounded_turn_is_kept_and_checked() -> None:
-    task = arch()
-    del task["waypoints"][1]
-    task["waypoints"][0] |= {"free": {"turn": [-20, 30]}, "stop": True}
-    plan = kw.plan(task)
-    assert plan.report.ok
-    R = tool_poses(plan, [3.0])[0].rotation
-    turn = float(np.degrees(np.arctan2(R[1, 0], R[0, 0])))
-    assert -30.001 < turn < 20.001  # the tool points down: its own turn is the other way round
-    task["waypoints"][0]["pose"]["rpy"] = [180, 0, turn]
-    beyond = copy.deepcopy(task)
-    beyond["waypoints"][0]["pose"]["rpy"] = [180, 0, turn + 40]
-    reports = [checked(plan.trajectory, one) for one in (task, beyond)]
-    assert [report.ok for report in reports] == [True, False]
-    (failed,) = reports[1].failures
-    assert np.degrees(failed.value) == pytest.approx(10, abs=1e-4)
-
-
 def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     task = with_stops(arch({"turn": [-100, 10]}))
     plan = kw.plan(task)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
+from knotwork.files.documents import edited_text, read, read_text
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
@@ -20,7 +20,7 @@ from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.si_units import si_factors
-from knotwork.task.task_source import moved_paths
+from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 CHOSEN_STOP_SPEED = 1e-9
@@ -162,8 +162,6 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 
 def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
-    data, source = scenario.given.to_dict(), scenario.source
-    source_folder = Path.cwd() if source is None else source.parent
-    moved = moved_paths(data, source_folder.resolve(), folder.resolve())
-    content: dict[str, object] = apply_edits(Document(data), moved).data
-    return content
+    source = Path.cwd() if scenario.source is None else scenario.source.parent
+    data: dict[str, object] = with_moved_paths(scenario.given.to_dict(), source, folder.resolve())
+    return data
