@@ -52,8 +52,7 @@ class Presets(TaskPart):
         | None
     ) = optional(
         "Zero, estimated, or a mapping by joint for each waypoint in order, the "
-        "start included, each joint named; 3-5-3 takes none for the first two and "
-        "the last two",
+        "start included, each joint named; 3-5-3 takes no mappings",
         unit="angle/s² or length/s²",
     )
 
