@@ -32,6 +32,17 @@ def draft_in(folder: Path, name: str = "ur5_deburring") -> Draft:
     return draft_of(SCENARIO_FILES[name], folder / "task.yaml")
 
 
+def session_in(folder: Path, name: str = "ur5_deburring") -> Session:
+    """A task that is edited, and no page of it."""
+    session = Session(draft_in(folder, name))
+    session.server.server_close()
+    return session
+
+
+def comments(text: str) -> list[str]:
+    return [line for line in text.splitlines() if "#" in line]
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
@@ -42,15 +53,10 @@ def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
     for handle in handles(scenario, robot):
         where = pin.SE3(turn @ handle.pose.rotation, handle.pose.translation + shift)
         draft = draft_in(tmp_path / str(handle.at).replace("/", " "), name)
-        changes = move_handle(
-            handle,
-            (UNITS[scenario.units.length], UNITS[scenario.units.angle]),
-            where.translation,
-            pin.Quaternion(where.rotation).coeffs(),
-        )
-        draft.apply(changes)
-        document = draft.document()
-        task = kw.Task.load(document.data)
+        scales = UNITS[scenario.units.length], UNITS[scenario.units.angle]
+        turned = pin.Quaternion(where.rotation).coeffs()
+        draft.apply(move_handle(handle, scales, where.translation, turned))
+        task = kw.Task.load(draft.document().data)
         try:
             again = kw.load_scenario(task)
         except DocumentError:
@@ -61,10 +67,7 @@ def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
         assert np.abs(same.pose.translation - where.translation).max() <= 1e-5
         if handle.form:
             assert np.linalg.norm(pin.log3(same.pose.rotation.T @ where.rotation)) <= 3e-4
-        kept = [line for line in draft.text.splitlines() if "#" in line]
-        assert kept == [
-            line for line in SCENARIO_FILES[name].read_text().splitlines() if "#" in line
-        ]
+        assert comments(draft.text) == comments(SCENARIO_FILES[name].read_text())
 
 
 def test_only_what_rests_where_poses_are_has_handles() -> None:
@@ -129,8 +132,7 @@ ADDED = [
 @pytest.mark.parametrize(("name", "time", "what"), mostly_exhaustive(ADDED, ADDED[1]))
 def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: Path) -> None:
     """The motion leads through the pose that the arm had, and all checks pass as before."""
-    made = Session(draft_in(tmp_path, name))
-    made.server.server_close()
+    made = session_in(tmp_path, name)
     assert made.replan() is not None
     assert made.plan is not None
     robot, before = arm(made.plan), made.plan
@@ -141,7 +143,7 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     assert made.plan.report.ok
     scenario = made.plan.scenario
     assert len(scenario.waypoints) == len(before.scenario.waypoints) + 1
-    at = scenario.waypoints[scenario.index.index(place[0])].time
+    at = scenario.waypoints[scenario.task_index.index(place[0])].time
     there = robot.forward(made.plan.trajectory.position(at))
     assert np.abs(there.translation - pose.translation).max() < 0.01  # on a line, it is blended
     made.draft.apply([{"at": ["rate"], "value": 90}])
@@ -151,9 +153,8 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
 
 def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
     """The robot stands in its scene; a waypoint out of reach is brought back."""
-    draft = draft_in(tmp_path, "ur3_lid")
-    draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
-    made = Session(draft)
+    made = session_in(tmp_path, "ur3_lid")
+    made.draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
     with pytest.raises(InputError, match="out of reach"):
         made.replan()
     state = made.server.state()["draft"]
@@ -161,15 +162,12 @@ def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
     high = next(one for one in state["handles"] if one["name"] == "above")
     x, y, z = high["position"]
     made.server.actions["move"]({**high, "position": [x, y, z - 1.94]})
-    renewed = made.replan()
-    assert renewed[1].report.ok
-    made.server.server_close()
+    assert made.replan()[1].report.ok
 
 
 def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None:
     """A waypoint is taken out of a text that can't be read: what was shown stays unmoved."""
-    made = Session(draft_in(tmp_path))
-    made.server.server_close()
+    made = session_in(tmp_path)
     state, actions = made.server.state, made.server.actions
     first = state()["draft"]["handles"]
     two, three = (one for one in first if one["at"] in (["waypoints", k, "pose"] for k in (1, 2)))
@@ -204,15 +202,12 @@ TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not tas
 
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, "panda_pick_place_fastest"))
 def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
-    made = Session(draft_in(tmp_path, name))
-    made.server.server_close()
-    renewed = made.replan()
-    assert renewed[1].report.ok
+    assert session_in(tmp_path, name).replan()[1].report.ok
 
 
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both the motion and the error of an older text: the newer one alone is shown."""
-    made = Session(draft_in(tmp_path, "planar2_closed_form"))
+    made = session_in(tmp_path, "planar2_closed_form")
     plan, begun, go_on = sessions.plan, threading.Event(), threading.Event()
 
     def slow(*arguments: Any, **options: Any) -> Any:
@@ -237,10 +232,8 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
         assert made.plan is None
     made.draft.undo()
     made.draft.undo()
-    renewed = made.replan()
-    assert renewed is not None
+    assert made.replan() is not None
     assert made.plan.scenario.given.rate == 120
-    made.server.server_close()
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive([*FREE, *TIMED], *FREE))

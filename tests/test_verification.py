@@ -44,8 +44,7 @@ RISE = np.array([-0.25, 0.75, 0.0, 0.0])
 
 def shifted(polynomial: Array, s: float) -> Array:
     """Coefficients of p(t + s)."""
-    later = np.polyval(polynomial, np.poly1d([1.0, s])).c
-    return np.concatenate([np.zeros(len(polynomial) - len(later)), later])
+    return np.poly1d(polynomial)(np.poly1d([1.0, s])).c
 
 
 def pieces(breaks: list[float], *joints: list[Array]) -> JointTrajectory:

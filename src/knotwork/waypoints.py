@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import WaypointDataError
+from knotwork.errors.plain_text import default_waypoint_name
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -70,7 +71,7 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
         i = int(late[0]) + 1
         name = f" ({names[i]!r})" if names is not None else ""
         raise WaypointDataError(
-            f"time of waypoint {i}{name} is {array[i]:.15g} s; "
+            f"time of {default_waypoint_name(i)}{name} is {array[i]:.15g} s; "
             f"it must be later than {array[i - 1]:.15g} s, the time of the previous waypoint",
             waypoint=i,
             value=float(array[i]),
@@ -88,7 +89,7 @@ def known_rows(acceleration: FloatArray, names: Sequence[str] = ()) -> NDArray[n
     partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
     if partly.size:
         i = int(partly[0])
-        where = repr(names[i]) if names else f"waypoint {i}"
+        where = repr(names[i]) if names else default_waypoint_name(i)
         raise WaypointDataError(
             f"acceleration at {where} is known for some joints only; give all of them, or NaN for "
             "all",

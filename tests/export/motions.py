@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly
 
 from knotwork.curves.interpolation import PlannerOptions, get_planner
 from knotwork.curves.trajectory import JointTrajectory
@@ -52,56 +53,13 @@ def controller(message: Mapping[str, Any], ticks: np.ndarray) -> np.ndarray:
     """Positions that joint_trajectory_controller commands at times after the start [ns].
 
     Its documented rule: linear for positions, cubic for positions and velocities, quintic for
-    accelerations too; after the last point that point is held. The polynomial is found here from
-    the linear system of its conditions at both ends.
+    accelerations too; after the last point that point is held.
     """
     points = message["points"]
-    at = [nanoseconds(point["time_from_start"]) for point in points]
-    out = np.full((ticks.size, len(message["joint_names"])), np.nan)
-    out[ticks >= at[-1]] = points[-1]["positions"]
-    for a, b, start, end in zip(points, points[1:], at, at[1:], strict=False):
-        inside = (ticks >= start) & (ticks < end)
-        h, t = (end - start) / NANOSECONDS, (ticks[inside] - start) / NANOSECONDS
-        names = ["positions"]
-        if "velocities" in a and "velocities" in b:
-            names.append("velocities")
-            if "accelerations" in a and "accelerations" in b:
-                names.append("accelerations")
-        out[inside] = solve(h, t, [(np.array(a[n]), np.array(b[n])) for n in names])
-    assert np.isfinite(out).all()
-    return out
-
-
-def solve(h: float, t: np.ndarray, ends: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Values at times t of the polynomial with given derivatives at 0 and h."""
-    size = 2 * len(ends)
-
-    def row(at: float, nu: int) -> np.ndarray:
-        out = np.zeros(size)
-        for power in range(nu, size):
-            factor = np.prod(np.arange(power - nu + 1, power + 1)) if nu else 1.0
-            out[power] = factor * at ** (power - nu)
-        return out
-
-    matrix = [row(at, nu) for nu in range(len(ends)) for at in (0.0, 1.0)]
-    right = [end * h**nu for nu, pair in enumerate(ends) for end in pair]
-    c = np.linalg.solve(np.array(matrix), np.array(right))
-    return np.vander(t / h, size, increasing=True) @ c
-
-
-def hermite(
-    time: np.ndarray, q: np.ndarray, v: np.ndarray, at: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of a drive in PVT mode, one column a joint (Bernstein form)."""
-    piece = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-    h = np.diff(time)[piece][:, None]
-    s = ((at - time[piece])[:, None]) / h
-    b0, b3 = q[piece], q[piece + 1]
-    b1, b2 = b0 + v[piece] * h / 3, b3 - v[piece + 1] * h / 3
-    r = 1 - s
-    value = r**3 * b0 + 3 * r * r * s * b1 + 3 * r * s * s * b2 + s**3 * b3
-    slope = 3 * (r * r * (b1 - b0) + 2 * r * s * (b2 - b1) + s * s * (b3 - b2)) / h
-    return value, slope
+    at = np.array([nanoseconds(point["time_from_start"]) for point in points]) / NANOSECONDS
+    keys = [key for key in ("positions", "velocities", "accelerations") if key in points[0]]
+    ends = [[np.array(point[key]) for key in keys] for point in points]
+    return np.asarray(BPoly.from_derivatives(at, ends)(np.minimum(ticks / NANOSECONDS, at[-1])))
 
 
 def ppval(pp: Mapping[str, Any], at: np.ndarray) -> np.ndarray:

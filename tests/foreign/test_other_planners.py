@@ -204,8 +204,7 @@ def test_other_tools_files_need_to_be_told_their_joints(name: str, run: Command)
     for command in (("plot", "-o", "a.png"), ("view", "--html", "a.html")):
         ran = run(command[0], source, *command[1:])
         assert ran.code == 2
-        needs = f"error: {source} needs its scenario: give --scenario"
-        assert ran.err.startswith(needs)
+        assert ran.err.startswith(f"error: {source} needs its scenario: give --scenario")
     # The robot says as much as the scenario about the joints, but not what is asked of them.
     ran = run("view", source, "--robot", "planar2", "--html", "a.html")
     assert (ran.code, ran.out) == (0, "wrote a.html\n"), ran.err
@@ -214,15 +213,14 @@ def test_other_tools_files_need_to_be_told_their_joints(name: str, run: Command)
 
 def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
     source = written("planned", run)
-    ran = run("report", source, "--html", "a.html")
-    assert ran.code == 2
-    assert "--scenario" in ran.err
-    ran = run("report", SCENARIO, "-s", SCENARIO, "--html", "a.html")
-    assert ran.code == 2
-    assert "leave out --scenario" in ran.err
-    ran = run("report", source, "-s", SCENARIO, "--planner", "cubic", "--html", "a.html")
-    assert ran.code == 2
-    assert "leave out --planner" in ran.err
+    for line, words in (
+        ((source,), "--scenario"),
+        ((SCENARIO, "-s", SCENARIO), "leave out --scenario"),
+        ((source, "-s", SCENARIO, "--planner", "cubic"), "leave out --planner"),
+    ):
+        ran = run("report", *line, "--html", "a.html")
+        assert ran.code == 2
+        assert words in ran.err
     assert not Path("a.html").exists()
 
 

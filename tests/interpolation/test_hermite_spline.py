@@ -84,7 +84,6 @@ def test_shapes_and_axis_are_those_of_scipy(shape, axis, ends):
     np.testing.assert_allclose(ours.derivative()(x), v, atol=1e-13)
     np.testing.assert_allclose(ours(x, 2), ours.waypoint_acceleration, atol=1e-12)
     np.testing.assert_allclose(ours.antiderivative()(3.3), theirs.antiderivative()(3.3), atol=1e-12)
-    np.testing.assert_allclose(ours.integrate(0.2, 3.1), theirs.integrate(0.2, 3.1), atol=1e-12)
 
 
 def test_data_may_be_of_any_memory_layout_and_number_type():

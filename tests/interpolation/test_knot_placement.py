@@ -38,14 +38,14 @@ def test_balanced_constant_out_of_bounds(c):
 
 def test_balanced_knots_must_not_coincide():
     # the interval in the middle is no longer than both its neighbours: 0.5 reaches its middle
-    with pytest.raises(KnotError, match="coincide between waypoints 1 and 2") as caught:
+    with pytest.raises(KnotError, match="coincide between waypoints 2 and 3") as caught:
         placed([0, 2, 3, 5], BalancedKnots(0.5))
     assert caught.value.waypoint == 1
     # beside a shorter neighbour it does not, and an end interval has one knot only
     assert (np.diff(placed(X, BalancedKnots(0.5))) > 0).all()
     assert (np.diff(placed([0, 1, 2], BalancedKnots(0.5))) > 0).all()
     for x in ([0, 1], [0, 1, 2]):
-        with pytest.raises(KnotError, match="coincide between waypoints 0 and 1"):
+        with pytest.raises(KnotError, match="coincide between waypoints 1 and 2"):
             placed(x, BalancedKnots(0.5), doubled_ends=True)
 
 
@@ -99,9 +99,9 @@ def test_wrong_count_of_knots(knots, doubled_ends):
 @pytest.mark.parametrize(
     ("knots", "says"),
     [
-        ([0.1, 3, 8, 13, 19, 25], "first knot is 0.1.*waypoint 0, 0 s"),
-        ([0, 3, 8, 13, 19, 24], "last knot is 24 s.*waypoint 3, 25 s"),
-        ([0, 3, np.nan, 13, 19, 25], "knot 2 is nan"),
+        ([0.1, 3, 8, 13, 19, 25], "first knot is 0.1.*waypoint 1, 0 s"),
+        ([0, 3, 8, 13, 19, 24], "last knot is 24 s.*waypoint 4, 25 s"),
+        ([0, 3, np.nan, 13, 19, 25], "knot 3 is nan"),
         ([[0, 3]], r"one dimension, not shape \(1, 2\)"),
         (3.0, "one dimension"),
         ([], "0 are given"),
@@ -211,7 +211,7 @@ def test_planners_meet_known_accelerations(planner):
 def test_an_acceleration_known_for_some_joints_only_is_refused():
     x, y, v, a = data(3)
     a[1, 0] = np.nan
-    with pytest.raises(WaypointDataError, match="acceleration at waypoint 1 is known for some"):
+    with pytest.raises(WaypointDataError, match="acceleration at waypoint 2 is known for some"):
         ModifiedHermiteSpline(x, y, v, acceleration=a)
     with pytest.raises(WaypointDataError, match="acceleration at 'on' is known for some joints"):
         kw.JointWaypoints(("a", "b"), x, y, v, names=("from", "on", "to"), acceleration=a)

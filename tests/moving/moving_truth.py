@@ -20,6 +20,11 @@ Placed = list[tuple[Any, pin.SE3]]
 Bodies = Callable[[float], dict[str, Placed]]
 
 
+def down(x: float, y: float, z: float) -> dict[str, Any]:
+    """A pose with the tool downwards."""
+    return {"position": [x, y, z], "rpy": [np.pi, 0, 0]}
+
+
 def frame(position: Any, linear: Any, angular: Any, t: float) -> pin.SE3:
     """Where a frame with parallel axes is after a time at constant speeds in its own axes."""
     turn = pin.exp3(t * np.array(angular, dtype=float))

@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 import knotwork as kw
-from moving.moving_truth import Bodies, frame, links, sampled
-from moving.test_moving_things import DOWN, refused, tool, two_arms
+from moving.moving_truth import Bodies, down, frame, links, sampled
+from moving.test_moving_things import refused, tool, two_arms
 from moving.test_positioners import on_table
 
 SIZE = (0.05, 0.06, 0.07)
@@ -21,19 +21,13 @@ PICK, PLACE = 3.5, 8.5
 
 
 def carry() -> dict[str, Any]:
-    def pose(z: float) -> dict[str, Any]:
-        return {"position": [0, 0, z], **DOWN}
-
     def over(where: str, speed: float, after: float) -> dict[str, Any]:
-        return {
-            "frame": where,
-            "pose": pose(0.2),
-            "after": after,
-            "velocity": {"linear": [0, 0, speed]},
-        }
+        passing = {"pose": down(0, 0, 0.2), "velocity": {"linear": [0, 0, speed]}}
+        return {"frame": where, "after": after, **passing}
 
     def at(where: str, name: str) -> dict[str, Any]:
-        return {"frame": where, "name": name, "pose": pose(0.06), "after": 1.5, "stop": True}
+        pose = down(0, 0, 0.06)
+        return {"frame": where, "name": name, "pose": pose, "after": 1.5, "stop": True}
 
     return {
         "robot": "ur5",
@@ -109,12 +103,12 @@ def test_carries_part_from_belt_to_belt() -> None:
 
 def test_clear_motion_avoids_fixed_objects_and_refuses_moving_ones(tmp_path: Path) -> None:
     post = {"objects": {"post": {"box": [0.06, 0.06, 0.5], "position": [0.35, -0.2, 0.25]}}}
-    way = {"pose": {"position": [0, -0.1, 0.2], **DOWN}, "way": "clear", "stop": True}
+    way = {"pose": down(0, -0.1, 0.2), "way": "clear", "stop": True}
     plan = kw.plan(on_table(limits={"acceleration": 5}, scene=post, waypoints=[way]))
     assert plan.report.ok, plan.report
     (found,) = plan.report.select(quantity="way")
     assert "minimum clearance" in found.message
     task = two_arms(tmp_path, delay=0.5)
     task["limits"] = {"acceleration": 5}
-    task["waypoints"] = [{**way, "pose": {"position": [0.4, 0.3, 0.3], **DOWN}}]
+    task["waypoints"] = [{**way, "pose": down(0.4, 0.3, 0.3)}]
     assert "does not support moving obstacles (left); accepted" in refused(task)

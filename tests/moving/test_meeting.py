@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from moving.test_moving_things import DOWN, belt, in_tray, refused
+from moving.moving_truth import down
+from moving.test_moving_things import belt, in_tray, refused
 from sweeps import mostly_exhaustive
 
-HIGH, LOW = ({"position": [0, 0, z], **DOWN} for z in (0.15, 0.05))
+HIGH, LOW = (down(0, 0, z) for z in (0.15, 0.05))
 NAMES = ("over", "low", "up")
 
 
@@ -75,7 +76,7 @@ def test_meets_places_on_turning_belt() -> None:
 def test_keeps_given_time_after_chosen_ones() -> None:
     """The arm does something as fast as it can, and is over the part when that comes by."""
     task = picking({"time": 3.0})
-    aside = {"position": [0.4, 0.2, 0.3], **DOWN}
+    aside = down(0.4, 0.2, 0.3)
     task["waypoints"].insert(
         0, {"name": "aside", "frame": "base", "pose": aside, "after": "fastest", "stop": True}
     )
@@ -90,8 +91,21 @@ def test_keeps_given_time_after_chosen_ones() -> None:
     assert check_places(kw.plan(task))["over"] == 1.1 * soonest
 
 
+def test_meets_belt_after_path_with_chosen_speed() -> None:
+    """With the frames at the time of a nominal speed, the belt would be out of reach."""
+    task = picking({"after": "fastest"})
+    task["frames"]["belt"] |= {"moves": {"linear": [0, 0.2, 0]}, "position": [0.4, -0.7, 0.1]}
+    bead = {"name": "bead", "along": "line", "speed": "fastest", "stop": True}
+    task["waypoints"][:0] = [
+        {"frame": "base", "pose": down(0.45, -0.2, 0.3), "after": "fastest", "stop": True},
+        {"frame": "base", "pose": down(0.45, 0.2, 0.3), **bead},
+    ]
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+
+
 def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
-    one, other = ({"position": [0.4, y, 0.3], **DOWN} for y in (-0.2, 0.2))
+    one, other = (down(0.4, y, 0.3) for y in (-0.2, 0.2))
     task = {
         "robot": "ur5",
         "start": "home",
@@ -110,8 +124,8 @@ def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
 def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
     """The short one ends with its largest acceleration, from which the arm does not swing on."""
     ends = [([0.5, 0.0, 0.2], 3.0), ([0.5, 0.0, 0.3], "fastest")]
-    stops = [{"after": after, "pose": {"position": p, **DOWN}, "stop": True} for p, after in ends]
-    stops.append({"time": 9, "pose": {"position": [0.4, 0.2, 0.3], **DOWN}, "stop": True})
+    stops = [{"after": after, "pose": down(*place), "stop": True} for place, after in ends]
+    stops.append({"time": 9, "pose": down(0.4, 0.2, 0.3), "stop": True})
     if later:
         stops[-1]["wait"] = 1
         stops.append({"joints": "home", "after": "fastest"})
@@ -156,7 +170,7 @@ WAIT = 0.5
 
 def waiting(**more: Any) -> dict[str, Any]:
     """The tool goes down to a place on the belt, waits there, and goes up again."""
-    low, high = ({"position": [0.05, 0, z], **DOWN} for z in (0.05, 0.15))
+    low, high = (down(0.05, 0, z) for z in (0.05, 0.15))
     task = belt(
         waypoints=[
             {"pose": high, "after": 2, "stop": True},
@@ -194,14 +208,12 @@ def test_tool_keeps_pose_on_belt_during_wait(free: Any) -> None:
 @pytest.mark.parametrize("creeps", [0.0003, 0.003])
 def test_check_fails_tool_creeping_on_belt(creeps: float) -> None:
     """It is judged by its distance from the place, not by how slow it is."""
-    task = waiting()
-    creeping = waiting()
+    task, creeping = waiting(), waiting()
     last = creeping["waypoints"][1]
     del last["wait"]
     last["stop"] = True
-    aside = {"position": [0.05 + creeps, 0, 0.05], **DOWN}
-    more = {"along": "line", "pose": aside, "after": WAIT, "stop": True}
-    creeping["waypoints"].insert(2, more)
+    aside = down(0.05 + creeps, 0, 0.05)
+    creeping["waypoints"].insert(2, {"along": "line", "pose": aside, "after": WAIT, "stop": True})
     plan = kw.plan(creeping)
     failed = kw.check(plan.trajectory, kw.load_scenario(task)).failures
     low, high = span(kw.plan(task))
@@ -211,7 +223,7 @@ def test_check_fails_tool_creeping_on_belt(creeps: float) -> None:
 def test_refuses_invalid_waits_on_belt(tmp_path: Path) -> None:
     task = waiting()
     task["waypoints"][1] = {
-        "pose": {"position": [0, 0, 0.1], **DOWN},
+        "pose": down(0, 0, 0.1),
         "after": 1,
         "wait": WAIT,
         "free": {"position": {"x": [-0.1, 0.1]}},

@@ -16,16 +16,15 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from moving.moving_truth import OfArm, distance, links
-from moving.test_moving_things import refused
-from moving.test_positioners import CELL, on_table
+from moving.test_moving_things import check_pairs, refused
+from moving.test_positioners import ARM_HOME, CELL, on_table
 
 HERE = Path(__file__).parent
 PLACE, TURNED = [0.62, 0.05, 0.06], [0.02, 0.0, 0.4]
 TURNER = {"urdf": "turner.urdf", "position": PLACE, "rpy": TURNED}
 TILT = "turner_elbow_joint"
 JOINTS = (TILT, "turn")
-HOME = {**CELL["configurations"]["home"], TILT: 0.0, "turn": 0.0}
-HOME = {name: value for name, value in HOME.items() if name not in ("tilt", "plate")}
+HOME = {**ARM_HOME, TILT: 0.0, "turn": 0.0}
 STEP = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.3), np.array([0.05, 0.0, 0.02]))
 CORNERS = np.array([[x, y, z] for x in (-0.18, 0.18) for y in (-0.1, 0.1) for z in (0.0, 0.03)])
 
@@ -59,11 +58,8 @@ def stl() -> str:
 
 
 def cell(**axes: Any) -> dict[str, Any]:
-    return {
-        **CELL,
-        "external_axes": {"turner": TURNER, **axes},
-        "configurations": {"home": HOME},
-    }
+    given = {"turner": TURNER, **axes}
+    return {**CELL, "external_axes": given, "configurations": {"home": HOME}}
 
 
 def write(path: Path, data: Any) -> Path:
@@ -169,24 +165,11 @@ def test_checks_arm_against_positioner(folder: Path, higher: float) -> None:
     turner = {**TURNER, "position": both.place.translation.tolist()}
     path = write(folder / "higher.yaml", cell(turner=turner))
     report = kw.check(plan.trajectory, kw.load_scenario(task(folder, robot=str(path))))
-    arms, least = links(OfArm(plan), pin.SE3.Identity()), dict[frozenset[str], float]()
-    for t in np.linspace(0.0, plan.trajectory.end_time, 150).tolist():
-        here, there = arms(t), shapes(both, named(plan, t))
-        for one, first in here.items():
-            for other, second in there.items():
-                pair = frozenset((one, other))
-                least[pair] = min(least.get(pair, np.inf), distance(first, second))
-    found = {frozenset(one.name.split(", ")): one for one in report.select(subject="pair")}
-    still = frozenset(("base_link", "turner_base_link"))
-    assert still not in found
-    for pair, value in least.items():
-        if pair != still:
-            one = found[pair]
-            assert value >= one.value - one.excess - 1e-6, one.message
-            assert one.value <= max(1.25 * value, value + 2e-3), one.message
-            assert one.ok == (value > 1e-6), one.message
+    moments = np.linspace(0.0, plan.trajectory.end_time, 150)
+    arms = links(OfArm(plan), pin.SE3.Identity())
+    still = ("base_link", "turner_base_link")
+    check_pairs(report, arms, lambda t: shapes(both, named(plan, t)), moments, still)
     assert report.ok == (not higher)
-    assert all(one.ok for one in found.values()) == (not higher)
 
 
 @pytest.mark.parametrize("key", ["locked", "start"])
@@ -195,8 +178,7 @@ def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
     where = {TILT: 0.5, "turn": 1.0}
     more = {"locked": where} if key == "locked" else {"configurations": {"home": HOME | where}}
     path = write(folder / "locked.yaml", {**cell(), **more})
-    swing = {"joints": {**HOME, "shoulder_pan_joint": 0.5}, "after": 2}
-    del swing["joints"][TILT], swing["joints"]["turn"]
+    swing = {"joints": {**ARM_HOME, "shoulder_pan_joint": 0.5}, "after": 2}
     plan = kw.plan({"robot": str(path), "start": "home", "waypoints": [swing]})
     assert len(plan.space.joint_names) == 6
     both = Composed(folder)

@@ -11,12 +11,11 @@ import pytest
 
 import drawn
 import knotwork as kw
-from moving.moving_truth import OfArm, links
+from moving.moving_truth import OfArm, down, links
 from moving.test_moving_things import check_pairs, middles, placed, refused, scene_of, times
 from plans import arm
 
 URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
-DOWN = {"rpy": [np.pi, 0, 0]}
 TILT = {
     "carries": "cradle",
     "turns": [0, 1, 0],
@@ -26,36 +25,25 @@ TILT = {
     "rpy": [0, 0, 0.2],
 }
 TURN = {"in": "cradle", "turns": [0, 0, 1], "position": [0, 0.02, 0.1], "velocity": 2.0}
+ARM_HOME = {
+    "shoulder_pan_joint": 0.0,
+    "shoulder_lift_joint": -1.6,
+    "elbow_joint": 1.6,
+    "wrist_1_joint": -1.6,
+    "wrist_2_joint": -1.6,
+    "wrist_3_joint": 0.0,
+}
 CELL = {
     "urdf": URDF,
     "external_axes": {"tilt": TILT, "plate": TURN},
     "tool_frame": "tool0",
     "collision": {"ignore": [["base_link", "upper_arm_link"], ["forearm_link", "wrist_2_link"]]},
-    "configurations": {
-        "home": {
-            **dict.fromkeys(("tilt", "plate"), 0.0),
-            **{
-                f"{name}_joint": value
-                for name, value in (
-                    ("shoulder_pan", 0.0),
-                    ("shoulder_lift", -1.6),
-                    ("elbow", 1.6),
-                    ("wrist_1", -1.6),
-                    ("wrist_2", -1.6),
-                    ("wrist_3", 0.0),
-                )
-            },
-        }
-    },
+    "configurations": {"home": {"tilt": 0.0, "plate": 0.0, **ARM_HOME}},
 }
 
 
 def on_table(height: float = 0.1, **more: Any) -> dict[str, Any]:
     """A task on a tilting table: a pose passed at speed, and a path at a height above it."""
-
-    def pose(x: float, y: float, z: float) -> dict[str, Any]:
-        return {"position": [x, y, z], **DOWN}
-
     return {
         "robot": CELL,
         "frames": {"part": {"on": "plate", "position": [0.05, 0, 0.02], "rpy": [0, 0, 0.3]}},
@@ -64,9 +52,9 @@ def on_table(height: float = 0.1, **more: Any) -> dict[str, Any]:
         "near": "home",
         "prefer": {"plate": 0.3, "tilt": 0.5},
         "waypoints": [
-            {"pose": pose(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
-            {"pose": pose(0, 0, height), "after": 1, "stop": True},
-            {"along": "line", "pose": pose(0.12, 0.1, height), "speed": 0.05, "stop": True},
+            {"pose": down(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
+            {"pose": down(0, 0, height), "after": 1, "stop": True},
+            {"along": "line", "pose": down(0.12, 0.1, height), "speed": 0.05, "stop": True},
             {"joints": "home", "after": 3},
         ],
         **more,

@@ -14,7 +14,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.planning import clearance_between
 from moving.moving_truth import distance, links, sampled
-from moving.test_moving_things import LEFT
+from moving.test_moving_things import LEFT, other_arm
 from urdfs import collision, joint, limits, link, robot
 
 WIDE = limits(-4, 4, velocity=9, effort=9)
@@ -48,8 +48,7 @@ def cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> kw.Plan:
 
 def least(plan: kw.Plan, apart: float, delay: float) -> float:
     """The least distance of two arms that face each other [m]."""
-    facing = pin.SE3(pin.rpy.rpyToMatrix(0, 0, np.pi), np.array([apart, 0, 0]))
-    there, own = links(plan.trajectory, facing), links(plan.trajectory, pin.SE3.Identity())
+    there, own = other_arm(apart), links(plan.trajectory, pin.SE3.Identity())
     times = np.linspace(0.0, plan.trajectory.end_time, 100)
     rows = sampled(own, lambda t: there(t - delay), times)
     return min(float(row.min()) for row in rows.values())

@@ -46,29 +46,16 @@ def record(
 
 
 def write(
-    path: Path,
-    samples: Samples,
-    digits: int = 6,
-    *,
-    topic: str = "/joint_states",
+    path: Path, samples: Samples, digits: int | None = 6, *, topic: str = "/joint_states"
 ) -> Path:
-    """Write a log as PlotJuggler exports a topic."""
+    """Write a log as PlotJuggler exports a topic; `None` for all digits, as in a simulator."""
+    number = repr if digits is None else f"{{:.{digits}f}}".format
+    start = 0.0 if digits is None else START
+    stamp = repr if digits is None else "{:.6f}".format
     names = [f"{topic}/{name}/position" for name in samples.names]
-    return write_rows(
-        path,
-        ["__time", *names],
-        [
-            [f"{START + t:.6f}", *(f"{value:.{digits}f}" for value in row)]
-            for t, row in zip(samples.time, samples.position, strict=True)
-        ],
-    )
-
-
-def write_exactly(path: Path, samples: Samples, unit: str = "") -> Path:
-    """Write a log as simulators do, with all digits of each number."""
-    rows = np.column_stack([samples.time, samples.position]).tolist()
-    headings = [f"{name} {unit}".strip() for name in samples.names]
-    return write_rows(path, ["time", *headings], [[repr(value) for value in row] for row in rows])
+    pairs = zip(samples.time.tolist(), samples.position.tolist(), strict=True)
+    rows = [[stamp(start + t), *map(number, row)] for t, row in pairs]
+    return write_rows(path, ["__time", *names], rows)
 
 
 def write_rows(
@@ -78,6 +65,13 @@ def write_rows(
     return path
 
 
-def smooth(file: Path, motion: JointTrajectory, noise: float | None = None) -> Smoothed:
-    """The curve behind a log of a motion's joints."""
+def smooth(
+    folder: Path,
+    motion: JointTrajectory,
+    samples: Samples,
+    digits: int | None = 6,
+    noise: float | None = None,
+) -> Smoothed:
+    """The curve behind a log of a motion's joints, which is written into a folder."""
+    file = write(folder / "log.csv", samples, digits)
     return smoothed(read_log(file, motion.joint_names, motion.joint_units), noise)

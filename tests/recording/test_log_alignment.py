@@ -21,7 +21,7 @@ from plans import arm
 
 
 def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
-    return aligned(smooth(write(path / "log.csv", samples), plan.trajectory), plan.trajectory)
+    return aligned(smooth(path, plan.trajectory, samples), plan.trajectory)
 
 
 @pytest.mark.parametrize("before", [0.0, 0.123456, 2.0041])
@@ -70,7 +70,7 @@ def test_plan_at_rest_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
     motion = deburring.trajectory
     q = motion.position(np.zeros(2))
     still = kw.JointTrajectory.from_knots(motion.joint_names, [0.0, 1.0], q, 0.0 * q)
-    curve = smooth(write(tmp_path / "log.csv", record(motion)), motion)
+    curve = smooth(tmp_path, motion, record(motion))
     with pytest.raises(InputError, match="never moves"):
         aligned(curve, still)
     other = dataclasses.replace(motion, joint_names=("a", "b", "c", "d", "e", "f"))
@@ -108,8 +108,7 @@ def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
 )
 def test_reports_begin_of_delay(tmp_path: Path, scenario: str, clock: Clock, words: str) -> None:
     made = kw.plan(scenario)
-    file = write(tmp_path / "log.csv", delayed(made, clock))
-    found = aligned(smooth(file, made.trajectory), made.trajectory)
+    found = align(tmp_path, made, delayed(made, clock))
     assert found.start == pytest.approx(0.5, abs=0.06 if "0.6" in words else 2e-3)
     (late,) = (
         re.sub(r"[\d.]+", lambda one: f"{round(float(one[0]), 1):g}", finding.message)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import START, Samples, record, smooth, write, write_rows
+from robot_logs import START, record, smooth, write_rows
 from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
@@ -20,107 +21,82 @@ Q = np.column_stack((np.sin(TIME), 0.5 * np.cos(TIME)))
 V = np.column_stack((np.cos(TIME), -0.5 * np.sin(TIME)))
 
 
+CONTROLLER_VALUES = ",".join(
+    f"{group}.{what}[{k}]"
+    for group in ("reference", "feedback", "error", "output")
+    for what in ("positions", "velocities")
+    for k in (0, 1)
+)
+KINDS = {
+    "PlotJuggler": (
+        "__time,/joint_states/header/stamp/nanosec,/joint_states/header/stamp/sec,"
+        "/joint_states/lift_joint/position,/joint_states/lift_joint/velocity,"
+        "/joint_states/pan/effort,/joint_states/pan/position,/joint_states/pan/velocity,"
+        "/tf/base/translation/x",
+        "{arrival:.6f},{nanosec},{sec},{lift},{lift_speed},1.5,{pan},{pan_speed},",
+    ),
+    "flattened message": (
+        "header.stamp.sec,header.stamp.nanosec,header.frame_id,name[0],name[1],"
+        "position[0],position[1],velocity[0],velocity[1],effort[0],effort[1]",
+        "{sec},{nanosec},base,lift_joint,pan,{lift},{pan},{lift_speed},{pan_speed},,",
+    ),
+    "rostopic echo": (
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.name0,field.name1,"
+        "field.position0,field.position1,field.velocity0,field.velocity1",
+        "{sec}{nanosec:09},1,{sec}{nanosec:09},,pan,lift_joint,{pan},{lift},{pan_speed},{lift_speed}",
+    ),
+    "controller state": (  # of ROS 2's joint_trajectory_controller
+        f"header.stamp.sec,header.stamp.nanosec,joint_names[0],joint_names[1],{CONTROLLER_VALUES}",
+        "{sec},{nanosec},lift_joint,pan,9,9,9,9,{lift},{pan},{lift_speed},{pan_speed},"
+        "9,9,9,9,9,9,9,9",
+    ),
+    "RTDE": (
+        "timestamp target_q_0 target_q_1 actual_q_0 actual_q_1 actual_qd_0 actual_qd_1 robot_mode",
+        "{t:.4f} 9 9 {pan} {lift} {pan_speed} {lift_speed} 7",
+    ),
+    "spreadsheet": (
+        "Time [ms];pan [deg];lift_joint [deg];pan [deg/s]",
+        "{ms:.1f};{pan_degrees};{lift_degrees};1.5",
+    ),
+    "counted from one": (
+        "t,q1,q2,qd1,qd2",
+        "{t:.3f},{pan},{lift},{pan_speed},{lift_speed}",
+    ),
+    "topic with the name of a joint": (
+        "time,/pan/joint_states/pan/position,/pan/joint_states/lift_joint/position",
+        "{t:.3f},{pan},{lift}",
+    ),
+    "quantity first": (
+        "timestamp\tposition/pan\tposition/lift_joint\tvelocity/pan\tvelocity/lift_joint",
+        "{sec}.{nanosec:09}\t{pan}\t{lift}\t{pan_speed}\t{lift_speed}",
+    ),
+}
+"""Headings and rows of logs as they are written by other tools."""
+
+
 def cells(values: np.ndarray, digits: int = 5) -> list[list[str]]:
     return [[f"{value:.{digits}f}" for value in row] for row in values]
 
 
-def ros_stamp(t: float) -> list[str]:
-    nanoseconds = round(t * 1e9) + round(START) * 1_000_000_000
-    return [str(nanoseconds // 1_000_000_000), str(nanoseconds % 1_000_000_000)]
-
-
 def rows(kind: str) -> tuple[list[str], list[list[str]], str]:
     """Headings, rows and delimiter of one kind of log."""
-    q, v, n = cells(Q), cells(V), range(len(TIME))
-    stamps = [f"{START + t:.9f}" for t in TIME]
-    whole = [f"{round((START + t) * 1e9)}" for t in TIME]
+    headings, row = KINDS[kind]
+    delimiter = next(mark for mark in (";", "\t", ",", " ") if mark in headings)
+    body = []
     degrees = cells(np.degrees(Q), 4)
-    match kind:
-        case "PlotJuggler":
-            head = [
-                "__time", "/joint_states/header/stamp/nanosec", "/joint_states/header/stamp/sec",
-                "/joint_states/lift_joint/position", "/joint_states/lift_joint/velocity",
-                "/joint_states/pan/effort", "/joint_states/pan/position",
-                "/joint_states/pan/velocity", "/tf/base/translation/x",
-            ]  # fmt: skip
-            body = [
-                [f"{START + TIME[i] + 0.003:.6f}", *ros_stamp(TIME[i])[::-1],
-                 q[i][1], v[i][1], "1.5", q[i][0], v[i][0], ""] for i in n
-            ]  # fmt: skip
-            other = [f"{START + 0.1:.6f}", *[""] * 7, "0.25"]
-            return head, [*body[:7], other, *body[7:]], ","
-        case "flattened message":
-            head = ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"]
-            head += ["name[0]", "name[1]", "position[0]", "position[1]", "velocity[0]"]
-            head += ["velocity[1]", "effort[0]", "effort[1]"]
-            body = [
-                [*ros_stamp(TIME[i]), "base", "lift_joint", "pan", *q[i][::-1], *v[i][::-1], "", ""]
-                for i in n
-            ]
-            return head, body, ","
-        case "rostopic echo":
-            head = ["%time", "field.header.seq", "field.header.stamp", "field.header.frame_id"]
-            head += ["field.name0", "field.name1", "field.position0", "field.position1"]
-            head += ["field.velocity0", "field.velocity1"]
-            body = [
-                [str(int(whole[i]) + 999), str(i), whole[i], "", "pan", "lift_joint", *q[i], *v[i]]
-                for i in n
-            ]
-            return head, body, ","
-        case "RTDE":
-            head = ["timestamp", "target_q_0", "target_q_1", "actual_q_0", "actual_q_1"]
-            head += ["actual_qd_0", "actual_qd_1", "robot_mode"]
-            body = [[f"{TIME[i]:.4f}", "9", "9", *q[i], *v[i], "7"] for i in n]
-            return head, body, " "
-        case "spreadsheet":
-            head = ["Time [ms]", "pan [deg]", "lift_joint [deg]", "pan [deg/s]"]
-            head += ["lift_joint [deg/s]"]
-            speeds = cells(np.degrees(V), 4)
-            body = [
-                [
-                    cell.replace(".", ",")
-                    for cell in (f"{1e3 * TIME[i]:.1f}", *degrees[i], *speeds[i])
-                ]
-                for i in n
-            ]
-            return head, body, ";"
-        case "controller state":  # of ROS 2's joint_trajectory_controller
-            head = ["header.stamp.sec", "header.stamp.nanosec", "joint_names[0]", "joint_names[1]"]
-            for group in ("reference", "feedback", "error", "output"):
-                head += [
-                    f"{group}.{what}[{k}]" for what in ("positions", "velocities") for k in (0, 1)
-                ]
-            nothing = ["9"] * 4
-            body = [
-                [*ros_stamp(TIME[i]), "lift_joint", "pan", *nothing, *q[i][::-1], *v[i][::-1],
-                 *nothing, *nothing] for i in n
-            ]  # fmt: skip
-            return head, body, ","
-        case "counted from one":
-            return (
-                ["t", "q1", "q2", "qd1", "qd2"],
-                [[f"{TIME[i]:.3f}", *q[i], *v[i]] for i in n],
-                ",",
-            )
-        case _:
-            head = ["timestamp", "position/pan", "position/lift_joint", "velocity/pan"]
-            head += ["velocity/lift_joint"]
-            return head, [[stamps[i], *q[i], *v[i]] for i in n], "\t"
+    for t, q, v, d in zip(TIME.tolist(), cells(Q), cells(V), degrees, strict=True):
+        sec, nanosec = divmod(round(t * 1e9) + round(START) * 1_000_000_000, 1_000_000_000)
+        line = row.format(
+            t=t, ms=1e3 * t, arrival=START + t + 0.003, sec=sec, nanosec=nanosec, pan=q[0],
+            lift=q[1], pan_speed=v[0], lift_speed=v[1], pan_degrees=d[0], lift_degrees=d[1],
+        )  # fmt: skip
+        body.append((line.replace(".", ",") if delimiter == ";" else line).split(delimiter))
+    if kind == "PlotJuggler":
+        body.insert(7, [f"{START + 0.1:.6f}", *[""] * 7, "0.25"])  # a row of another topic
+    return headings.split(delimiter), body, delimiter
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "PlotJuggler",
-        "flattened message",
-        "rostopic echo",
-        "controller state",
-        "RTDE",
-        "spreadsheet",
-        "counted from one",
-        "quantity first",
-    ],
-)
+@pytest.mark.parametrize("kind", KINDS)
 def test_reads_every_kind_of_log(tmp_path: Path, kind: str) -> None:
     head, body, delimiter = rows(kind)
     log = read_log(write_rows(tmp_path / "log.csv", head, body, delimiter), NAMES, UNITS)
@@ -173,82 +149,57 @@ def test_sorts_rows_and_averages_equal_times(tmp_path: Path) -> None:
     assert log.notes == ("1 rows were out of the order of time and 1 rows had the time of another",)
 
 
-def two_topics() -> tuple[list[str], list[list[str]]]:
-    head = ["time"]
-    for topic in ("/left/state", "/right/state"):
-        head += [f"{topic}/{name}/position" for name in NAMES]
-    return head, [[f"{t:.3f}", *q, "0.1", "0.2"] for t, q in zip(TIME, cells(Q), strict=True)]
+HEADINGS = "t,q1,q2,qd1,qd2"
+TWO_TOPICS = "time,/left/pan,/left/lift_joint,/right/pan,/right/lift_joint"
 
 
-def read_changed(tmp_path: Path, change: str) -> Recording:
-    head, body, _ = rows("counted from one")
-    match change:
-        case "few":
-            body = body[:9]
-        case "no number":
-            body[4][1] = "1.2.3"
-        case "short row":
-            body[4] = body[4][:3]
-        case "no time":
-            head[0] = "counter"
-        case "two times":
-            head = ["time", "timestamp", "q1", "q2", "qd1"]
-        case "joint missing":
-            head[1] = "elbow.position"
-            head[2] = "pan.position"
-        case "topics":
-            head, body = two_topics()
-        case "topic unknown":
-            head, body = two_topics()
-            return read_log(write_rows(tmp_path / "l.csv", head, body), NAMES, UNITS, topic="/x")
-        case "twice":
-            head = ["time", "pan", "pan [rad]", "lift_joint", "x"]
-        case "headings only":
-            body = []
-        case "empty":
-            head, body = [], []
-        case "one time":
-            body = [["1.0", *row[1:]] for row in body]
-    return read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
+def refusal(path: Path, headings: str, body: list[list[str]], topic: str | None = None) -> str:
+    """The error that a log gives."""
+    with pytest.raises(InputError) as error:
+        read_log(write_rows(path / "log.csv", headings.split(","), body), NAMES, UNITS, topic=topic)
+    return str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("headings", "topic", "said"),
     [
-        ("few", ["9 rows", "at least 16"]),
-        ("no number", ["line 6", "column 2 (q1)", "'1.2.3' is not a number"]),
-        ("short row", ["line 6", "has 3 values", "5, as in the headings"]),
-        ("no time", ["line 1", "no column is the time", "header.stamp.sec"]),
-        ("two times", ["2 columns are times", "one column named time"]),
-        ("joint missing", ["position of joint 'lift_joint'", "/joint_states/NAME/position"]),
-        ("topics", ["2 topics have positions", "/left/state, /right/state", "--topic"]),
-        ("topic unknown", ["of the topic '/x'", "'pan', 'lift_joint'"]),
-        ("twice", ["2 columns are the position of joint 'pan'"]),
-        ("headings only", ["has no rows"]),
-        ("empty", ["has no rows"]),
-        ("one time", ["samples at 1 times", "at least 16"]),
+        ("counter,q1,q2,qd1,qd2", None, "line 1.*no column is the time.*header.stamp.sec"),
+        ("time,timestamp,q1,q2,qd1", None, "2 columns are times.*one column named time"),
+        (
+            "t,elbow.position,pan.position,qd1,qd2",
+            None,
+            "'lift_joint'.*/joint_states/NAME/position",
+        ),
+        (TWO_TOPICS, None, "2 topics have positions.*: /left, /right.*--topic"),
+        (TWO_TOPICS, "/x", "of the topic '/x'.*'pan', 'lift_joint'"),
+        ("time,pan,pan [rad],lift_joint,x", None, "2 columns are the position of joint 'pan'"),
     ],
 )
-def test_names_what_log_lacks(tmp_path: Path, change: str, said: list[str]) -> None:
-    with pytest.raises(InputError) as error:
-        read_changed(tmp_path, change)
-    for words in said:
-        assert words in str(error.value)
+def test_names_what_headings_lack(
+    tmp_path: Path, headings: str, topic: str | None, said: str
+) -> None:
+    _, body, _ = rows("counted from one")
+    assert re.search(said, refusal(tmp_path, headings, body, topic))
+
+
+def test_names_what_rows_lack(tmp_path: Path) -> None:
+    _, body, _ = rows("counted from one")
+    before, row, after = body[:4], body[4], body[5:]
+    for changed, said in (
+        (body[:9], "9 rows.*at least 16"),
+        (
+            [*before, [row[0], "1.2.3", *row[2:]], *after],
+            r"line 6.*2 \(q1\).*'1.2.3' is not a number",
+        ),
+        ([*before, row[:3], *after], "line 6.*has 3 values.*5, as in the headings"),
+        ([["1.0", *row[1:]] for row in body], "samples at 1 times.*at least 16"),
+        ([], "has no rows"),
+    ):
+        assert re.search(said, refusal(tmp_path, HEADINGS, changed))
+    assert "has no rows" in refusal(tmp_path, "", [])
 
 
 BEFORE = 0.5
-
-
-def curve_of(
-    path: Path,
-    plan: Plan,
-    samples: Samples,
-    digits: int = 6,
-    *,
-    noise: float | None = None,
-) -> Smoothed:
-    file = write(path / "log.csv", samples, digits)
-    return smooth(file, plan.trajectory, noise)
 
 
 def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
@@ -261,7 +212,7 @@ def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-5])
 def test_estimates_noise(tmp_path: Path, deburring: Plan, noise: float) -> None:
-    curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=noise))
+    curve = smooth(tmp_path, deburring.trajectory, record(deburring.trajectory, noise=noise))
     assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
     assert not curve.noise.stated
 
@@ -281,20 +232,20 @@ def test_noise_of_short_logs_is_not_too_small() -> None:
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
 def test_estimates_jitter(tmp_path: Path, deburring: Plan, jitter: float) -> None:
     samples = record(deburring.trajectory, noise=1e-5, jitter=jitter, rate=100.0)
-    curve = curve_of(tmp_path, deburring, samples)
+    curve = smooth(tmp_path, deburring.trajectory, samples)
     assert curve.noise.jitter == pytest.approx(jitter, rel=0.25)
 
 
 def test_accepts_stated_noise(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, noise=1e-4)
-    curve = curve_of(tmp_path, deburring, samples, noise=5e-4)
+    curve = smooth(tmp_path, deburring.trajectory, samples, noise=5e-4)
     assert (curve.noise.position == 5e-4).all()
     assert curve.noise.stated
-    finer = curve_of(tmp_path, deburring, samples)
+    finer = smooth(tmp_path, deburring.trajectory, samples)
     assert curve.trajectory.breaks.size < finer.trajectory.breaks.size
     for bad in (0.0, -1.0, np.nan):
         with pytest.raises(InputError, match="noise"):
-            curve_of(tmp_path, deburring, samples, noise=bad)
+            smooth(tmp_path, deburring.trajectory, samples, noise=bad)
 
 
 @pytest.mark.parametrize(
@@ -304,7 +255,7 @@ def test_curve_is_motion_within_standard_errors(
     tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
-    curve = curve_of(tmp_path, deburring, samples)
+    curve = smooth(tmp_path, deburring.trajectory, samples)
     for order, most in ((0, 4.0), (1, 4.0), (2, 5.0)):
         off = gaps(curve, deburring, order)
         assert np.sqrt((off**2).mean()) < 1.2
@@ -314,7 +265,9 @@ def test_curve_is_motion_within_standard_errors(
 
 
 def test_curve_equals_least_squares_spline_of_scipy(tmp_path: Path, deburring: Plan) -> None:
-    curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=1e-4), noise=1e-4)
+    curve = smooth(
+        tmp_path, deburring.trajectory, record(deburring.trajectory, noise=1e-4), noise=1e-4
+    )
     breaks = curve.trajectory.breaks
     knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
     spline = make_lsq_spline(curve.log.time, curve.log.position, knots, k=3)

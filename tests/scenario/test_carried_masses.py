@@ -46,6 +46,21 @@ def stacking(held: dict[str, Any], **more: Any) -> dict[str, Any]:
     } | more
 
 
+def timed(task: dict[str, Any]) -> dict[str, Any]:
+    """The task with a stop at each waypoint, every 1.5 s."""
+    del task["times"]
+    for waypoint in task["waypoints"][1:]:
+        waypoint.pop("velocity", None)
+        waypoint |= {"after": 1.5, "stop": True}
+    return task
+
+
+def tensor(moments: dict[str, float]) -> np.ndarray:
+    """The inertia that a file gives, shape (3, 3) [kg m²]."""
+    ixx, iyy, izz, ixy = (moments.get(key, 0.0) for key in ("ixx", "iyy", "izz", "ixy"))
+    return np.array([[ixx, ixy, 0], [ixy, iyy, 0], [0, 0, izz]])
+
+
 def torques(plan: kw.Plan, payload: pin.Inertia, at: pin.SE3) -> tuple[np.ndarray, np.ndarray]:
     """Times and joint torques of a motion, of a model with the payload from pick to place on."""
     bare = plan.space.robot.model
@@ -72,9 +87,7 @@ def test_torque_includes_held_object(mass: float, centre: Any, inertia: Any) -> 
     own = {"centre_of_mass": centre, "inertia": inertia}
     held = BOX | {"mass": mass} | {key: one for key, one in own.items() if one}
     plan = kw.plan(stacking(held))
-    i = inertia or dict.fromkeys(("ixx", "iyy", "izz", "ixy"), 0.0)
-    tensor = np.array([[i["ixx"], i["ixy"], 0], [i["ixy"], i["iyy"], 0], [0, 0, i["izz"]]])
-    payload = pin.Inertia(mass, np.array(centre or BOX["position"]), tensor)
+    payload = pin.Inertia(mass, np.array(centre or BOX["position"]), tensor(inertia or {}))
     at = pin.SE3(pin.rpy.rpyToMatrix(0.3, 0, 0.2), np.array([0, 0.02, 0.1]))
     _, torque = torques(plan, payload, at)
     found = plan.report.select(quantity="effort", subject="joint")
@@ -126,25 +139,16 @@ def test_the_load_changes_at_rest(tmp_path: Any) -> None:
 )
 def test_object_appears_at_waypoint(appears: str | None, hit: bool) -> None:
     """What comes later stands in no way before, and in the way from then on."""
-    crate = {"box": [0.1, 0.1, 0.1], "position": [0.6, 0.0, 0.25]}
-    task = stacking(BOX, scene={"objects": {"crate": crate | {"appears": appears}}}, times=None)
-    if appears is None:
-        del task["scene"]["objects"]["crate"]["appears"]
-    del task["times"]
-    stops = task["waypoints"][1:]
-    for one in stops:
-        one.pop("velocity", None)
-        one |= {"after": 1.5, "stop": True}
+    crate: dict[str, Any] = {"box": [0.1, 0.1, 0.1], "position": [0.6, 0.0, 0.25]}
+    if appears is not None:
+        crate["appears"] = appears
+    task = timed(stacking(BOX, scene={"objects": {"crate": crate}}))
     failures = kw.plan(task).report.failures
     assert any("crate" in one.name for one in failures if one.subject == "pair") == hit
 
 
 def test_programs_of_universal_robots_set_payload_and_tool(tmp_path: Path) -> None:
-    task = stacking(BOX | {"mass": 3.0, "inertia": INERTIA}, times=None)
-    del task["times"]
-    for one in task["waypoints"][1:]:
-        one.pop("velocity", None)
-        one |= {"after": 1.5, "stop": True}
+    task = timed(stacking(BOX | {"mass": 3.0, "inertia": INERTIA}))
     task["waypoints"][1] |= {"wait": 0.4}
     task["waypoints"][1].pop("stop")
     plan = kw.plan(task)
@@ -160,18 +164,11 @@ def test_programs_of_universal_robots_set_payload_and_tool(tmp_path: Path) -> No
     np.testing.assert_allclose(controller.tcp[:3], flange.translation)
     assert pin.exp3(controller.tcp[3:]) == pytest.approx(flange.rotation)
     point = pin.Inertia(1.0, np.array([0, 0, 0.05]), np.zeros((3, 3)))
-    ixx, ixy, iyy, ixz, iyz, izz = (
-        INERTIA.get(key, 0.0) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
-    )
-    own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    whole = point + at.act(pin.Inertia(3.0, np.array([0, 0, 0.06]), own))
+    whole = point + at.act(pin.Inertia(3.0, np.array([0, 0, 0.06]), tensor(INERTIA)))
     m = whole.inertia
     moments = [m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2]]
     np.testing.assert_allclose(controller.inertias[1], moments, atol=1e-12)
-    assert len(controller.payloads) == len(expected)
-    for (time, mass, centre), (when, much, where) in zip(
-        controller.payloads, expected, strict=True
-    ):
-        assert abs(time - when) <= 0.0021
-        assert mass == pytest.approx(much)
-        np.testing.assert_allclose(centre, where, atol=1e-12)
+    for found, wanted in zip(controller.payloads, expected, strict=True):
+        assert abs(found[0] - wanted[0]) <= 0.0021
+        assert found[1] == pytest.approx(wanted[1])
+        np.testing.assert_allclose(found[2], wanted[2], atol=1e-12)

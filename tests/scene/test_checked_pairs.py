@@ -232,24 +232,24 @@ def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
 RANGE = limits(-2, 2, velocity=2, effort=9)
 
 
-def door(shape: str) -> str:
-    """The URDF of a door whose post collides with a shape."""
-    return urdfs.robot(
+def open_door(folder: Path, shape: str) -> Path:
+    """A task that opens a door whose post collides with a shape."""
+    urdf = urdfs.robot(
         link("post", f"<collision><geometry>{shape}</geometry></collision>"),
         link("leaf", visual('<box size="1 1 1"/>')),
         urdfs.joint("hinge", "post", "leaf", at="0 0 1", more=RANGE),
     )
+    (folder / "door.urdf").write_text(urdf)
+    (folder / "task.yaml").write_text(
+        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
+        "- {joints: {hinge: 1}, after: 2}\n"
+    )
+    return folder / "task.yaml"
 
 
 def test_refuses_truncated_mesh_of_link(knotwork: Command, tmp_path: Path) -> None:
     """One that is not there may be on another computer: that is a warning."""
-    task = tmp_path / "task.yaml"
-    task.write_text(
-        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
-        "- {joints: {hinge: 1}, after: 2}\n"
-    )
-    urdf, mesh = tmp_path / "door.urdf", tmp_path / "wall.stl"
-    urdf.write_text(door('<mesh filename="wall.stl"/>'))
+    task, mesh = open_door(tmp_path, '<mesh filename="wall.stl"/>'), tmp_path / "wall.stl"
     box = trimesh.creation.box((1, 1, 1))
     ran = knotwork("plan", task)
     assert ran.code == 0, ran.err
@@ -266,11 +266,6 @@ def test_refuses_truncated_mesh_of_link(knotwork: Command, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("count", [0, 2])
 def test_reports_number_of_collision_shapes(knotwork: Command, tmp_path: Path, count: int) -> None:
-    box = '<box size="1 1 1"/>'
-    (tmp_path / "door.urdf").write_text(door(count * box))
-    (tmp_path / "task.yaml").write_text(
-        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
-        "- {joints: {hinge: 1}, after: 2}\n"
-    )
-    said = " ".join(knotwork("plan", tmp_path / "task.yaml").out.split())
+    task = open_door(tmp_path, count * '<box size="1 1 1"/>')
+    said = " ".join(knotwork("plan", task).out.split())
     assert f"link 'post': <collision> has 1 <geometry> with {count} shapes in all" in said

@@ -34,24 +34,15 @@ class Task:
     tolerance: float
 
     def follow(self):
-        return kw.follow_path(
-            self.arm,
-            self.path,
-            self.speed,
-            self.tolerance,
-            start=self.q,
-            acceleration=self.acceleration,
-        )
-
-
-def limits(arm):
-    return arm.lower_position_limit, arm.upper_position_limit
+        given = self.arm, self.path, self.speed, self.tolerance
+        return kw.follow_path(*given, start=self.q, acceleration=self.acceleration)
 
 
 def random_task(seed: int) -> Task:
     rng = np.random.default_rng([13, seed])
     arm = kw.load_robot(ARMS[seed % len(ARMS)])
-    lower, upper = (np.nan_to_num(a, posinf=np.pi, neginf=-np.pi) for a in limits(arm))
+    limits = arm.lower_position_limit, arm.upper_position_limit
+    lower, upper = (np.nan_to_num(limit, posinf=np.pi, neginf=-np.pi) for limit in limits)
     q = lower + (upper - lower) * rng.uniform(0.2, 0.8, arm.dof)
     pose = arm.forward(q)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -122,13 +113,8 @@ def twist(task: Task, s: float) -> np.ndarray:
 
 def speed_at(task: Task, s: float) -> float:
     ends = None if task.acceleration is None else 0.0
-    timing = tp.speed_profile(
-        [task.path.length],
-        [task.speed],
-        acceleration=task.acceleration or 1.0,
-        start_speed=ends,
-        end_speed=ends,
-    )
+    options = {"acceleration": task.acceleration or 1.0, "start_speed": ends, "end_speed": ends}
+    timing = tp.speed_profile([task.path.length], [task.speed], **options)
     return float(timing(timing.time_of([s]), 1)[0])
 
 
@@ -163,18 +149,15 @@ def check_refused(task: Task, error: FollowingError) -> None:
         return
     j = arm.joint_names.index(error.joint)
     if error.cause == "velocity limit":
-        places = np.minimum(
-            error.arc_length + CLOSE * np.array([0.0, 0.01, 0.1, 1.0]), task.path.length
-        )
-        uses = [
-            np.abs(integrated(task, s)[1][j]) * speed_at(task, s) / arm.velocity_limit[j]
-            for s in places
+        places = error.arc_length + CLOSE * np.array([0.0, 0.01, 0.1, 1.0])
+        rates = [
+            np.abs(integrated(task, s)[1][j]) * speed_at(task, s)
+            for s in np.minimum(places, task.path.length)
         ]
-        assert max(uses) > 0.999
+        assert max(rates) > 0.999 * arm.velocity_limit[j]
         return
-    lower, upper = limits(arm)
     assert error.cause == "joint limit"
-    off = min(abs(q[j] - upper[j]), abs(q[j] - lower[j]))
+    off = min(abs(q[j] - arm.upper_position_limit[j]), abs(q[j] - arm.lower_position_limit[j]))
     assert off < max(1e-3, CLOSE * abs(rates[j]))
 
 

@@ -12,7 +12,8 @@ import knotwork as kw
 from knotwork.errors import PathError
 from sweeps import examples
 
-OrientationCurve = kw.tool_paths.OrientationCurve
+tp = kw.tool_paths
+OrientationCurve = tp.OrientationCurve
 
 seeds = st.integers(0, 100_000)
 
@@ -32,9 +33,10 @@ def random_curve(seed, jumps=False):
     )
 
 
-def inside(curve, count=60, margin=1e-4):
-    s = np.linspace(0, curve.length, count)
-    return s[(np.abs(s[:, None] - curve.s) > margin).all(axis=1)]
+def assert_continuous(curve, order, atol):
+    """The rate, or its derivative, is the same on both sides of each inner knot."""
+    left, right = (curve.rate(curve.s[1:-1] + side, order) for side in (-1e-12, 1e-12))
+    np.testing.assert_allclose(left, right, atol=atol)
 
 
 @examples()
@@ -52,8 +54,9 @@ def test_passes_given_values_on_both_sides(seed):
 @examples()
 @given(seeds)
 def test_rates_equal_differences(seed):
-    curve = random_curve(seed)
-    s, h = inside(curve), 1e-5
+    curve, h = random_curve(seed), 1e-5
+    s = np.linspace(0, curve.length, 60)
+    s = s[(np.abs(s[:, None] - curve.s) > 1e-4).all(axis=1)]
     turned = curve.rotation(s + h) @ np.swapaxes(curve.rotation(s - h), 1, 2)
     rate = Rotation.from_matrix(turned).as_rotvec() / (2 * h)
     scale = 1 + np.abs(curve.rate(s, 1)).max()
@@ -117,30 +120,23 @@ def test_through_rotations_is_near_scipy_spline():
     off = (Rotation.from_matrix(curve.rotation(at)).inv() * spline(at)).magnitude()
     assert off.max() < 0.01
     for order in (0, 1):
-        left, right = (curve.rate(s[1:-1] + side, order) for side in (-1e-12, 1e-12))
-        np.testing.assert_allclose(left, right, atol=1e-7)
+        assert_continuous(curve, order, 1e-7)
     truth = spline(s).apply(spline(s, 1))  # SciPy's rates are in the axes of the tool
     np.testing.assert_allclose(curve.rate(s), truth, atol=1e-9)
 
 
-def three_stretches():
+def test_joined_stretches_have_continuous_rates():
     turns = Rotation.from_euler("xyz", [[0, 0, 0], [0.5, 0, 0], [0.5, 1, 0.2]]).as_matrix()
-    return [
+    stretches = [
         OrientationCurve.even_turning(turns[0], turns[1], 0.4),
         OrientationCurve.even_turning(turns[1], turns[2], 0.2),
         OrientationCurve.turning(turns[2], [0, 0, 1], 8.0, 0.8),
     ]
-
-
-def test_joined_stretches_have_continuous_rates():
-    stretches = three_stretches()
     curve = OrientationCurve.joined(stretches)
     assert curve.length == pytest.approx(1.4)
     assert curve.jumps.size == 0
-    inner = curve.s[1:-1]
-    for order, atol in ((0, 1e-9), (1, 1e-7)):
-        left, right = (curve.rate(inner + side, order) for side in (-1e-12, 1e-12))
-        np.testing.assert_allclose(left, right, atol=atol)
+    assert_continuous(curve, 0, 1e-9)
+    assert_continuous(curve, 1, 1e-7)
     one, other = stretches[0].rate([0.0])[0], stretches[1].rate([0.0])[0]
     np.testing.assert_allclose(curve.rate([0.4])[0], 0.5 * (one + other), atol=1e-12)
 
@@ -155,6 +151,7 @@ REFUSED = [
     (lambda: OrientationCurve.constant(np.diag([1.0, 1, -1]), 1.0), "not a rotation matrix"),
     (lambda: OrientationCurve.turning(np.eye(3), [0, 0, 0], 1.0, 1.0), "axis is zero"),
     (lambda: OrientationCurve.joined([]), "no stretches"),
+    (lambda: tp.tangent_orientation(wave(1), 2 * np.eye(3)), "not a rotation matrix"),
     (
         lambda: OrientationCurve.joined(
             [OrientationCurve.constant(np.eye(3), 1), OrientationCurve.constant(HALF, 1)]
@@ -168,9 +165,6 @@ REFUSED = [
 def test_refuses_invalid_orientations(make, message):
     with pytest.raises(PathError, match=message):
         make()
-
-
-tp = kw.tool_paths
 
 
 def wave(seed):
@@ -199,8 +193,3 @@ def test_tangent_is_constant_in_tool_axes(seed):
     for turn in Rotation.from_rotvec(axes * curve.length / count).as_matrix():
         truth = turn @ truth
     np.testing.assert_allclose(orientation.rotations[-1], truth, atol=3e-6)
-
-
-def test_refuses_invalid_rotation():
-    with pytest.raises(PathError, match="not a rotation matrix"):
-        tp.tangent_orientation(wave(1), 2 * np.eye(3))

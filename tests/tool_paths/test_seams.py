@@ -105,13 +105,10 @@ def test_tool_follows_seam_plus_weave(name: str) -> None:
 EDGES = [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.0)]
 
 
-@pytest.mark.parametrize(
-    ("shape", "dwell", "rounding"),
-    mostly_exhaustive(EDGES, *EDGES[:2]),
-)
+@pytest.mark.parametrize(("shape", "dwell", "rounding"), mostly_exhaustive(EDGES, *EDGES[:2]))
 def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float) -> None:
-    weave = {"shape": shape, "dwell": dwell or None, "rounding": rounding or None}
-    plan = kw.plan(seam({key: value for key, value in weave.items() if value is not None}))
+    numbers = {"dwell": dwell, "rounding": rounding}
+    plan = kw.plan(seam({"shape": shape} | {key: one for key, one in numbers.items() if one}))
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
     t = np.linspace(0.0, motion.end_time - motion.start_time, 4001)
@@ -129,12 +126,11 @@ def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float
 
 def test_weave_continues_into_arc() -> None:
     """Its axes turn with the seam; on the arc the tool is off the circle by the weave."""
-    weave = {"shape": "sine", "width": WIDTH, "frequency": RATE}
     arc = {
         "along": {"arc": {"centre": [0.64, -0.17, 0.25]}},
         "speed": SPEED,
         "pose": {"position": [0.67, -0.17, 0.25]},
-        "weave": weave,
+        "weave": {"shape": "sine", "width": WIDTH, "frequency": RATE},
     }
     plan = kw.plan(seam({"shape": "sine"}, arc))
     assert plan.report.ok, plan.report
@@ -180,9 +176,9 @@ def test_check_fails_for_other_weave(changed: dict[str, Any]) -> None:
 
 def test_reports_joint_that_weave_exceeds() -> None:
     fast = seam({"shape": "sine", "width": 0.1, "frequency": 8})
-    with pytest.raises(kw.errors.InputError, match="shoulder_pan_joint") as caught:
+    says = "shoulder_pan_joint(?s:.*)its limit is 2.16 rad/s"
+    with pytest.raises(kw.errors.InputError, match=says):
         kw.plan(fast)
-    assert "its limit is 2.16 rad/s" in str(caught.value)
 
 
 def test_refuses_weave_that_exceeds_acceleration() -> None:
@@ -214,6 +210,14 @@ def welded(*path: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def seam_at(pose: pin.SE3, on_arc: bool) -> np.ndarray:
+    """Direction of the line or the arc where the tool is."""
+    if not on_arc:
+        return np.array([1.0, 0.0, 0.0])
+    spoke = pose.translation - [0.66, -0.17, 0.25]
+    return np.array([-spoke[1], spoke[0], 0.0]) / np.hypot(*spoke[:2])
+
+
 def angles_of(z: np.ndarray, seam: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
     """Work and travel angle as a welder measures them, to the left and forward.
 
@@ -225,6 +229,12 @@ def angles_of(z: np.ndarray, seam: np.ndarray, normal: np.ndarray) -> tuple[floa
     return float(work), float(np.arcsin(-(out @ seam)))
 
 
+LINE = {
+    "along": "line",
+    "speed": 0.02,
+    "pose": {"position": TORCH_END},
+    "orientation": {"normal": TORCH_UP, **ANGLES},
+}
 ARC = {
     "along": {"arc": {"centre": [0.66, -0.17, 0.25]}},
     "speed": 0.02,
@@ -234,16 +244,12 @@ ARC = {
 
 
 def test_torch_keeps_angles_along_line_and_arc() -> None:
-    line = {"along": "line", "speed": 0.02, "pose": {"position": TORCH_END}}
-    line["orientation"] = {"normal": TORCH_UP, **ANGLES}
-    plan = kw.plan(welded(line, ARC))
+    plan = kw.plan(welded(LINE, ARC))
     assert plan.report.ok, plan.report
     first, second = plan.scenario.paths[0].stretches
     for t in (first.start, 0.5 * (first.start + first.end), 0.5 * (second.start + second.end)):
         (pose,) = tool_poses(plan, [t])
-        turned = pose.translation - [0.66, -0.17, 0.25]
-        seam = np.array([-turned[1], turned[0], 0.0]) if t > first.end else np.array([1.0, 0, 0])
-        seam /= np.linalg.norm(seam)
+        seam = seam_at(pose, t > first.end)
         found = angles_of(pose.rotation[:, 2], seam, np.array(TORCH_UP))
         assert found == pytest.approx((WORK, TRAVEL), abs=2e-3)
         # the tool's x axis shows along the seam
@@ -277,17 +283,10 @@ def test_normals_of_points_lean_torch(tmp_path: Path, orientation: dict[str, Any
 
 
 def free_angles(free: dict[str, Any] | None) -> dict[str, Any]:
-    line = {"along": "line", "speed": 0.02, "pose": {"position": TORCH_END}}
-    line["orientation"] = {"normal": TORCH_UP, **ANGLES}
-    task = welded(line, ARC)
+    task = welded({**LINE}, {**ARC})
     for one in task["waypoints"][1:]:
         one["free"] = free or "none"
     return task
-
-
-@functools.cache
-def planned_fixed() -> kw.Plan:
-    return kw.plan(free_angles(None))
 
 
 WIDE = {"work_angle": [0.2, 0.5], "travel_angle": [-0.3, 0.0]}
@@ -295,16 +294,14 @@ WIDE = {"work_angle": [0.2, 0.5], "travel_angle": [-0.3, 0.0]}
 
 @pytest.mark.parametrize("turn", [{}, {"turn": "z"}])
 def test_free_torch_angles_stay_in_ranges(turn: dict[str, Any]) -> None:
-    plan, fixed = kw.plan(free_angles({**WIDE, **turn})), planned_fixed()
+    plan, fixed = kw.plan(free_angles({**WIDE, **turn})), kw.plan(free_angles(None))
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
     corner = plan.scenario.paths[0].stretches[0].end
     worst, works = [], []
     for t in np.linspace(motion.start_time, motion.end_time, 60):
         (pose,) = tool_poses(plan, [t])
-        turned = pose.translation - [0.66, -0.17, 0.25]
-        seam = np.array([-turned[1], turned[0], 0.0]) if t > corner else np.array([1.0, 0, 0])
-        seam /= np.linalg.norm(seam)
+        seam = seam_at(pose, t > corner)
         work, travel = angles_of(pose.rotation[:, 2], seam, np.array(TORCH_UP))
         works.append(work)
         worst.append(max(0.2 - work, work - 0.5, -0.3 - travel, travel))
@@ -312,8 +309,8 @@ def test_free_torch_angles_stay_in_ranges(turn: dict[str, Any]) -> None:
     assert max(worst) < np.radians(0.1) + 0.025 * np.pi / 2
     (used,) = plan.report.select(group="Freedom")
     row = re.search(r"work angle (\S+)(?: to (\S+))? of 0\.2 to 0\.5 rad", used.message)
-    told = [float(one or row[1]) for one in row.groups()]
-    assert told == pytest.approx([min(works), max(works)], abs=0.03)
+    reported = [float(end or row[1]) for end in row.groups()]
+    assert reported == pytest.approx([min(works), max(works)], abs=0.03)
     times = np.linspace(motion.start_time, motion.end_time, 300)
     moved = [np.abs(np.diff(one.trajectory(times), axis=0)).sum() for one in (plan, fixed)]
     assert moved[0] < 0.98 * moved[1]

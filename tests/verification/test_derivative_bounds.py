@@ -264,9 +264,7 @@ def test_solids_approach_at_most_as_proved(arm: str) -> None:
         curve = PiecewisePolynomial(c, np.array([0.0, 1.0]))
         start = rng.uniform(0.0, 1.0 - LENGTHS)
         intervals = Intervals(np.zeros(len(start), dtype=np.intp), start, LENGTHS)
-        middle = curve(start + LENGTHS / 2)
-        rotation, origin = place_joints(joints, middle)
-        motions = RelativeMotion(joints, table, curve, intervals, rotation, origin)
+        motions = RelativeMotion(table, curve, intervals)
         for combo in rng.choice(len(table.first), min(12, len(table.first)), replace=False):
             a, b = table.first[combo], table.second[combo]
             both = np.flatnonzero(joints.carriers[table.joint[a]] & joints.carriers[table.joint[b]])
@@ -280,7 +278,7 @@ def test_solids_approach_at_most_as_proved(arm: str) -> None:
                 for t in np.linspace(start[k], start[k] + LENGTHS[k], 21):
                     corners = placed_corners(table, model, curve(t))
                     turned = place_joints(joints, curve(np.array([t])))[0][0, common]
-                    n = turned @ rotation[k, common].T @ normal
+                    n = turned @ motions.rotation[k, common].T @ normal
                     gaps.append((corners[a] @ n)[:, None] - (corners[b] @ n)[None])
                 moved = np.abs(np.array(gaps) - gaps[10])
                 assert moved.max() <= along * (1 + 1e-9) + 1e-12

@@ -96,7 +96,7 @@ def test_refuses_overflowing_coefficient(degree: int) -> None:
 def test_refuses_terms_overflowing_in_long_piece() -> None:
     c = np.zeros((31, 1))
     c[0] = 1.0
-    with pytest.raises(kw.InputError, match="terms of piece 0 reach inf within 1e\\+12 s"):
+    with pytest.raises(kw.InputError, match="terms of piece 1 reach inf within 1e\\+12 s"):
         motion(c, [0.0, 1e12])
     with pytest.raises(kw.InputError, match="within 1e\\+250 s"):
         motion(c, [0.0, 1e250])

@@ -9,7 +9,6 @@ import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from http.client import HTTPConnection
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -115,13 +114,12 @@ FOREIGN_NAMES = (
 
 def test_only_its_own_names_are_answered(port: int) -> None:
     """A foreign page may give its own name this machine's address, and read the answer."""
-    for host, method in product((*OWN_NAMES, *FOREIGN_NAMES), ("GET", "HEAD")):
+    for host in (*OWN_NAMES, *FOREIGN_NAMES):
         client = HTTPConnection(HOST, port)
-        client.request(method, "/", headers={"Host": host.format(port)})
+        client.request("GET", "/", headers={"Host": host.format(port)})
         answer = client.getresponse()
         assert answer.status == (200 if host in OWN_NAMES else 421), host
-        has_page = host in OWN_NAMES and method == "GET"
-        assert (b"planar2_closed_form" in answer.read()) == has_page
+        assert (b"planar2_closed_form" in answer.read()) == (host in OWN_NAMES)
         assert int(answer.headers["Content-Length"]) > 0
         client.close()
 

@@ -34,6 +34,8 @@ _COLUMNS = {
     "tool_path_deviation": "off path\n[{length}]",
 }
 """Headings by figure."""
+FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
+"""Sizes of figures below which they are rounding errors, and below which they have two digits."""
 
 
 @click.command()
@@ -146,11 +148,7 @@ def _cell(score: Score, name: str, factor: float) -> str:
     if isinstance(value, Peak) and value.utilisation is not None:
         percent = 100 * value.utilisation
         return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %"
-    return _short(factor * (value.value if isinstance(value, Peak) else value))
-
-
-def _short(value: float) -> str:
-    """Three digits, and zero for rounding errors."""
-    if abs(value) < 1e-9:
+    size = factor * (value.value if isinstance(value, Peak) else value)
+    if abs(size) < FIGURE_ROUNDING:
         return "0"
-    return readable(value, ".3g" if abs(value) >= 0.01 else ".1e")
+    return readable(size, ".3g" if abs(size) >= SMALL_FIGURE else ".1e")

@@ -10,13 +10,13 @@ import click
 from knotwork.cli.live_view import Files, follow
 from knotwork.cli.parameters import (
     PASSED,
-    NewPath,
+    GivenPath,
     budget_option,
     no_open_option,
     package_path_option,
     port_option,
 )
-from knotwork.cli.terminal import echo, offer
+from knotwork.cli.terminal import echo, offered
 from knotwork.cli.view import source_files
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -54,7 +54,7 @@ class _Edited(Files):
     "--copy",
     "copy",
     metavar="FILE",
-    type=NewPath(),
+    type=GivenPath(path_type=Path),
     help="Edit a copy, which is written to this file. A shipped scenario requires it.",
 )
 @no_open_option
@@ -90,7 +90,6 @@ def edit(
         others = [path for path in source_files(plan) if path != draft.file]
         return scene, others, f"{verdict}: {plan.report.summary}"
 
-    with server:
-        offer(server.address, f"editing {draft.file} at {server.address}", no_open)
+    with server, offered(server.address, f"editing {draft.file}", no_open):
         follow(server, files, made)
     return PASSED

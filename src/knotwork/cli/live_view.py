@@ -73,8 +73,6 @@ def follow(server: LiveServer, files: Files, make: Made) -> None:
             _renew(server, files, make)
             while not files.changed():
                 time.sleep(PERIOD)
-    except KeyboardInterrupt:
-        echo("stopped")
     finally:
         server.shutdown()
 

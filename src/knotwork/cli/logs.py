@@ -66,12 +66,10 @@ class Tolerance(click.ParamType[Any]):
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument as its subject, the SI unit and the size in it."""
         subject, _, number = str(value).rpartition("=")
-        match = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) ?([a-z]+)", number)
-        try:
-            unit, factor = self.UNITS[match[2]] if match else ("", 0.0)
-            size = factor * float(match[1]) if match else 0.0
-        except (KeyError, ValueError):
-            size = 0.0
+        units = "|".join(self.UNITS)
+        match = re.fullmatch(rf"(\d+\.?\d*|\.\d+)(e[+-]?\d+)? ?({units})", number)
+        unit, factor = self.UNITS[match[3]] if match else ("", 0.0)
+        size = factor * float(f"{match[1]}{match[2] or ''}") if match else 0.0
         if not 0.0 < size < math.inf or (subject and unit == "s"):
             self.fail(
                 f"{value!r} is not accepted; give a positive number with mm, m, deg, rad or mrad, "

@@ -32,13 +32,6 @@ class GivenPath(click.Path):
         return super().convert(value, param, ctx)
 
 
-class NewPath(GivenPath):
-    """Path of a file or folder to write."""
-
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
-
-
 class Seconds(click.ParamType[Any]):
     """A time: `10`, `10s`, `500ms`, `5m`, `5min` or `1h`.
 
@@ -109,7 +102,7 @@ json_option = click.option(
 freeze_option = click.option(
     "--freeze",
     metavar="FILE",
-    type=NewPath(),
+    type=GivenPath(path_type=Path),
     help="Write the scenario, of a sweep that of the best row, with the chosen times and speeds as "
     "numbers, comments kept; planning that file gives the same motion. For one scenario.",
 )
@@ -120,7 +113,7 @@ no_open_option = click.option(
 
 def folder_option(help: str) -> Callable[[Command], Command]:
     """Make the option for a folder to write."""
-    return click.option("--out", "-o", metavar="DIR", type=NewPath(), help=help)
+    return click.option("--out", "-o", metavar="DIR", type=GivenPath(path_type=Path), help=help)
 
 
 def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
@@ -208,7 +201,7 @@ def html_option(*, required: bool = False) -> Callable[[Command], Command]:
         "out",
         metavar="FILE",
         required=required,
-        type=NewPath(),
+        type=GivenPath(path_type=Path),
         help="Page to write, one file that any browser opens offline. An existing one is "
         "replaced, a missing folder is created.",
     )

@@ -11,8 +11,8 @@ from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     PASSED,
+    GivenPath,
     Listed,
-    NewPath,
     PlanOptions,
     motion_options,
     package_path_option,
@@ -22,7 +22,7 @@ from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.planning import Plan
-from knotwork.view.picture_files import checked_picture_path
+from knotwork.view.picture_files import checked_path
 from knotwork.view.plotted_motions import choose_names
 
 _PLOT_EPILOG = """
@@ -50,7 +50,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--out",
     "-o",
     metavar="FILE",
-    type=NewPath(),
+    type=GivenPath(path_type=Path),
     help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )
@@ -109,7 +109,7 @@ def plot(
     if tool and any(look.pop(name) for name in ("joints", "quantities")):
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
     if out is not None:
-        checked_picture_path(out)
+        checked_path("picture", out)
     choose_names("quantity", look.get("quantities"), DERIVATIVES)
     drawn = read_motions(source, reference, options, compare, log=log)
     print_failures(drawn)

@@ -140,5 +140,5 @@ def _choice_text(choice: Choice) -> str:
     count = f"{choice.branches} {kind}, {choice.solutions} with turns"
     if choice.sampled:
         count = f"{choice.branches} samples of its self-motion"
-    turns = (f"{joint} {turn:+d}" for joint, turn in choice.turns)
+    turns = (f"{joint} {turn:+d}" for joint, turn in choice.turns.items())
     return "; ".join(part for part in (choice.branch, *turns, count) if part)

@@ -91,13 +91,9 @@ def read_motions(
     if reference is None and robot is None:
         reference = planned_scenario(log)
     if reference is not None:
-        checked_motions = read_checked(source, reference, log)
-        against = log.against if log is not None else None
-        return (
-            [checked_motions]
-            if against is None
-            else [checked_motions, read_checked(against, reference)]
-        )
+        against = [] if log is None or log.against is None else [log.against]
+        checked = read_checked(source, reference, log)
+        return [checked, *(read_checked(plan, reference) for plan in against)]
     if log is None:
         return [_read_unchecked(source, robot)]
     if robot is not None and log.against is None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -72,10 +74,15 @@ def echo_data(text: str | bytes) -> None:
     click.echo(text, nl=False)
 
 
-def offer(address: str, shown: str, no_open: bool) -> None:
-    """Print a line about a served page, and open its address in a browser."""
+@contextmanager
+def offered(address: str, shown: str, no_open: bool) -> Iterator[None]:
+    """Print a line about a served page, and open it in a browser; Ctrl-C ends the block."""
     from knotwork.view.page_server import open_browser
 
-    echo(f"{shown} until Ctrl-C")
+    echo(f"{shown} at {address} until Ctrl-C")
     if not no_open and not open_browser(address):
         echo("no browser could be opened here; open the address in one", err=True)
+    try:
+        yield
+    except KeyboardInterrupt:
+        echo("stopped")

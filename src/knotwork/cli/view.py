@@ -7,6 +7,7 @@ import io
 import shlex
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from knotwork.cli.sources import (
     read_motions,
     refuse,
 )
-from knotwork.cli.terminal import echo, offer
+from knotwork.cli.terminal import echo, offered
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -43,13 +44,10 @@ from knotwork.view.live_server import LiveServer
 from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import PageServer
-from knotwork.view.picture_files import checked_page_path
+from knotwork.view.picture_files import checked_path
 from knotwork.view.scene_data import scene_of, scene_of_trajectory
 from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
-
-Made = Callable[[Mapping[str, Any] | None], tuple[dict[str, Any], Motion]]
-"""The scene of a motion and the motion, from the scene before the source changed."""
 
 _VIEW_EPILOG = """
 In the page: space plays and pauses, the arrow keys step by frame, the mouse turns the scene,
@@ -107,23 +105,19 @@ def view(
     """
     arm = load_robot(robot) if robot is not None else None
     if out is not None:
-        checked_page_path(out)
+        checked_path("page", out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
+    read = partial(read_motions, source, reference, options, robot=arm, log=log)
     given: dict[str, Any] = {"--watch": watch or None, "--beside": beside}
     if meshcat:
         refuse({"--html": out, **given, "--port": port}, "--meshcat plays in Meshcat's own page")
-        motion = read_motions(source, reference, options, log=log)[0]
+        motion = read()[0]
         print_failures([motion])
         if isinstance(motion, JointTrajectory):
             raise InputError("Meshcat needs a task with its motion: give --scenario")
         play_in_meshcat(motion, no_open)
         return PASSED
-
-    def made(before: Mapping[str, Any] | None) -> tuple[dict[str, Any], Motion]:
-        shown = read_motions(source, reference, options, robot=arm, log=log)
-        print_failures(shown)
-        return _scene(source, shown[0], arm, before), shown[0]
 
     if is_study(source):
         refuse(given, f"{source} is the folder of a study, which is shown as a map")
@@ -132,8 +126,8 @@ def view(
         refuse({"--watch": watch or None}, "--beside shows two motions")
         return _show(_beside(source, beside, reference, options), out, port, no_open)
     if watch:
-        return _watch(source, reference, made, port, no_open)
-    return _show(scene_page(made(None)[0]), out, port, no_open)
+        return _watch(source, reference, port, no_open, read, arm)
+    return _show(scene_page(_scene(source, arm, read())), out, port, no_open)
 
 
 def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
@@ -172,8 +166,11 @@ def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> int:
 
 
 def _scene(
-    source: str, motion: Motion, robot: Robot | None, before: Mapping[str, Any] | None
+    source: str, robot: Robot | None, motions: list[Motion], before: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
+    """The scene of the first motion."""
+    print_failures(motions)
+    motion = motions[0]
     if not isinstance(motion, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
         return scene_of(motion, before)
@@ -185,19 +182,27 @@ def _scene(
     return scene_of_trajectory(robot, motion, before)
 
 
-def _watch(source: str, reference: str | None, make: Made, port: int | None, no_open: bool) -> int:
+def _watch(
+    source: str,
+    reference: str | None,
+    port: int | None,
+    no_open: bool,
+    read: Callable[[], list[Motion]],
+    robot: Robot | None,
+) -> int:
     """Serve a page that follows its files."""
 
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
-        scene, motion = make(server.scene)
+        motions = read()
+        scene, motion = _scene(source, robot, motions, server.scene), motions[0]
         if isinstance(motion, JointTrajectory):
             return scene, [], "shown"
         verdict = "passed" if motion.report.ok else "FAILED"
         return scene, source_files(motion), f"{verdict}: {motion.report.summary}"
 
     given = [_file(name) for name in (source, reference) if name is not None]
-    with LiveServer(source, port or 0) as server:
-        offer(server.address, f"showing {source} at {server.address} after each save", no_open)
+    server = LiveServer(source, port or 0)
+    with server, offered(server.address, f"showing {source} after each save", no_open):
         follow(server, Files(given), renewed)
     return PASSED
 
@@ -222,13 +227,9 @@ def source_files(motion: Any) -> list[Path]:
     return [path for path in (source, *known, *named.values()) if path is not None]
 
 
-def _serve(serving: PageServer, title: str, no_open: bool) -> int:
-    with serving as server:
-        offer(server.address, f"showing {title} at {server.address}", no_open)
-        try:
-            server.serve_forever(poll_interval=0.1)
-        except KeyboardInterrupt:
-            echo("stopped")
+def _serve(server: PageServer, title: str, no_open: bool) -> int:
+    with server, offered(server.address, f"showing {title}", no_open):
+        server.serve_forever(poll_interval=0.1)
     return PASSED
 
 
@@ -243,12 +244,9 @@ def play_in_meshcat(motion: Plan | CheckedFile, no_open: bool) -> None:
         echo(f"warning: {warning}", err=True)
     viewer = _viewer()
     play_scene(scene, viewer)
-    offer(viewer.url(), f"playing {scene['title']} at {viewer.url()}", no_open)
-    try:
+    with offered(viewer.url(), f"playing {scene['title']}", no_open):
         while True:
             time.sleep(3600.0)
-    except KeyboardInterrupt:
-        echo("stopped")
 
 
 def _viewer() -> Any:

@@ -151,18 +151,16 @@ class FollowingError(TaskError):
         beginning: str,
         remedy: str,
         distance: float,
-        arc_length: float,
-        where: str = "",
         units: Units = SI,
+        **data: Any,
     ) -> None:
         along = units.text(distance, "m", ".4g")
         super().__init__(
             waypoint,
             f"{beginning} {along} along it {constraint.text(units)}. {remedy}",
-            where=where,
-            arc_length=arc_length,
             cause=constraint.kind,
             joint=constraint.joint,
             value=constraint.value if constraint.joint else None,
             bound=constraint.bound if constraint.joint else None,
+            **data,
         )

@@ -70,11 +70,10 @@ class UnreachablePoseError(OutOfReachError):
         self,
         waypoint: str,
         *,
-        closest: Sequence[float],
         closest_distance: float,
         closest_angle: float,
-        where: str = "",
         units: Units = SI,
+        **data: Any,
     ) -> None:
         distance = units.text(closest_distance, "m", ".4g")
         angle = units.text(closest_angle, "rad", ".4g")
@@ -85,14 +84,8 @@ class UnreachablePoseError(OutOfReachError):
                 "the point is reachable, but not in this orientation: the nearest orientation "
                 f"found there is off by {angle}"
             )
-        super().__init__(
-            waypoint,
-            message,
-            where=where,
-            closest=closest,
-            closest_distance=closest_distance,
-            closest_angle=closest_angle,
-        )
+        data |= {"closest_distance": closest_distance, "closest_angle": closest_angle}
+        super().__init__(waypoint, message, **data)
 
 
 class OutsideLimitsError(OutOfReachError):
@@ -110,8 +103,8 @@ class OutsideLimitsError(OutOfReachError):
         joints: Sequence[tuple[str, float, float, float]],
         *,
         joint_units: Mapping[str, str],
-        where: str = "",
         units: Units = SI,
+        **data: Any,
     ) -> None:
         parts = []
         for name, value, lower, upper in joints:
@@ -124,7 +117,7 @@ class OutsideLimitsError(OutOfReachError):
             "the pose is reachable only outside the joint limits: the solution with the smallest "
             f"excess has {'; '.join(parts)}"
         )
-        super().__init__(waypoint, message, where=where, joints=joints)
+        super().__init__(waypoint, message, joints=joints, **data)
 
 
 class BranchError(TaskError):
@@ -158,9 +151,8 @@ class SingularityError(TaskError):
         *,
         smallest_singular_value: float,
         residual: tuple[float, float],
-        joint_velocity: Mapping[str, float],
-        where: str = "",
         units: Units = SI,
+        **data: Any,
     ) -> None:
         """Write the message.
 
@@ -171,9 +163,8 @@ class SingularityError(TaskError):
             fast_joints: Joints that would be too fast; none if the velocity is unattainable.
             smallest_singular_value: The attribute.
             residual: The attribute.
-            joint_velocity: The attribute.
-            where: Location of its definition.
             units: Units of speeds.
+            data: Other attributes, and `where`, the location of its definition.
         """
         smallest = f"smallest singular value {smallest_singular_value:.3g}"
         along = _name_axes(direction)
@@ -194,14 +185,8 @@ class SingularityError(TaskError):
                 f"the arm can't give the tool this velocity: a component of "
                 f"{' and '.join(amounts)} {along} is unattainable here ({smallest})"
             )
-        super().__init__(
-            waypoint,
-            message,
-            where=where,
-            smallest_singular_value=smallest_singular_value,
-            residual=residual,
-            joint_velocity=joint_velocity,
-        )
+        data |= {"smallest_singular_value": smallest_singular_value, "residual": residual}
+        super().__init__(waypoint, message, **data)
 
 
 class FastJoint(NamedTuple):

@@ -12,7 +12,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
-from knotwork.task.scenario import Unknowns
+from knotwork.task.scenario import Unknowns, resolve_task
 from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import collision_note, failed_pairs
 from knotwork.verification.finding import TRIED
@@ -93,11 +93,12 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
     ends, late, notes = _avoidable_ends(best), planner.is_late, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
-        from knotwork.planning.choosing.segments import with_clear_motions
-
-        ends = [i for i in ends if i not in timed]
+        scenario, ends = planner.scenario, [i for i in ends if i not in timed]
+        clear = scenario.given.with_waypoints(
+            {scenario.task_index[i]: {"way": "clear"} for i in timed}
+        )
         try:
-            scenario = with_clear_motions(planner.scenario, timed)
+            scenario = resolve_task(clear, scenario.places)
             detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
@@ -131,8 +132,9 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
     free velocity keep it, so that the motions to them and from them are replaced together.
     """
-    scenario, unknowns = plan.scenario, _chosen_unknowns(plan)
+    scenario = plan.scenario
     requested = scenario if plan.chosen is None else plan.chosen.requested
+    unknowns = requested.unknowns
     planner, _ = planner_and_rule(requested.task.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
         return []

@@ -13,7 +13,7 @@ from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolP
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import require_number
-from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
+from knotwork.planning.task_to_joint.insertion import with_waypoints_inserted
 from knotwork.robot import Robot, load_robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
@@ -75,10 +75,10 @@ def follow_path(
     """
     arm = robot if isinstance(robot, Robot) else load_robot(robot)
     arm.require_tool()
-    allowed = PathTolerance(
-        _tolerance(tolerance, "tolerance", "m"),
-        _tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
-        _tolerance(speed_tolerance, "speed_tolerance", ""),
+    allowed = Tolerances.model_construct(
+        path=_tolerance(tolerance, "tolerance", "m"),
+        path_orientation=_tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
+        path_speed=_tolerance(speed_tolerance, "speed_tolerance", ""),
     )
     pull = require_number(pull_to_middle, "pull_to_middle", "1/s")
     tool_path, q = _path_and_start(arm, path, start, rotation)
@@ -89,7 +89,7 @@ def follow_path(
     return _follow(JointsOnPath(arm, motion, q, pull), allowed)
 
 
-def _follow(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
+def _follow(joints: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
     """The motion along a path, checked against the limits.
 
     Raises:

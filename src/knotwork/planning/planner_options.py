@@ -20,12 +20,6 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import JointWaypoints
 
-# Fields of a file with the options.
-_FIELDS: dict[str, tuple[str, ...]] = {
-    **{name: (name,) for name in ("knots", "end_acceleration", "chosen")},
-    "accelerations": ("planner_options", "accelerations"),
-}
-
 
 def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     """Give a scenario's planner options with joint values in SI, in the order of the joints.
@@ -146,7 +140,8 @@ class Interpolation:
                 names = map(waypoint_text, waypoints.names[error.waypoint :][:count])
                 error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
             if isinstance(error, KnotError | OptionError):
-                field = _FIELDS.get(getattr(error, "option", "knots"), field)
+                option = getattr(error, "option", "knots")
+                field = ("planner_options", option) if option == "accelerations" else (option,)
             if self.replaced and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")
                 raise

@@ -81,14 +81,18 @@ class JointAxes:
         tool = np.matmul(self._tool, last[:3].reshape(3, -1)).reshape(4, 3, -1)
         return tool[3] + last[3], tool[:3], joints[3], joints[2]
 
-    def jacobian(self, tip: FloatArray, points: FloatArray, axes: FloatArray) -> FloatArray:
-        """Jacobians of the TCP in base axes (`local_world_aligned`), shape (6, d, n).
+    def jacobians(self, q: FloatArray) -> FloatArray:
+        """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
+        return self.compute_poses_and_jacobians(q)[2].transpose(2, 0, 1)
 
-        Args:
-            tip: TCP positions [m], shape (3, n).
-            points: Points on the joint axes [m], shape (3, d, n).
-            axes: Directions of the joint axes, shape (3, d, n).
+    def compute_poses_and_jacobians(
+        self, q: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Compute positions and orientations of the tool, as `forward`, and its Jacobians.
+
+        Jacobians are in base axes (`local_world_aligned`), shape (6, d, n).
         """
+        tip, rotation, points, axes = self.forward(q)
         J = np.empty((6, *points.shape[1:]))
         (x, y, z), (u, v, w) = axes, tip[:, None] - points
         for row, (a, b, c, e) in enumerate(((y, w, z, v), (z, u, x, w), (x, v, y, u))):
@@ -98,18 +102,7 @@ class JointAxes:
         if not self.revolute.all():
             slides = ~self.revolute
             J[:3, slides], J[3:, slides] = axes[:, slides], 0.0
-        return J
-
-    def jacobians(self, q: FloatArray) -> FloatArray:
-        """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
-        return self.compute_poses_and_jacobians(q)[2].transpose(2, 0, 1)
-
-    def compute_poses_and_jacobians(
-        self, q: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Compute positions and orientations of the tool as `forward`, Jacobians as `jacobian`."""
-        tip, rotation, points, axes = self.forward(q)
-        return tip, rotation, self.jacobian(tip, points, axes)
+        return tip, rotation, J
 
 
 T = TypeVar("T")

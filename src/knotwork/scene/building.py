@@ -90,7 +90,7 @@ def find_hold(
     leave: int,
     times: Sequence[float],
     poses: Sequence[Any],
-    in_world_frame: Sequence[bool] = (),
+    in_world_frame: Sequence[bool],
 ) -> Hold:
     """Find when an object is held between two waypoints, and when the tool is near it.
 
@@ -102,11 +102,11 @@ def find_hold(
         leave: Index of the waypoint where it is released.
         times: Times of the waypoints [s].
         poses: Poses of the TCP at the waypoints, `pin.SE3` in the base frame.
-        in_world_frame: Whether each pose is in the world frame instead; by default none.
+        in_world_frame: Whether each pose is in the world frame instead.
     """
 
     def elsewhere(k: int, waypoint: int) -> bool:
-        if in_world_frame and in_world_frame[k] != in_world_frame[waypoint]:
+        if in_world_frame[k] != in_world_frame[waypoint]:
             return True
         moved = poses[k].translation - poses[waypoint].translation
         return bool(np.abs(moved).max() > SAME_TCP_DISTANCE)

@@ -153,12 +153,6 @@ class SolidPairs:
         a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
-    def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
-        """Whether a solid of a pair is inside the other, without contact of their surfaces."""
-        return bool(self.exact[combo]) and is_one_inside_other(
-            *self.placed_pair(combo, turn, shift)
-        )
-
     def clearance(self, q: FloatArray, time: float, max_distance: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
 
@@ -193,8 +187,9 @@ class SolidPairs:
                 margin = float(self.margin[c])
                 limit = result + margin + DISTANCE_ERROR
                 clearance = self.measure(c, turn[i], shift[i], limit) - margin
-                if clearance > 0.0 and self._inside(c, turn[i], shift[i]):
-                    clearance = -clearance
+                if clearance > 0.0 and self.exact[c]:
+                    pair = self.placed_pair(c, turn[i], shift[i])
+                    clearance = -clearance if is_one_inside_other(*pair) else clearance
                 clearance = clearance if clearance > 0.0 else min(clearance, -1e-300)
                 if clearance < result:
                     result, nearest = clearance, c

@@ -103,7 +103,7 @@ def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
     """
     placed = carrier * shape.placement
     turn, shift = np.array(placed.rotation), np.array(placed.translation)
-    triangles, parts, hull, cells = None, None, None, None
+    plane = triangles = parts = hull = cells = None
     if shape.path is not None:
         try:
             changed = shape.path.stat().st_mtime_ns
@@ -120,33 +120,32 @@ def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
         normal = turn @ np.array(shape.size[:3])
         plane = np.array([*normal, shape.size[3] + normal @ shift])
         geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
-        return Solid(
-            shape,
-            geometry,
-            rotation=turn,
-            translation=shift,
-            corners=np.full((8, 3), np.inf),
-            plane=plane,
-        )
     else:
         geometry = _PRIMITIVE_SHAPES[shape.kind](*shape.size)
-    if cells is not None:  # Coal's box around them is rounded to a few 1e-8 of its size
-        low, high = cells.outermost.min(axis=0), cells.outermost.max(axis=0)
-    else:
-        geometry.computeLocalAABB()
-        low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
-    corners = low + _CORNERS * (high - low)
+    corners = np.full((8, 3), np.inf)
+    if plane is None:
+        low, high = _find_box(geometry, cells)
+        corners = (low + _CORNERS * (high - low)) @ turn.T + shift
     return Solid(
         shape,
         geometry,
         rotation=turn,
         translation=shift,
-        corners=corners @ turn.T + shift,
+        corners=corners,
+        plane=plane,
         triangles=triangles,
         parts=parts,
         outer_hull=hull,
         cells=cells,
     )
+
+
+def _find_box(geometry: Any, cells: Cells | None) -> tuple[FloatArray, FloatArray]:
+    """Find the lowest and the highest corner of the box around a geometry, in its axes [m]."""
+    if cells is not None:  # Coal's box around them is rounded to a few 1e-8 of its size
+        return cells.outermost.min(axis=0), cells.outermost.max(axis=0)
+    geometry.computeLocalAABB()
+    return np.array(geometry.aabb_local.min_), np.array(geometry.aabb_local.max_)
 
 
 def support_values(solid: Solid, directions: FloatArray) -> FloatArray:

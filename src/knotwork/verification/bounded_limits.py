@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -55,11 +56,10 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
         jumps = jumps_below(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = WorstValue(np.inf, min(jumps.values())[0])
-        margin = limit - worst.value - (worst.excess if bound.ok else 0.0)
         kind, label = ("tool", "tool") if frame is None else ("link", f"link {frame!r}")
         finding = limit_finding(
             (TOOL_LIMITS, kind, frame or ""), quantity, f"{label}: {quantity.partition('_')[2]}",
-            worst, limit, margin, rate_unit("m", order), scenario.units,
+            worst, limit, 1.0, rate_unit("m", order), scenario.units,
         )  # fmt: skip
         yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
@@ -77,9 +77,8 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     quantity = "smallest_singular_value"
     label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
-        margin = bound.value - limit - (worst.excess if bound.ok else 0.0)
         yield limit_finding(
-            subject, quantity, label, worst, limit, margin, "", scenario.units, ok=bound.ok
+            subject, quantity, label, worst, limit, -1.0, "", scenario.units, ok=bound.ok
         )
         return
     brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
@@ -107,10 +106,9 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
     ]
     for i, bounds in enumerate(zip(*parts, strict=True)):
         bound = _worst_bound(bounds)
-        worst, limit = bounded_value(bound), float(np.copysign(limits[i], bound.value))
-        margin = abs(limit) - abs(worst.value) - (worst.excess if bound.ok else 0.0)
-        jump = jumps.get(i, next(iter(jumps.values()), None))
-        yield joint_finding(space, i, "effort", worst, limit, margin, jump)
+        side, jump = math.copysign(1.0, bound.value), jumps.get(i, next(iter(jumps.values()), None))
+        limit = side * float(limits[i])
+        yield joint_finding(space, i, "effort", bounded_value(bound), limit, side, jump)
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:

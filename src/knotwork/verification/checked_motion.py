@@ -51,7 +51,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """Execution of a task, or of a part of it, with another clock.
+    """The other clock by which a motion executes a task, or a part of it.
 
     Attributes:
         clock: Time of the task over that of the motion [s].

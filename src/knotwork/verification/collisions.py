@@ -139,22 +139,11 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
 
 
 def _remedy(pair: Clearance, scenario: Scenario) -> str:
-    """Remedy where `way: clear` does not help: at waypoints, or for objects that are too early."""
-    if pair.verdict != "collides" or pair.interval is None:
-        return ""
-    held = {grasped.name: grasped for grasped in scenario.scene.held}
-    for body, obstacle in ((pair.first, pair.second), (pair.second, pair.first)):
-        waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
-        if waits and body.kind == "object" and obstacle.name in held:
-            return (
-                f"let {body.name}, which is present from the start, appear at a waypoint with "
-                "`appears: NAME`"
-            )
-    spans = pair.contacts or (pair.interval,)
+    """Remedy where `way: clear` does not help, because waypoints themselves collide."""
     inside = [
         waypoint_text(waypoint.name)
         for waypoint in scenario.waypoints
-        if any(a - AT_WAYPOINT <= waypoint.time <= b + AT_WAYPOINT for a, b in spans)
+        if any(a - AT_WAYPOINT <= waypoint.time <= b + AT_WAYPOINT for a, b in pair.contacts)
     ]
     fault = "which themselves collide" if len(inside) > 1 else "which itself collides"
     return f"move {', '.join(inside)}, {fault}" if inside else ""
@@ -196,9 +185,9 @@ def _pair_text(pair: Clearance, scenario: Scenario) -> str:
 def _contact_times(pair: Clearance) -> str:
     """The worst contact interval, and the number of others, as text."""
     start, end = pair.interval or (pair.time, pair.time)
-    others = len(pair.contacts) - 1
-    more = f" and {others} more {'times' if others > 1 else 'time'}" if others > 0 else ""
-    return f"from {start:.3f} s to {end:.3f} s{more}"
+    count = len(pair.contacts) - 1
+    others = f" and {count} more {'times' if count > 1 else 'time'}" if count > 0 else ""
+    return f"from {start:.3f} s to {end:.3f} s{others}"
 
 
 def _vector_text(vector: FloatArray) -> str:

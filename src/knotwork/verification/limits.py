@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,12 +81,11 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
         for i in range(len(space.joint_names)):
             highest = WorstValue(float(extrema.maximum[i]), float(extrema.maximum_time[i]))
             lowest = WorstValue(float(extrema.minimum[i]), float(extrema.minimum_time[i]))
-            margin, worst, limit = min(
-                (float(upper[i]) - highest.value, highest, float(upper[i])),
-                (lowest.value - float(lower[i]), lowest, float(lower[i])),
-                key=lambda side: (side[0], -abs(side[1].value)),
+            side, worst, limit = min(
+                ((1.0, highest, float(upper[i])), (-1.0, lowest, float(lower[i]))),
+                key=lambda row: (row[0] * (row[2] - row[1].value), -abs(row[1].value)),
             )
-            yield joint_finding(space, i, quantity, worst, limit, margin, jumps.get(i))
+            yield joint_finding(space, i, quantity, worst, limit, side, jumps.get(i))
 
 
 def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -174,12 +173,11 @@ def limit_finding(
     label: str,
     worst: WorstValue,
     limit: float,
-    margin: float,
+    side: float,
     unit: str,
     units: Units,
     *,
     ok: bool | None = None,
-    **more: Any,
 ) -> Finding:
     """Make the finding of the worst value of a quantity.
 
@@ -189,19 +187,20 @@ def limit_finding(
         label: Text of subject and quantity.
         worst: The worst value.
         limit: The limit with the sign of that side; infinite if none is given.
-        margin: Distance to the limit, negative beyond it.
+        side: 1 for an upper limit, -1 for a lower one.
         unit: SI unit.
         units: Units of the text.
         ok: Whether the limit is kept, by default within rounding.
-        more: Other attributes.
     """
     required = bool(np.isfinite(limit))
     text = compare_text(worst, limit, unit, units) if required else "has no limit given"
+    margin = side * (limit - worst.value)
+    margin -= worst.excess if margin >= 0.0 else 0.0  # beyond the limit, the value itself counts
     ok = keeps_limit(margin, limit) if ok is None else ok
     return Finding(
         *subject, quantity, verdict_on(ok, required=required), f"{label} {text}",
         limit=limit if required else None, margin=margin if required else None, unit=unit,
-        **(worst._asdict() | more),
+        **worst._asdict(),
     )  # fmt: skip
 
 
@@ -211,7 +210,7 @@ def joint_finding(
     quantity: str,
     worst: WorstValue,
     limit: float,
-    margin: float,
+    side: float,
     jump: tuple[float, float] | None = None,
 ) -> Finding:
     """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`.
@@ -222,15 +221,15 @@ def joint_finding(
         quantity: Name of the quantity.
         worst: The worst value.
         limit: The limit with the sign of that side; infinite if none is given.
-        margin: Distance to the limit, negative beyond it.
+        side: 1 for an upper limit, -1 for a lower one.
         jump: Time [s] and sign of a jump, at which the quantity is infinite.
     """
     if jump is not None and np.isfinite(limit):
-        time, sign = jump
-        worst, limit, margin = WorstValue(sign * np.inf, time), sign * abs(limit), -np.inf
+        time, side = jump
+        worst, limit = WorstValue(side * np.inf, time), side * abs(limit)
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     subject, label = (JOINT_LIMITS, "joint", name), f"joint {name!r}: {quantity}"
-    return limit_finding(subject, quantity, label, worst, limit, margin, unit, space.shown_in)
+    return limit_finding(subject, quantity, label, worst, limit, side, unit, space.shown_in)
 
 
 def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:

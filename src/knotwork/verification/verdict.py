@@ -7,6 +7,7 @@ continuity.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -73,14 +74,14 @@ def check(
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
     faults = [motion_finding("defect", message, ok=False) for message in defects]
-    findings = [item for run in CHECKS.values() for item in run(motion, scenario, space)]
+    by_check = (judge(motion, scenario, space) for judge in CHECKS.values())
     return Report(
         scenario=scenario.name,
         robot=space.robot.name if space.robot is not None else None,
         planner=trajectory.planner,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
-        findings=(*faults, *known, *findings),
+        findings=(*faults, *known, *itertools.chain.from_iterable(by_check)),
         units=scenario.units,
     )
 

@@ -28,7 +28,6 @@ from knotwork.view.shown_motion import PlanLike, ShownMotion
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NO_ROBOT = (
@@ -110,23 +109,22 @@ def _groups(report: Report) -> list[dict[str, Any]]:
     groups = []
     for title, findings in report.groups.items():
         shown = [_in_units(finding, report.units) for finding in findings if finding not in at_top]
+        if not shown:
+            continue
         numbers = [finding for finding in shown if finding.value is not None]
         required = [finding for finding in shown if finding.required]
         rows = [finding for finding in numbers if finding.limit is not None or finding.required]
-        free = [finding for finding in numbers if finding not in rows]
-        met = (
-            f"{sum(finding.ok for finding in required)} of {len(required)} met" if required else ""
-        )
+        met = sum(finding.ok for finding in required)
         group = {
             "title": title,
             "rows": rows,
-            "met": met,
+            "met": f"{met} of {len(required)} met" if required else "",
             "ok": all(finding.ok for finding in shown),
+            "vectors": any(finding.requested is not None for finding in rows),
+            "free": [_free_text(finding) for finding in numbers if finding not in rows],
+            "sentences": [str(finding) for finding in shown if finding.value is None],
         }
-        group["vectors"] = any(finding.requested is not None for finding in rows)
-        group["free"] = [_free_text(finding) for finding in free]
-        group["sentences"] = [str(finding) for finding in shown if finding.value is None]
-        groups += [group] if shown else []
+        groups.append(group)
     return groups
 
 
@@ -180,30 +178,22 @@ def _gauges(plan: PlanLike, figures: Sequence[Figure]) -> dict[str, Any]:
     trajectory, names = plan.trajectory, plan.space.joint_names
     prefix = f"curve:{ShownMotion.of_plan(plan).label}:"
     joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
+    kinds: dict[tuple[str, str], None] = {}
     for order, quantity in enumerate(DERIVATIVES):
         for name, *limits in zip(names, *plan.space.bounds(quantity), strict=True):
             joint_unit = trajectory.joint_units[trajectory.joint_names.index(name)]
             factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))
-            bounds = factor * np.array(limits)
-            known = np.isfinite(bounds).all()
-            curve = f"{prefix}{name}:{quantity}"
-            cell = {"curve": curve, "bounds": bounds.tolist() if known else None}
-            joints[name][quantity, unit] = cell
-    kinds = dict.fromkeys(kind for cells in joints.values() for kind in cells)
-    ordered = sorted(kinds, key=lambda kind: DERIVATIVES.index(kind[0]))
+            bounds = (factor * np.array(limits)).tolist() if np.isfinite(limits).all() else None
+            joints[name][quantity, unit] = {"curve": f"{prefix}{name}:{quantity}", "bounds": bounds}
+            kinds[quantity, unit] = None
     tool = [
-        (curve.removeprefix(prefix), _unit(axes), curve)
+        (curve.removeprefix(prefix), axes.get_ylabel().partition("[")[2].removesuffix("]"), curve)
         for figure in figures[1:]
         for axes in figure.axes
         for line in axes.lines
         if (curve := str(line.get_gid())).startswith(prefix)
     ]
-    return {"joints": joints, "kinds": ordered, "tool": tool}
-
-
-def _unit(axes: Axes) -> str:
-    """The unit in the label of a panel."""
-    return axes.get_ylabel().partition("[")[2].removesuffix("]")
+    return {"joints": joints, "kinds": list(kinds), "tool": tool}
 
 
 def _vector(values: tuple[float, ...] | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,11 +16,11 @@ from knotwork.units import Units
 from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import strokes
-from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
-from knotwork.view.panel import LimitLine, Panel, finish_panel, new_axes, new_figure, page_size
+from knotwork.view.panel import LimitLine, Panel
+from knotwork.view.picture import CURVE_LETTERS, DrawPanel, draw_picture, picture_title
 from knotwork.view.plotted_motions import choose_names, motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
-from knotwork.view.style import DARK, colour, printable, rounded_text, settings, shorten_names
+from knotwork.view.style import DARK, colour, printable, rounded_text, shorten_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,6 +55,11 @@ class Series:
         """Index of the joint in the motion."""
         return self.motion.trajectory.joint_names.index(self.joint)
 
+    @property
+    def unit(self) -> str:
+        """SI unit of its position."""
+        return self.motion.trajectory.joint_units[self.component]
+
     def use(self, quantity: str) -> Finding | None:
         """Use of the limit of a quantity; `None` without a limit."""
         return self.motion.joint_uses.get((self.joint, quantity))
@@ -73,8 +79,6 @@ def plot_joints(
     quantities: Sequence[str] | None = None,
     degrees: bool | None = None,
     scenario: Scenario | None = None,
-    labels: Sequence[str] | None = None,
-    title: str | None = None,
     size: str | None = None,
 ) -> Figure:
     """Draw joint motions over time, one row of panels per quantity.
@@ -89,8 +93,6 @@ def plot_joints(
         quantities: Some of `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`; default all.
         degrees: Show angles in degrees or in radians; by default the unit of the scenario.
         scenario: Scenario of trajectories, to mark waypoints and limits.
-        labels: A name for each motion; by default its planner.
-        title: Title of the picture; by default the scenario and the planner.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
@@ -100,61 +102,39 @@ def plot_joints(
     Raises:
         InputError: A name is unknown, no curve or too many curves would be drawn, or joints differ.
     """
-    drawn = motions_of(motions, scenario=scenario, labels=labels)
+    drawn = motions_of(motions, scenario)
     names = choose_names("joint", joints, drawn[0].trajectory.joint_names)
     kinds = choose_names("quantity", quantities, DERIVATIVES)
-    page, units = page_size(size), drawn[0].units(degrees)
-    several = len(drawn) > 1
-    rows = _overlaid(drawn, names, kinds) if several else _joints_together(drawn[0], names, kinds)
-    curves = [motion.label for motion in drawn] if several else names
-    titles = names if several else [""]
-    with settings():
-        figure = new_figure(len(rows), len(titles), page)
-        grid = new_axes(figure, len(rows), len(titles))
-        for line, row in zip(grid, rows, strict=True):
-            for axes, (kind, series) in zip(line, row, strict=True):
-                finish_panel(_joint_panel(axes, kind, series, units))
-        heading = picture_title(drawn, "joint motions") if title is None else title
-        write_around(figure, drawn, heading, curves, titles=titles, grows=page is None)
-    return figure
+    heading = picture_title(drawn, "joint motions")
 
+    def panel(kind: str, series: list[Series]) -> DrawPanel:
+        return partial(_joint_panel, quantity=kind, series=series, units=drawn[0].units(degrees))
 
-_Row = list[tuple[str, list[Series]]]
-"""Quantity and curves of each panel."""
-
-
-def _overlaid(motions: list[ShownMotion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """One column per joint, with all motions.
-
-    Raises:
-        InputError: There is too much for one picture.
-    """
+    if len(drawn) == 1:
+        groups = _joints_by_unit(drawn[0], names)
+        rows = [[panel(kind, series)] for kind in kinds for series in groups]
+        return draw_picture(drawn, rows, heading, joints=names, size=size)
     if len(names) > MAX_COLUMNS:
         raise InputError(
-            f"{len(names)} joints of {len(motions)} motions are too much for one picture; choose "
+            f"{len(names)} joints of {len(drawn)} motions are too much for one picture; choose "
             f"at most {MAX_COLUMNS} joints"
         )
-    labels = [printable(motion.label) for motion in motions]
-
-    def joint_series(name: str) -> list[Series]:
-        pairs = zip(motions, labels, strict=True)
-        return [Series(motion, name, i, label) for i, (motion, label) in enumerate(pairs)]
-
-    return [[(kind, joint_series(name)) for name in names] for kind in kinds]
+    columns = [_overlaid(drawn, name) for name in names]
+    rows = [[panel(kind, series) for series in columns] for kind in kinds]
+    return draw_picture(drawn, rows, heading, columns=names, size=size)
 
 
-def _joints_together(motion: ShownMotion, names: list[str], kinds: list[str]) -> list[_Row]:
-    """One column, with separate rows for angles and lengths."""
-    trajectory = motion.trajectory
-    units = dict(zip(trajectory.joint_names, trajectory.joint_units, strict=True))
+def _overlaid(motions: list[ShownMotion], joint: str) -> list[Series]:
+    """One joint of all motions."""
+    return [Series(motion, joint, i, printable(motion.label)) for i, motion in enumerate(motions)]
+
+
+def _joints_by_unit(motion: ShownMotion, names: list[str]) -> list[list[Series]]:
+    """The joints of one motion: those with angles, and those with lengths."""
     short = shorten_names(names, CURVE_LETTERS) if len(names) > 1 else [""]
-    of_unit = [[i for i, name in enumerate(names) if units[name] == unit] for unit in ("rad", "m")]
-    return [
-        [(kind, [Series(motion, names[i], i, short[i]) for i in group])]
-        for kind in kinds
-        for group in of_unit
-        if group
-    ]
+    series = [Series(motion, name, i, short[i]) for i, name in enumerate(names)]
+    groups = ([item for item in series if item.unit == unit] for unit in ("rad", "m"))
+    return [group for group in groups if group]
 
 
 def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Units) -> Panel:
@@ -170,13 +150,11 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
         units: Displayed units.
     """
     first, order = series[0], DERIVATIVES.index(quantity)
-    joint_unit = first.motion.trajectory.joint_units[first.component]
-    factor, unit = units.shown(1.0, rate_unit(joint_unit, order))
+    factor, unit = units.shown(1.0, rate_unit(first.unit, order))
     panel = Panel(axes, quantity, unit, factor)
     for item in series:
         _draw_curve(panel, item, len(series))
-    if first.motion.waypoint_values is not None:
-        panel.mark_waypoints(first.motion.waypoint_values.time)
+    panel.mark_waypoints(first.motion.times)
     motions = {item.motion.label: item for item in series}
     if order < 2:
         _mark_given(panel, series, order, one_motion=len(motions) == 1)
@@ -220,14 +198,11 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
 def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
     """Mark the given values at the waypoints, once for each joint."""
     for item in {item.joint: item for item in reversed(series)}.values():
-        marks = item.motion.waypoint_values
-        if marks is not None:
-            value = panel.factor * marks.values[order][:, item.component]
-            known = np.isfinite(value)
-            large = len(marks.time) * len(series) <= MAX_LARGE_MARKS
-            look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
-            look |= {"mec": colour(item.index)} if one_motion else {}
-            panel.mark("given", item.joint, marks.time[known], value[known], **look)
+        times, value = item.motion.times, item.motion.given_values[order][:, item.component]
+        known = np.isfinite(value)
+        look: dict[str, Any] = {"ms": 6.0 if len(times) * len(series) <= MAX_LARGE_MARKS else 3.5}
+        look |= {"mec": colour(item.index)} if one_motion else {}
+        panel.mark("given", item.joint, times[known], panel.factor * value[known], **look)
 
 
 def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:

@@ -45,7 +45,11 @@ class LiveServer(PageServer):
     ) -> None:
         meshcat_viewer()
         super().__init__("", port)
-        self.routes = {"/": self._page, "/scene": self._newest_scene, "/changes": self._changes}
+        self.routes = {
+            "/": self._page,
+            "/scene": self._newest_scene,
+            "/changes": lambda _: ("text/event-stream", self._changes()),
+        }
         self.version = self._robot_version = 0
         self.scene: dict[str, Any] | None = None
         self._title, self._more_state = title, more_state
@@ -53,22 +57,10 @@ class LiveServer(PageServer):
         self._busy = False
         self._changed = threading.Condition()
         self._count = 0
-        self._editing = actions is not None
         if actions is not None:
-            self.actions = {name: self._notifying(action) for name, action in actions.items()}
+            self.actions = actions
             self.token = secrets.token_urlsafe(24)
             self.address += f"?token={self.token}"
-
-    def _notifying(self, action: Action) -> Action:
-        """An action after which the state is sent again, also after an error."""
-
-        def act(request: Mapping[str, Any]) -> Mapping[str, Any]:
-            try:
-                return action(request)
-            finally:
-                self.notify()
-
-        return act
 
     @property
     def scene_size(self) -> float:
@@ -112,7 +104,7 @@ class LiveServer(PageServer):
         version, scene = self.version, self.scene  # in this order, because a page may be newer
         if scene is None:
             return "text/html", waiting_page(self._title, self._error)
-        page = scene_page(scene, live=version, editing=self._editing)
+        page = scene_page(scene, live=version, editing=bool(self.actions))
         return "text/html", page.html
 
     def _newest_scene(self, query: Query) -> Answer | None:
@@ -124,18 +116,11 @@ class LiveServer(PageServer):
             scene = {key: part for key, part in scene.items() if key not in ROBOT_PARTS}
         return "text/html", scene_page(scene, scripts=False).html
 
-    def _changes(self, query: Query) -> Answer:
-        return "text/event-stream", self._events()
-
-    def _events(self) -> Iterator[str]:
+    def _changes(self) -> Iterator[str]:
         """Each state as an event, and a pulse if there is no change."""
         seen = -1
         while True:
-            seen, changed = self._next_count(seen)
+            with self._changed:
+                changed = self._count != seen or self._changed.wait(PULSE)
+                seen = self._count
             yield f"retry: 1000\ndata: {json.dumps(self.state())}\n\n" if changed else ":\n\n"
-
-    def _next_count(self, seen: int) -> tuple[int, bool]:
-        """Wait for a state newer than a given one. Returns its number, and whether there is one."""
-        with self._changed:
-            changed = self._changed.wait_for(lambda: self._count != seen, timeout=PULSE)
-            return self._count, changed

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotwork.scene.meshes.mesh_part import Colour, IndexArray, MeshPart
 from knotwork.waypoints import FloatArray
 
-_Number = TypeVar("_Number", bound=np.generic)
-
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 CREASE = np.radians(35.0)
 """Angle of faces below which they are shaded as one smooth surface."""
+MERGED_DIGITS = 7
+"""Decimals [m] to which corners of faces must agree to be one point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +29,6 @@ class Mesh:
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, invisible, to 1, opaque.
-        coloured: Whether its colours are given; otherwise it is grey.
     """
 
     vertices: FloatArray
@@ -38,7 +36,6 @@ class Mesh:
     faces: IndexArray
     colours: FloatArray
     opacity: float = 1.0
-    coloured: bool = True
 
     def move(self, rotation: ArrayLike, translation: ArrayLike) -> Mesh:
         """Turn, then shift the mesh.
@@ -100,10 +97,9 @@ def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
     )
 
 
-def drawable(part: MeshPart) -> Mesh:
-    """Give a part of a mesh file normals, and grey without a colour."""
-    mesh = from_triangles(part.points[part.triangles], part.colour or GREY)
-    return replace(mesh, coloured=part.colour is not None)
+def drawable(part: MeshPart, colour: Sequence[float] = GREY) -> Mesh:
+    """Give a part of a mesh file normals, and a colour if it has none."""
+    return from_triangles(part.points[part.triangles], part.colour or colour)
 
 
 def from_triangles(corners: FloatArray, colour: Sequence[float]) -> Mesh:
@@ -115,39 +111,20 @@ def from_triangles(corners: FloatArray, colour: Sequence[float]) -> Mesh:
         corners: Corners [m], shape (m, 3, 3).
         colour: Red, green, blue and opacity.
     """
-    from trimesh import Trimesh, graph
+    from trimesh import Trimesh, graph, grouping
 
     corners = np.asarray(corners, dtype=float)
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     keep = np.linalg.norm(areas, axis=1) > 0
-    areas = areas[keep]
-    points, index = unique_rows(corners[keep].reshape(-1, 3).round(7))
-    joined = Trimesh(points, index.reshape(-1, 3), process=False)
+    areas, points = areas[keep], corners[keep].reshape(-1, 3).round(MERGED_DIGITS)
+    unique_rows: Callable[..., tuple[IndexArray, IndexArray]] = grouping.unique_rows
+    first, index = unique_rows(points, digits=MERGED_DIGITS)
+    joined = Trimesh(points[first], index.reshape(-1, 3), process=False)
     smooth = joined.face_adjacency[joined.face_adjacency_angles < CREASE]
     surface = graph.connected_component_labels(smooth, len(areas))  # type: ignore[no-untyped-call]
-    unique, inverse = unique_rows(np.stack([index, np.repeat(surface, 3)], axis=1))
-    normals = np.zeros((len(unique), 3))
-    np.add.at(normals, inverse, np.repeat(areas, 3, axis=0))
-    mesh = Mesh(
-        points[unique[:, 0]],
-        normalise_rows(normals),
-        inverse.reshape(-1, 3),
-        np.zeros((len(unique), 3)),
-    )
+    first, index = unique_rows(np.stack([index, np.repeat(surface, 3)], axis=1))
+    normals = np.zeros((len(first), 3))
+    np.add.at(normals, index, np.repeat(areas, 3, axis=0))
+    unpainted = np.zeros((len(first), 3))
+    mesh = Mesh(points[first], normalise_rows(normals), index.reshape(-1, 3), unpainted)
     return mesh.paint(colour)
-
-
-def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:
-    """Find the distinct rows, sorted, and the index of each row's; faster than `np.unique`.
-
-    >>> unique_rows(np.array([[2, 1], [0, 3], [2, 1]]))
-    (array([[0, 3],
-           [2, 1]]), array([1, 0, 1]))
-    """
-    order = np.lexsort(rows.T[::-1])
-    ordered = rows[order]
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    inverse = np.empty(len(rows), dtype=np.int64)
-    inverse[order] = np.cumsum(new) - 1
-    return ordered[new], inverse

@@ -80,11 +80,17 @@ class PageHandler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer with a page."""
-        self._answer(with_content=True)
-
-    def do_HEAD(self) -> None:
-        """Answer without the page."""
-        self._answer(with_content=False)
+        with contextlib.suppress(ConnectionError):  # a browser may reload amid the page
+            admitted = self._admitted_path()
+            if admitted is None:
+                return
+            path, query = admitted
+            route = self.server.routes.get(path)
+            answer = None if route is None else route(query)
+            if answer is None:
+                self.send_error(HTTPStatus.NOT_FOUND)
+            else:
+                self._send(*answer)
 
     def do_POST(self) -> None:
         """Handle a request of the page, and answer with JSON."""
@@ -107,20 +113,6 @@ class PageHandler(BaseHTTPRequestHandler):
                 answer = _act(self.server.actions[path[1:]], self.rfile.read(int(size)))
                 self._send("application/json", json.dumps(answer))
 
-    def _answer(self, *, with_content: bool) -> None:
-        # A browser may reload or close in the middle of the page.
-        with contextlib.suppress(ConnectionError):
-            admitted = self._admitted_path()
-            if admitted is None:
-                return
-            path, query = admitted
-            route = self.server.routes.get(path)
-            answer = None if route is None else route(query)
-            if answer is None:
-                self.send_error(HTTPStatus.NOT_FOUND)
-            else:
-                self._send(*answer, with_content=with_content)
-
     def _admitted_path(self) -> tuple[str, Query] | None:
         """Path and query of a request that is admitted; otherwise an error is sent."""
         path, _, text = self.path.partition("?")
@@ -135,8 +127,8 @@ class PageHandler(BaseHTTPRequestHandler):
             return path, query
         return None
 
-    def _send(self, kind: str, content: str | Iterator[str], *, with_content: bool = True) -> None:
-        """Send text, or the parts of a stream, in UTF-8; or only the headers."""
+    def _send(self, kind: str, content: str | Iterator[str]) -> None:
+        """Send text, or the parts of a stream, in UTF-8."""
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
         self.send_header("Cache-Control", "no-store")
@@ -146,7 +138,7 @@ class PageHandler(BaseHTTPRequestHandler):
         else:
             parts = (part.encode() for part in content)
         self.end_headers()
-        for part in parts if with_content else ():
+        for part in parts:
             self.wfile.write(part)
             self.wfile.flush()
 

@@ -9,20 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from knotwork.errors import UnknownNameError
-from knotwork.view.style import DARK, GRID, MARK_LOOKS, SMALL, WRONG, colour, dashes, number
+from knotwork.view.style import DARK, MARK_LOOKS, SMALL, WRONG, colour, dashes
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-PAGE_SIZES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
-"""Upright A4, and a slide of 16 to 9 [in]."""
-PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
-"""Width of a picture of one column, height of a row, and of titles and legends [in]."""
-MAX_ROW_HEIGHTS = 5
-"""Number of rows above which they become lower."""
 # Range below which a curve is constant up to rounding, and width of its panel, both relative to the
 # values or to 1 of the unit.
 CONSTANT_RANGE, SHOWN_RANGE = 1e-9, 0.2
@@ -38,6 +30,8 @@ NOTE_LETTERS = 14
 """Letters of a note per inch of a panel's width."""
 LABEL_LETTERS = 12
 """Letters in a line of a quantity's name."""
+LABEL_WIDTH = 1.0
+"""Width of a quantity's name and of the numbers beside a panel [in]."""
 
 
 class LimitLine(NamedTuple):
@@ -105,7 +99,31 @@ class Panel:
     def _draw_uprights(self, times: FloatArray, low: float, high: float, **look: Any) -> None:
         self.axes.vlines(times, low, high, transform=self.axes.get_xaxis_transform(), **look)
 
-    def draw_levels(self, low: float, high: float) -> tuple[float, float]:
+    def finish(self) -> None:
+        """Draw the limits near the curves, set the range of values, and write the texts."""
+        low, high = self._draw_levels(*self._curve_range())
+        span = high - low
+        self.axes.set_ylim(low - FOOT_MARGIN * span, high + HEAD_MARGIN * span)
+        label = f"{self.title} [{self.unit}]" if self.unit else self.title
+        level: dict[str, Any] = {"rotation": 0, "ha": "right", "va": "center", "fontsize": SMALL}
+        self.axes.set_ylabel(textwrap.fill(label, LABEL_LETTERS), **level)
+        figure: Any = self.axes.figure
+        columns = self.axes.get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
+        width = figure.get_figwidth() / columns - LABEL_WIDTH
+        note = textwrap.fill(self.note, int(NOTE_LETTERS * width))
+        shade, weight = (WRONG, "bold") if self.failed else (DARK, "normal")
+        self.axes.set_title(note, loc="right", fontsize=SMALL, color=shade, weight=weight)
+
+    def _curve_range(self) -> tuple[float, float]:
+        """The range of the drawn values, wider if they are constant up to rounding."""
+        low, high = (float(end) for end in self.axes.dataLim.intervaly)
+        middle, scale = 0.5 * (low + high), max(1.0, 0.5 * abs(low + high))
+        limits = [abs(level.value) for level in self.levels if np.isfinite(level.value)]
+        if high - low < CONSTANT_RANGE * max(self.factor, scale, *limits):
+            return middle - 0.5 * SHOWN_RANGE * scale, middle + 0.5 * SHOWN_RANGE * scale
+        return low, high
+
+    def _draw_levels(self, low: float, high: float) -> tuple[float, float]:
         """Draw the limits near curves in this range, and give the range including them."""
         margin = LIMIT_DISTANCE * (high - low)
         for level in self.levels:
@@ -115,76 +133,3 @@ class Panel:
                 look = {} if level.colour is None else {"color": level.colour}
                 self.mark(level.kind, self.title, times, np.full(len(times), level.value), **look)
         return low, high
-
-    def finish(self, low: float, high: float) -> None:
-        """Set the range of values, and write the texts."""
-        axes, span = self.axes, high - low
-        axes.set_ylim(low - FOOT_MARGIN * span, high + HEAD_MARGIN * span)
-        label = f"{self.title} [{self.unit}]" if self.unit else self.title
-        level: dict[str, Any] = {"rotation": 0, "ha": "right", "va": "center", "fontsize": SMALL}
-        axes.set_ylabel(textwrap.fill(label, LABEL_LETTERS), **level)
-        figure: Any = axes.figure
-        width = figure.get_figwidth() / axes.get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
-        note = textwrap.fill(self.note, int(NOTE_LETTERS * (width - 1.0)))
-        look: dict[str, Any] = (
-            {"color": WRONG, "weight": "bold"} if self.failed else {"color": DARK}
-        )
-        axes.set_title(note, loc="right", fontsize=SMALL, **look)
-
-
-def finish_panel(panel: Panel) -> None:
-    """Set a panel's range of values, and draw its limits and texts."""
-    low, high = (float(end) for end in panel.axes.dataLim.intervaly)
-    middle, scale = 0.5 * (low + high), max(1.0, 0.5 * abs(low + high))
-    limits = [abs(level.value) for level in panel.levels if np.isfinite(level.value)]
-    if high - low < CONSTANT_RANGE * max(panel.factor, scale, *limits):
-        low, high = middle - 0.5 * SHOWN_RANGE * scale, middle + 0.5 * SHOWN_RANGE * scale
-    panel.finish(*panel.draw_levels(low, high))
-
-
-def page_size(name: str | None) -> tuple[float, float] | None:
-    """Width and height of a page [in]; `None` for a size from the panels.
-
-    Raises:
-        UnknownNameError: The page is unknown.
-    """
-    if name is not None and name not in PAGE_SIZES:
-        raise UnknownNameError("size", name, tuple(PAGE_SIZES))
-    return PAGE_SIZES[name] if name is not None else None
-
-
-def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None) -> Figure:
-    """Make an empty figure for rows and columns of panels, with the page's or the required size."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    row = ROW_HEIGHT if columns == 1 else 1.25 * ROW_HEIGHT
-    height = HEAD_HEIGHT + max(1.6, row * min(1.0, MAX_ROW_HEIGHTS / rows)) * rows
-    figure = Figure(
-        figsize=page or (PICTURE_WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
-        dpi=150,
-        layout="constrained",
-        facecolor="white",
-    )
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def new_axes(figure: Figure, rows: int, columns: int) -> Any:
-    """Make a grid of axes with common times, shape (rows, columns)."""
-    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    for axes in grid.flat:
-        dress(axes)
-    return grid
-
-
-def dress(axes: Axes) -> None:
-    """Give a panel its frame, its grid and numbers without offsets."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.grid(True, axis="y", color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.yaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))

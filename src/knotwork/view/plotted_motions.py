@@ -14,16 +14,13 @@ from knotwork.view.style import DASHES
 
 
 def motions_of(
-    motions: Drawable | Sequence[Drawable],
-    *,
-    scenario: Scenario | None = None,
-    labels: Sequence[str] | None = None,
+    motions: Drawable | Sequence[Drawable], scenario: Scenario | None = None
 ) -> list[ShownMotion]:
-    """Collect the motions of a picture.
+    """Collect the motions of a picture, with distinct labels.
 
     Raises:
         InputError: There are none, or more than line styles, one is neither plan nor trajectory,
-            their joints differ, or the labels do not fit.
+            or their joints differ.
     """
     items: list[Any] = list(motions) if isinstance(motions, Sequence) else [motions]
     if not items:
@@ -37,10 +34,13 @@ def motions_of(
     for motion in shown[1:]:  # raises for other joints
         owner = "the first motion of the picture"
         motion.trajectory.reordered(first.joint_names, first.joint_units, owner=owner)
-    names = _distinct([motion.label for motion in shown]) if labels is None else list(labels)
-    if len(names) != len(shown) or len(set(names)) != len(names):
-        raise InputError(f"labels are {names}; give one for each of {len(shown)} motions")
-    return [replace(motion, label=name) for motion, name in zip(shown, names, strict=True)]
+    labels = [motion.label for motion in shown]
+    return [
+        replace(motion, label=f"{label} ({labels[: i + 1].count(label)})")
+        if labels.count(label) > 1
+        else motion
+        for i, (motion, label) in enumerate(zip(shown, labels, strict=True))
+    ]
 
 
 def _motion(item: Any, scenario: Scenario | None) -> ShownMotion:
@@ -51,14 +51,6 @@ def _motion(item: Any, scenario: Scenario | None) -> ShownMotion:
     if not isinstance(getattr(item, "trajectory", None), JointTrajectory):
         raise InputError(f"can't draw {type(item).__name__}; give a Plan or a JointTrajectory")
     return ShownMotion.of_plan(item)
-
-
-def _distinct(labels: list[str]) -> list[str]:
-    """Number labels that occur twice."""
-    return [
-        f"{label} ({labels[: i + 1].count(label)})" if labels.count(label) > 1 else label
-        for i, label in enumerate(labels)
-    ]
 
 
 def choose_names(kind: str, names: Sequence[str] | None, available: Sequence[str]) -> list[str]:

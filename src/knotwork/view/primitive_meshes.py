@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.view.mesh import Mesh, from_triangles, merge_meshes, normalise_rows
@@ -43,13 +44,6 @@ def sphere(radius: float, colour: Sequence[float], sides: int = 24) -> Mesh:
     return solid("sphere", [radius], colour, sides)
 
 
-def _revolve_profile(profile: ArrayLike, colour: Sequence[float]) -> Mesh:
-    """Turn a profile about the z axis: radius and height [m], upwards, shape (k, 2)."""
-    from trimesh import creation
-
-    return from_triangles(creation.revolve(profile, sections=12).triangles, colour)
-
-
 def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
     """Make a rod between two points; all in m."""
     return _revolve_along(start, end, [[0, 0], [radius, 0], [radius, 1], [0, 1]], colour)
@@ -66,19 +60,20 @@ def arrow(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[floa
 def _revolve_along(
     start: ArrayLike, end: ArrayLike, profile: Sequence[Sequence[float]], colour: Sequence[float]
 ) -> Mesh:
+    """Turn a profile about a line: radius [m] and height relative to its length, upwards."""
+    from trimesh import creation
+
     foot = np.asarray(start, dtype=float)
     axis = np.asarray(end, dtype=float) - foot
     length = float(np.linalg.norm(axis))
     heights = [[radius, along * length] for radius, along in profile]
-    return _revolve_profile(heights, colour).move(frame_along(axis / length), foot)
+    shape = from_triangles(creation.revolve(heights, sections=12).triangles, colour)
+    return shape.move(frame_along(axis / length), foot)
 
 
 def frame_along(axis: FloatArray) -> FloatArray:
     """Find a rotation matrix, shape (3, 3), whose z axis is a unit vector."""
-    other = np.eye(3)[int(np.abs(axis).argmin())]
-    x = np.cross(other, axis)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(axis, x), axis], axis=1)
+    return np.asarray(pin.Quaternion.FromTwoVectors(np.eye(3)[2], axis).matrix())
 
 
 def triad(length: float, radius: float) -> Mesh:

@@ -140,7 +140,10 @@ def make_scene(
         "first_joint": base.count,
         "things": base.carry(parts.things),
         "labels": base.carry(_merge_labels(parts.labels)),
-        "waypoints": _waypoint_times(shown),
+        "waypoints": [
+            {"name": name, "time": time}
+            for name, time in zip(shown.names, shown.times.tolist(), strict=True)
+        ],
         "strip": time_strip(shown),
         "legend": legend,
         "size": size,
@@ -173,14 +176,6 @@ def _arm_frames(shown: ShownMotion) -> dict[str, Any]:
     if robot.tcp_frame_id is not None and len(time) <= MAX_SPEEDS:
         arm["speed"] = pack_numbers(tool_speeds(shown, time).astype("<f4"))
     return arm
-
-
-def _waypoint_times(shown: ShownMotion) -> list[dict[str, Any]]:
-    """Names and times of the waypoints; for a stored trajectory its own ones."""
-    waypoints = shown.scenario.waypoints
-    names = [waypoint.name for waypoint in waypoints] or [str(i) for i in range(len(shown.times))]
-    times = [waypoint.time for waypoint in waypoints] or shown.times.tolist()
-    return [{"name": name, "time": time} for name, time in zip(names, times, strict=True)]
 
 
 def _joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:
@@ -220,12 +215,8 @@ def _views(
             offset_x, offset_y = (other_robots[:, :2] - [x, y]).mean(axis=0)
             azimuth -= np.copysign(CLEAR_ANGLE, np.sin(np.arctan2(offset_y, offset_x) - azimuth))
         up = STEEP if size[2] < FLAT_SCENE * size[:2].max() else ELEVATION
-        level = np.cos(up)
-        towards = [
-            float(level * np.cos(azimuth)),
-            float(level * np.sin(azimuth)),
-            float(np.sin(up)),
-        ]
+        level = np.cos(up) * np.array([np.cos(azimuth), np.sin(azimuth)])
+        towards = [*level.tolist(), float(np.sin(up))]
     view = {"from": towards, "points": points.tolist()}
     extent = float(np.ptp(task, axis=0).max()) if len(task) else 0.0
     if extent < 1e-3 * size.max():
@@ -287,10 +278,11 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
 
 def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[str, Any]:
     """The parts `ROBOT_PARTS`, reused from `before` if equal."""
-    known, base = environment_joints(shown), base_joints(shown.robot)
-    carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in known)]
+    model, base, others = shown.robot.model, base_joints(shown.robot), environment_joints(shown)
+    own = drawn_joints(joint_tree(model), list(model.names)[1:])
+    carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in others)]
     parts: dict[str, Any] = {
-        "joints": base.below([*drawn_joints(shown.robot), *known]),
+        "joints": base.below([*own, *others]),
         "shapes": [[pack_mesh(mesh) for mesh in meshes] for meshes in carried],
     }
     if before is not None and all(parts[name] == before[name] for name in ROBOT_PARTS):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, wraps
-from typing import Any, Protocol, TypeAlias, TypeVar
-from weakref import WeakKeyDictionary
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -56,21 +55,8 @@ class PlanLike(Protocol):
 
 Drawable: TypeAlias = PlanLike | JointTrajectory
 
-
-@dataclass(frozen=True, eq=False)
-class WaypointValues:
-    """Waypoints of the scenario in a picture, without inserted ones along tool paths.
-
-    Attributes:
-        time: Times [s], shape (n,).
-        names: Names, length n.
-        values: Given joint values by order of derivative (0, 1), shape (n, d), NaN for
-            missing ones, and for velocities that planning chose.
-    """
-
-    time: FloatArray
-    names: tuple[str, ...]
-    values: tuple[FloatArray, FloatArray]
+CACHED_MOTIONS = 4
+"""Number of motions whose tool trace is kept: two side by side, and these before a change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,22 +168,18 @@ class ShownMotion:
     @property
     def tool_findings(self) -> tuple[Finding, ...]:
         """Findings on limits of tool and links, and on the nearest surroundings."""
+        limits = [finding for finding in self.findings if finding.group in LIMITS]
         nearest = nearest_around(self.findings)
-        limits = (
-            finding
-            for finding in self.findings
-            if finding.group in LIMITS and finding.subject != "joint"
+        return (
+            *(finding for finding in limits if finding.subject != "joint"),
+            *([] if nearest is None else [nearest]),
         )
-        return (*limits, *([] if nearest is None else [nearest]))
 
     @property
     def contacts(self) -> list[tuple[float, float]]:
         """Time intervals of contacts [s]."""
-        return list(
-            unite_intervals(
-                span for failure in self.failures if failure.bodies for span in failure.spans
-            )
-        )
+        contacts = (failure for failure in self.failures if failure.bodies)
+        return list(unite_intervals(span for contact in contacts for span in contact.spans))
 
     def units(self, degrees: bool | None) -> Units:
         """Units of the scenario, with the given unit of angles, if any."""
@@ -221,33 +203,33 @@ class ShownMotion:
         known = self.scenario.waypoints or self.trajectory.waypoint_times is None
         return self.scenario.times if known else np.asarray(self.trajectory.waypoint_times)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the waypoints, for a stored trajectory their indices, length n."""
+        named = tuple(waypoint.name for waypoint in self.scenario.waypoints)
+        return named or tuple(str(i) for i in range(len(self.times)))
+
     @cached_property
-    def waypoint_values(self) -> WaypointValues | None:
-        """Known waypoints. Without a plan the joint values of poses are unknown."""
-        waypoints, scenario = self.joint_waypoints, self.scenario
+    def given_values(self) -> tuple[FloatArray, FloatArray]:
+        """Given joint positions and velocities at the waypoints, each of shape (n, d).
+
+        Values that are not known, and velocities that planning chose, are NaN. Without a plan the
+        joint values of poses are unknown.
+        """
+        joints = self.trajectory.joint_names
+        waypoints = self.joint_waypoints
         if waypoints is not None:
-            order = [waypoints.joint_names.index(name) for name in self.trajectory.joint_names]
+            order = [waypoints.joint_names.index(name) for name in joints]
             rows = list(waypoints.task_rows)
-            names = [waypoints.names[i] for i in rows]
-            chosen = np.isin(names, list(self.chosen_velocities))[:, np.newaxis]
+            chosen = np.isin(self.names, list(self.chosen_velocities))[:, np.newaxis]
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
-            for i in self.space.waits:
-                names[i + 1] = ""  # a wait has one name, at its start
-            values = waypoints.position[rows][:, order], velocity
-            return WaypointValues(waypoints.time[rows], tuple(names), values)
-        unknown = np.full(len(self.trajectory.joint_names), np.nan)
-        if scenario.waypoints:
-            states = [target or JointState(unknown, unknown) for target in self.space.targets]
-            position = np.array([state.position for state in states])
-            velocity = np.array([state.velocity for state in states])
-            known = tuple(waypoint.name for waypoint in scenario.waypoints)
-            return WaypointValues(scenario.times, known, (position, velocity))
-        if self.trajectory.waypoint_times is None:
-            return None
-        missing = np.tile(unknown, (len(self.times), 1))
-        return WaypointValues(
-            self.times, tuple(map(str, range(len(self.times)))), (missing, missing)
-        )
+            return waypoints.position[rows][:, order], velocity
+        nan = np.full(len(joints), np.nan)
+        targets = self.space.targets or (None,) * len(self.times)
+        states = [target or JointState(nan, nan) for target in targets]
+        values = np.array([(state.position, state.velocity) for state in states])
+        position, velocity = values.reshape(-1, 2, len(joints)).swapaxes(0, 1)
+        return position, velocity
 
     @cached_property
     def shapes(self) -> LinkShapes:
@@ -288,19 +270,3 @@ def nearest_around(findings: Sequence[Finding]) -> Finding | None:
     """The finding on the pair with the surroundings that is nearest to its margin."""
     pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.involves_scene]
     return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)
-
-
-_Value = TypeVar("_Value")
-
-
-def cached_by_motion(function: Callable[[ShownMotion], _Value]) -> Callable[[ShownMotion], _Value]:
-    """Keep what a function gives for a motion as long as the motion itself."""
-    known: WeakKeyDictionary[ShownMotion, _Value] = WeakKeyDictionary()
-
-    @wraps(function)
-    def value_of(shown: ShownMotion) -> _Value:
-        if shown not in known:
-            known[shown] = function(shown)
-        return known[shown]
-
-    return value_of

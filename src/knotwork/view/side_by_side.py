@@ -59,13 +59,13 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
 
 def _common_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The common first view: from the direction of the first scene, with all of each in view."""
-    all_of, work = ([scene[key] for scene in scenes] for key in ("view", "work"))
-
-    def join_views(views: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        points = [point for view in views for point in view["points"]]
-        return {"from": all_of[0]["from"], "points": points}
-
-    return {"view": join_views(all_of), "work": join_views(work) if all(work) else None}
+    joined: dict[str, Any] = {"view": None, "work": None}
+    for key in joined:
+        views = [scene[key] for scene in scenes]
+        if all(views):
+            points = [point for view in views for point in view["points"]]
+            joined[key] = {"from": views[0]["from"], "points": points}
+    return joined
 
 
 def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
@@ -89,13 +89,10 @@ def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
         for arm, plan in zip((first, second), plans, strict=True)
     )
     joint = int(np.abs(q - other_q).max(axis=0).argmax())
+    difference = f"difference of {first.joint_names[joint]}"
     curves = (
         ("distance of the tools", "m", np.linalg.norm(tool - other_tool, axis=1)),
-        (
-            f"difference of {first.joint_names[joint]}",
-            first.joint_units[joint],
-            np.abs(q - other_q)[:, joint],
-        ),
+        (difference, first.joint_units[joint], np.abs(q - other_q)[:, joint]),
     )
     shown = [(name, *units.shown(1.0, unit), value) for name, unit, value in curves]
     return {

@@ -38,46 +38,43 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     (0, (4, 1.2, 1, 1.2, 1, 1.2)),
     (0, (2.5, 2.5)),
 )
-# Style and name of each kind of mark, in panels and in the legend below them; its gid begins with
-# its kind.
-MARK_LOOKS: dict[str, dict[str, Any]] = {
-    "waypoint": {"color": FAINT, "lw": 0.8, "label": "waypoint"},
-    "given": {
-        "ls": "",
-        "marker": "o",
-        "ms": 6,
-        "mfc": "white",
-        "mec": DARK,
-        "mew": 1.3,
-        "zorder": 4,
-        "label": "given",
-    },
+_LIMIT = {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2}
+_EXCESS = {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
+_CIRCLE = {"marker": "o", "mfc": "white"}
+_LOOKS: dict[str, dict[str, Any]] = {
+    "waypoint": {"color": FAINT, "lw": 0.8},
+    "given": {**_CIRCLE, "ls": "", "ms": 6, "mec": DARK, "mew": 1.3, "zorder": 4},
     "knots": {"ls": "", "marker": "|", "color": DARK, "ms": 8, "mew": 1.6, "label": "knot"},
-    "limit": {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2, "label": "limit"},
-    "band": {"color": "#009E73", "alpha": 0.35, "lw": 7.0, "zorder": 1.5},
-    "jump": {"color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "marker": "o"},
-    "broken": {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5},
+    "limit": _LIMIT,
+    "band": {
+        "color": "#009E73",
+        "alpha": 0.35,
+        "lw": 7.0,
+        "zorder": 1.5,
+        "label": "given speed along the path",
+    },
+    "jump": {**_CIRCLE, "color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "ms": 4, "zorder": 3.5},
+    "broken": {**_EXCESS, "label": "limit exceeded"},
     "contact": {"color": WRONG, "lw": 7.0, "alpha": 0.22, "zorder": 0.5, "label": "collision"},
     # on the upper edge of the first row of panels
     "tool path": {"color": "#009E73", "lw": 3.0},
     "way": {"color": "#CC79A7", "lw": 3.0},
     "wait": {"color": FAINT, "lw": 3.0},
     "event": {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5},
+    "tolerance": _LIMIT,
+    "beyond": {**_EXCESS, "label": "beyond the tolerance"},
 }
-MARK_LOOKS |= {
-    "tolerance": MARK_LOOKS["limit"] | {"label": "tolerance"},
-    "beyond": MARK_LOOKS["broken"] | {"label": "beyond the tolerance"},
-}
-MARK_LOOKS["jump"] |= {"ms": 4, "mfc": "white", "zorder": 3.5}
-MARK_LOOKS["band"]["label"] = "given speed along the path"
-MARK_LOOKS["broken"]["label"] = "limit exceeded"
-MARK_LOOKS = {kind: {"label": kind} | look for kind, look in MARK_LOOKS.items()}
+MARK_LOOKS = {kind: {"label": kind} | look for kind, look in _LOOKS.items()}
+"""Style and name of each kind of mark, in panels and in the legend below them.
+
+The `gid` of a mark begins with its kind.
+"""
 
 # Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
 # DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first installed font
 # of these is used for them.
-_MORE_FONTS = (
+_OTHER_FONTS = (
     *("Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "WenQuanYi Zen Hei"),
     *("Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans", "Yu Gothic", "Malgun Gothic"),
 )
@@ -105,10 +102,10 @@ def settings() -> Iterator[None]:
     from matplotlib.font_manager import fontManager
 
     installed = {font.name for font in fontManager.ttflist}
-    more = [name for name in _MORE_FONTS if name in installed][:1]
+    others = [name for name in _OTHER_FONTS if name in installed][:1]
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_SETTINGS | {"font.sans-serif": ["DejaVu Sans", *more]})
+        mpl.rcParams.update(_SETTINGS | {"font.sans-serif": ["DejaVu Sans", *others]})
         yield
 
 

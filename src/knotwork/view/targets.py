@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pinocchio as pin
 
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import arrow
-from knotwork.view.shown_motion import ShownMotion, cached_by_motion
+from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
-@cached_by_motion
+@lru_cache(CACHED_MOTIONS)
 def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
     """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
 

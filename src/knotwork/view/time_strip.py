@@ -36,7 +36,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     utilisations = list(sample_utilisation(shown, shown.findings, time))
     given = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
-        for _, part, low, high in stretches(scenario, curve)
+        for _, part, low, high in stretches(shown)
     ]
     use = np.max(
         [np.zeros(STRIP_SAMPLES), *(utilisation for _, utilisation in utilisations)], axis=0

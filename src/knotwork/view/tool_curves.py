@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,9 +11,8 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
 from knotwork.joint_quantities import rate_unit
-from knotwork.robot import Robot
-from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.verification.bounds.path_samples import PathStretch
+from knotwork.task.scenario import ScenarioPath, Stretch
+from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.plotted_utilisation import frame_values, singular_values
 from knotwork.view.shown_motion import ShownMotion
@@ -28,28 +27,10 @@ Curve = tuple[FloatArray, FloatArray]
 """Times [s], shape (n,), and values, shape (n, k), with NaN at gaps."""
 
 
-def robot_of(motion: ShownMotion) -> Robot:
-    """Give a motion's robot.
-
-    Raises:
-        InputError: The motion has no robot, or a robot without a tool.
-    """
-    if motion.space.robot is None:
-        raise InputError(
-            "the tool can't be drawn without a robot; give a plan or a scenario that names one"
-        )
-    robot = motion.space.robot
-    if robot.tool_frame is None:
-        raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")
-    return robot
-
-
-def stretches(
-    scenario: Scenario, curve: PiecewisePolynomial
-) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
+def stretches(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
     """Stretches of tool paths, with their time intervals in a motion [s]."""
-    start, end = curve.x[[0, -1]]
-    for path in scenario.paths:
+    start, end = motion.curve.x[[0, -1]]
+    for path in motion.scenario.paths:
         for stretch in path.stretches:
             low, high = max(stretch.start, start), min(stretch.end, end)
             if low < high:
@@ -58,7 +39,7 @@ def stretches(
 
 def full_speeds(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
     """Stretches with a given constant speed, with their time intervals [s]."""
-    for path, stretch, start, end in stretches(motion.scenario, motion.curve):
+    for path, stretch, start, end in stretches(motion):
         low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
         if low < high:
             yield path, stretch, low, high
@@ -66,23 +47,23 @@ def full_speeds(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, fl
 
 def speeds(motion: ShownMotion) -> Curve:
     """Linear [m/s] and angular [rad/s] speed of the tool."""
-    robot, time = robot_of(motion), _sample_times(motion)
+    time = _sample_times(motion)
     states = zip(motion.curve(time), motion.curve(time, 1), strict=True)
-    twists = [robot.twist(*state) for state in states]
+    twists = [motion.robot.twist(*state) for state in states]
     return time, np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
 
 
 def frame_rates(motion: ShownMotion, frame: str, order: int) -> Curve:
     """Speed [m/s] or acceleration [m/s²] of a link's origin, or of the tool."""
-    robot, time = robot_of(motion), _sample_times(motion)
+    time = _sample_times(motion)
     states = (motion.curve(time, k) for k in range(3))
-    return time, frame_values(robot, frame, order, *states)[:, np.newaxis]
+    return time, frame_values(motion.robot, frame, order, *states)[:, np.newaxis]
 
 
 def least_singular_values(motion: ShownMotion) -> Curve:
     """The smallest singular value of the tool Jacobian."""
     time = _sample_times(motion)
-    return time, singular_values(robot_of(motion), motion.curve(time))[:, np.newaxis]
+    return time, singular_values(motion.robot, motion.curve(time))[:, np.newaxis]
 
 
 def clearances(motion: ShownMotion) -> Curve:
@@ -103,26 +84,31 @@ def _sample_times(motion: ShownMotion) -> FloatArray:
 
 def speed_errors(motion: ShownMotion) -> Curve:
     """Relative error of the speed along the path."""
-    robot, parts = robot_of(motion), []
-    for path, stretch, start, end in full_speeds(motion):
-        time = times_along(motion.curve, start, end)
-        ends = stretch.start, stretch.end
-        followed = PathStretch(robot, motion.curve, path.motion, *ends, path.freedom)
-        speed = followed.sample(time).along
-        parts.append((time, (speed / stretch.speed - 1.0)[:, np.newaxis]))
+    parts = [
+        (time, (samples.along / stretch.speed - 1.0)[:, np.newaxis])
+        for stretch, time, samples in _follow(motion, full_speeds(motion))
+    ]
     return _join_curves(parts, 1)
 
 
 def path_deviations(motion: ShownMotion) -> Curve:
     """Distance [m] and angle [rad] of the tool from its path."""
-    robot, parts = robot_of(motion), []
-    for path, stretch, start, end in stretches(motion.scenario, motion.curve):
+    parts = [
+        (time, np.stack((samples.distance, samples.angle), axis=1))
+        for _, time, samples in _follow(motion, stretches(motion))
+    ]
+    return _join_curves(parts, 2)
+
+
+def _follow(
+    motion: ShownMotion, parts: Iterable[tuple[ScenarioPath, Stretch, float, float]]
+) -> Iterator[tuple[Stretch, FloatArray, PathSamples]]:
+    """Compare the tool with its path in parts of stretches, at sample times [s]."""
+    for path, stretch, start, end in parts:
         time = times_along(motion.curve, start, end)
         ends = stretch.start, stretch.end
-        followed = PathStretch(robot, motion.curve, path.motion, *ends, path.freedom)
-        samples = followed.sample(time)
-        parts.append((time, np.stack((samples.distance, samples.angle), axis=1)))
-    return _join_curves(parts, 2)
+        followed = PathStretch(motion.robot, motion.curve, path.motion, *ends, path.freedom)
+        yield stretch, time, followed.sample(time)
 
 
 def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatArray:
@@ -175,9 +161,13 @@ class ToolRow:
 
 
 def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
-    """Candidate rows. The caller leaves out rows without values."""
+    """Candidate rows. The caller leaves out rows without values.
+
+    Raises:
+        InputError: A motion has no robot, or a robot without a tool.
+    """
     for motion in motions:
-        robot_of(motion)  # raises before the first row is drawn
+        _require_tool(motion)
     scenario = motions[0].scenario
     allowed, limits = scenario.task.tolerances, scenario.motion_limits
     off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed
@@ -208,3 +198,14 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
             ToolRow(title, "", least_singular_values, limit=least, judged=judged, least=True)
         )
     return rows
+
+
+def _require_tool(motion: ShownMotion) -> None:
+    """Refuse a motion without a robot, or with a robot without a tool."""
+    robot = motion.space.robot
+    if robot is None:
+        raise InputError(
+            "the tool can't be drawn without a robot; give a plan or a scenario that names one"
+        )
+    if robot.tool_frame is None:
+        raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")

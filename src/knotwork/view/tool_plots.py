@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +11,11 @@ import numpy as np
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
-from knotwork.view.headings import picture_title, write_around
-from knotwork.view.panel import LimitLine, Panel, finish_panel, new_axes, new_figure, page_size
+from knotwork.view.panel import LimitLine, Panel
+from knotwork.view.picture import draw_picture, picture_title
 from knotwork.view.plotted_motions import motions_of
 from knotwork.view.shown_motion import Drawable, ShownMotion
-from knotwork.view.style import MARK_LOOKS, rounded_text, settings
+from knotwork.view.style import MARK_LOOKS, rounded_text
 from knotwork.view.tool_curves import (
     Curve,
     ToolRow,
@@ -39,8 +39,6 @@ def plot_tool(
     *,
     degrees: bool | None = None,
     scenario: Scenario | None = None,
-    labels: Sequence[str] | None = None,
-    title: str | None = None,
     size: str | None = None,
 ) -> Figure:
     """Draw the tool over time: its speed, and its deviation from its path.
@@ -53,8 +51,6 @@ def plot_tool(
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
         degrees: Show angles in degrees or in radians; by default the unit of the scenario.
         scenario: Scenario of trajectories, with its robot.
-        labels: A name for each motion; by default its planner.
-        title: Title of the picture; by default the scenario and the planner.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     Returns:
@@ -68,21 +64,18 @@ def plot_tool(
         InputError: There is no robot with a tool, there are too many motions for one picture, or
             they have other joints than the scenario.
     """
-    drawn = motions_of(motions, scenario=scenario, labels=labels)
-    page, units = page_size(size), drawn[0].units(degrees)
+    drawn = motions_of(motions, scenario)
     sample: Callable[..., list[Curve]] = cache(lambda curve: [curve(motion) for motion in drawn])
-    rows = [row for row in tool_rows(drawn) if any(len(time) for time, _ in sample(row.curve))]
-    with settings():
-        figure = new_figure(len(rows), 1, page)
-        for axes, row in zip(new_axes(figure, len(rows), 1).flat, rows, strict=True):
-            finish_panel(_panel(axes, row, drawn, sample(row.curve), units))
-        heading = title if title is not None else f"{picture_title(drawn, 'motion')} · tool"
-        curves = [motion.label for motion in drawn] if len(drawn) > 1 else ()
-        write_around(figure, drawn, heading, curves, grows=page is None)
-    return figure
+    draw = partial(_draw_panel, motions=drawn, units=drawn[0].units(degrees))
+    panels = [
+        [partial(draw, row=row, samples=sample(row.curve))]
+        for row in tool_rows(drawn)
+        if any(len(time) for time, _ in sample(row.curve))
+    ]
+    return draw_picture(drawn, panels, f"{picture_title(drawn, 'motion')} · tool", size=size)
 
 
-def _panel(
+def _draw_panel(
     axes: Axes, row: ToolRow, motions: list[ShownMotion], samples: list[Curve], units: Units
 ) -> Panel:
     """Draw the panel of a row, with all motions."""
@@ -140,7 +133,7 @@ def _mark_limit(
     signed, first = row.curve is speed_errors, motions[0]
     spans = [(float(first.curve.x[0]), float(first.curve.x[-1]))]
     if row.tolerance:
-        shown = full_speeds(first) if signed else stretches(first.scenario, first.curve)
+        shown = full_speeds(first) if signed else stretches(first)
         spans = [(start, end) for *_, start, end in shown]
     kind = "tolerance" if row.tolerance else "limit"
     always = row.tolerance or row.least

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.plotted_utilisation import sample_utilisation
-from knotwork.view.shown_motion import ShownMotion, cached_by_motion
+from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.view.targets import tool_targets
 from knotwork.waypoints import FloatArray
 
@@ -33,7 +34,7 @@ class ToolTrace:
     broken: FloatArray
 
 
-@cached_by_motion
+@lru_cache(CACHED_MOTIONS)
 def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     """Sample the tool's path evenly in time, at every break, and where something fails.
 

@@ -136,7 +136,7 @@ def _place_balanced_knots(
     if meeting.any():
         i = int(np.flatnonzero(meeting)[0])
         raise KnotError(
-            f"balanced knots with c = {c:g} coincide between waypoints {i} and {i + 1}, where "
+            f"balanced knots with c = {c:g} coincide between waypoints {i + 1} and {i + 2}, where "
             "neither neighbouring interval is shorter; choose c below 0.5",
             waypoint=i,
         )
@@ -156,12 +156,12 @@ def _check_knots(
         raise KnotError(f"knot times must have one dimension, not shape {t.shape}")
     if not np.isfinite(t).all():
         j = int(np.flatnonzero(~np.isfinite(t))[0])
-        raise KnotError(f"knot {j} is {t[j]}; every knot must be finite")
+        raise KnotError(f"knot {j + 1} is {t[j]}; every knot must be finite")
     for end, i in ((0, 0), (-1, n - 1)) if t.size else ():
         if t[end] != x[end]:
             raise KnotError(
                 f"the {'last' if end else 'first'} knot is {t[end]:.15g} s; it must be the time of "
-                f"waypoint {i}, {x[end]:.15g} s",
+                f"waypoint {i + 1}, {x[end]:.15g} s",
                 waypoint=i,
             )
     if t.size != expected:

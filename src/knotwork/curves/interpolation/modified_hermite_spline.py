@@ -133,7 +133,7 @@ def _check_range(a: FloatArray, c: FloatArray) -> None:
     """Raise an InputError if accelerations or jerks are beyond the range of floats."""
     wrong = np.flatnonzero(~np.isfinite(a).all(axis=0))
     if wrong.size or not np.isfinite(c[0]).all():
-        where = f"the acceleration at waypoint {wrong[0]}" if wrong.size else "the jerk"
+        where = f"the acceleration at waypoint {wrong[0] + 1}" if wrong.size else "the jerk"
         raise InputError(
             f"{where} is beyond the range of floating-point numbers: the times are too close "
             "together for the values given"

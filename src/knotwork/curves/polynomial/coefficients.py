@@ -59,8 +59,8 @@ def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
     if not (reached <= LARGEST_TERM).all():
         piece = int(np.argwhere(~(reached <= LARGEST_TERM))[0][0])
         raise InputError(
-            f"the terms of piece {piece} reach {reached[piece].max():.6g} within {span[piece]:.6g} "
-            f"s; at most {LARGEST_TERM:g} is accepted"
+            f"the terms of piece {piece + 1} reach {reached[piece].max():.6g} within "
+            f"{span[piece]:.6g} s; at most {LARGEST_TERM:g} is accepted"
         )
 
 

@@ -169,18 +169,6 @@ class PiecewisePolynomial(ReadOnlyArrays):
             c[-1, 1:] = np.cumsum(horner(c, span)[:-1], axis=0)
         return self._from_parts(c, self._x, self._axis)
 
-    def integrate(self, a: float, b: float) -> FloatArray:
-        """Integrate from time a to time b; the sign changes with their order.
-
-        Returns:
-            Integrals, of the trailing shape.
-
-        Raises:
-            TimeRangeError: A bound is outside [x[0], x[-1]] or NaN.
-        """
-        primitive = self.antiderivative()
-        return primitive(b) - primitive(a)
-
     def to_ppoly(self) -> PPoly:
         """Return the same curve as a SciPy object that does not extrapolate (imports SciPy)."""
         from scipy.interpolate import PPoly

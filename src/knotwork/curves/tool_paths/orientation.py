@@ -223,6 +223,28 @@ class OrientationCurve:
             raise PathError("no stretches are given; an orientation needs at least one")
         return cls(*join_arrays(stretches, stops))
 
+    def divided(self, length: float, *, at_end: bool = False) -> OrientationCurve:
+        """Insert a break at a distance from an end, if its piece is longer and turns uniformly.
+
+        Args:
+            length: Distance [m].
+            at_end: Whether it is the distance from the end; otherwise from the start.
+        """
+        v, step = self._v[-1 if at_end else 0], self._steps[-1 if at_end else 0]
+        spread = np.abs(np.diff(v, axis=0)).max()
+        if spread > RATE_TOLERANCE * max(1.0, np.abs(v).max()) or step <= length:
+            return self
+        s = self.length - length if at_end else length
+        index = len(self.s) - 1 if at_end else 1
+        rotation, *derivatives = self.states([s])
+        rates, changes = (
+            np.insert(given, index, value, axis=0)
+            for given, value in zip((self.rates, self.changes), derivatives, strict=True)
+        )
+        rotations = np.insert(self.rotations, index, rotation, axis=0)
+        breaks = np.sort(np.append(self.breaks, s))
+        return OrientationCurve(np.insert(self.s, index, s), rotations, rates, changes, breaks)
+
     @property
     def jumps(self) -> FloatArray:
         """Arc lengths at which the rate or its derivative jumps (stops only) [m]."""

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.curves.polynomial.splitting import split_at
-from knotwork.curves.tool_paths.curve import Curve, checked_order, sort_ends
-from knotwork.errors import PathError
+from knotwork.curves.tool_paths.curve import Curve, checked_order, geometry_error, sort_ends
 from knotwork.waypoints import FloatArray
 
 NODES, WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
@@ -174,10 +173,12 @@ def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
             return spans, np.searchsorted(curve.x, pieces[:-1])
         starts = curve.x[:-1][long]
         curve = split_at(curve, starts + 0.5 * sizes[long])
-    i = int(starts[0])
-    raise PathError(
-        f"the curve stops or turns back sharply between points {i} and {i + 1}; "
-        "move or leave out points there"
+    piece = c[:, int(starts[0])]
+    raise geometry_error(
+        "the curve stops or turns back sharply between {start} and {end}; move or leave out points "
+        "there",
+        start=piece[-1],
+        end=piece.sum(axis=0),
     )
 
 

@@ -61,7 +61,7 @@ def transport_axes(start: FloatArray, axes: FloatArray) -> FloatArray:
         z = R[:, 2]
         across, along = np.cross(z, axis), float(z @ axis)
         if along < -0.999:
-            raise PathError(f"at point {i} the normal is opposite to the previous one")
+            raise PathError(f"at point {i + 1} the normal is opposite to the previous one")
         K = np.array([[0, -across[2], across[1]], [across[2], 0, -across[0]], [0, 0, 0]])
         K[2] = -across[1], across[0], 0.0
         result[i] = R = R + K @ R + K @ (K @ R) / (1.0 + along)

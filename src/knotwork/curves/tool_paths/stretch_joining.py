@@ -23,83 +23,47 @@ JUNCTION_ANGLE = 1e-6
 """Tolerance of the difference of rotations at a junction [rad]."""
 
 
-def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> list[FloatArray]:
+def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> tuple[FloatArray, ...]:
     """Join the arrays of several orientation curves, for `OrientationCurve.joined`."""
-    parts = [OrientationStretch(stretch) for stretch in stretches]
+    parts = list(stretches)
+    for i, (before, after) in enumerate(itertools.pairwise(stretches)):
+        _check_junction(i, before, after)
+        if i not in stops and _rates_differ(before, after):
+            length = TRANSITION_SHARE * min(before.length, after.length)
+            parts[i] = parts[i].divided(length, at_end=True)
+            parts[i + 1] = parts[i + 1].divided(length)
+    rates, changes = [np.array(part.rates) for part in parts], [np.array(p.changes) for p in parts]
     for i, (before, after) in enumerate(itertools.pairwise(parts)):
-        check_junction(i, before, after)
         if i not in stops:
-            match_rates(before, after)
-    start = 0.0
-    arrays: list[list[FloatArray]] = [[], [], [], [], []]
-    for i, part in enumerate(parts):
-        last = i + 1 == len(parts)
-        ends = (part.rates[-1, 0], part.changes[-1, 0])
-        if not last:  # a junction belongs to the stretch that begins there
-            parts[i + 1].rates[0, 0], parts[i + 1].changes[0, 0] = ends
-        breaks = start + np.sort(part.breaks)
-        values = (start + part.s, part.rotations, part.rates, part.changes, breaks)
-        for array, value in zip(arrays, values, strict=True):
-            array.append(value if last else value[:-1])
-        start += float(part.s[-1])
-    return [np.concatenate(array) for array in arrays]
+            # weights are the transition lengths, so that both sides deviate by the same angle
+            lengths = before.length - before.s[-2], after.s[1]
+            weight = lengths[1] / sum(lengths) if _rates_differ(before, after) else 0.5
+            mean = (1.0 - weight) * before.rates[-1, 0] + weight * after.rates[0, 1]
+            rates[i][-1] = rates[i + 1][0] = mean
+            if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
+                changes[i][-1] = changes[i + 1][0] = 0.0
+        # a junction belongs to the stretch that begins there
+        rates[i + 1][0, 0], changes[i + 1][0, 0] = rates[i][-1, 0], changes[i][-1, 0]
+    starts = np.cumsum([0.0, *(part.length for part in parts[:-1])])
+    columns = (
+        [start + part.s for start, part in zip(starts, parts, strict=True)],
+        [part.rotations for part in parts],
+        rates,
+        changes,
+        [start + part.breaks for start, part in zip(starts, parts, strict=True)],
+    )
+    return tuple(
+        np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]]) for arrays in columns
+    )
 
 
-class OrientationStretch:
-    """Arrays of an `OrientationCurve`, to be modified at its two ends."""
-
-    def __init__(self, curve: Any) -> None:
-        self.curve = curve
-        self.s = np.array(curve.s)
-        self.rotations = np.array(curve.rotations)
-        self.rates, self.changes = np.array(curve.rates), np.array(curve.changes)
-        self.breaks = np.array(curve.breaks)
-
-    def divide(self, at_end: bool, length: float) -> float:
-        """Insert a break at the end of the transition to a junction, if its piece turns uniformly.
-
-        Args:
-            at_end: Whether the junction is at the end.
-            length: Length of the transition [m].
-
-        Returns:
-            Actual length of the transition: that of the whole piece if it was not divided [m].
-        """
-        curve, piece = self.curve, -1 if at_end else 0
-        v, step = curve._v[piece], float(curve._steps[piece])
-        if (
-            np.abs(np.diff(v, axis=0)).max() > RATE_TOLERANCE * max(1.0, np.abs(v).max())
-            or step <= length
-        ):
-            return step
-        s = curve.length - length if at_end else length
-        index = len(self.s) - 1 if at_end else 1
-        at = np.array([s])
-        self.s = np.insert(self.s, index, s)
-        self.breaks = np.append(self.breaks, s)
-        self.rotations = np.insert(self.rotations, index, curve.rotation(at), axis=0)
-        for name, order in (("rates", 0), ("changes", 1)):
-            value = np.repeat(curve.rate(at, order)[:, None], 2, axis=1)
-            setattr(self, name, np.insert(getattr(self, name), index, value, axis=0))
-        return length
+def _rates_differ(before: Any, after: Any) -> bool:
+    """Whether the rates of two stretches differ at their junction."""
+    scale = max(np.abs(curve.rates).max() for curve in (before, after))
+    return bool(np.abs(before.rates[-1, 0] - after.rates[0, 1]).max() > EQUAL_RATES * scale)
 
 
-def match_rates(before: OrientationStretch, after: OrientationStretch) -> None:
-    """Give two stretches the same rate and derivative at their junction."""
-    scale = max(np.abs(part.curve.rates).max() for part in (before, after))
-    a, b = before.rates[-1, 0], after.rates[0, 1]
-    weight = 0.5
-    if np.abs(a - b).max() > EQUAL_RATES * scale:
-        shorter = TRANSITION_SHARE * min(before.curve.length, after.curve.length)
-        length_before, length_after = before.divide(True, shorter), after.divide(False, shorter)
-        # weights are the transition lengths, so that both sides deviate by the same angle
-        weight = length_after / (length_before + length_after)
-    before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
-    if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
-        before.changes[-1, :] = after.changes[0, :] = 0.0
-
-
-def check_junction(i: int, before: OrientationStretch, after: OrientationStretch) -> None:
+def _check_junction(i: int, before: Any, after: Any) -> None:
     """Check that stretch i ends with the first rotation of the next one.
 
     Raises:
@@ -109,5 +73,5 @@ def check_junction(i: int, before: OrientationStretch, after: OrientationStretch
     if angle > JUNCTION_ANGLE:
         raise PathError(
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
-            f"stretch {i} and the start of stretch {i + 1}; both must be the same"
+            f"stretch {i + 1} and the start of stretch {i + 2}; both must be the same"
         )

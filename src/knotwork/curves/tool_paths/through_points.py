@@ -42,10 +42,9 @@ class ThroughPoints(PolynomialCurve):
             raise PathError(f"{count} points are given; a curve needs at least two")
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
         if (chords <= SAME_POINT).any():
-            i = int((chords <= SAME_POINT).argmax())
             raise geometry_error(
-                f"points {i} and {i + 1} are the same, {{point}}; leave one out",
-                point=self.points[i],
+                "two neighbouring points are the same, {point}; leave one out",
+                point=self.points[int((chords <= SAME_POINT).argmax())],
             )
         x = np.concatenate(([0.0], np.cumsum(chords)))
         c = CubicSpline(x, self.points).c

@@ -91,7 +91,7 @@ class TimedPath:
         speed = float(np.abs(self.timing(t, 1))[0])
         if speed > STOP_SPEED_SHARE * self.path.length / self.timing.duration:
             raise PathError(
-                f"the path needs a stop after curve {curve}, at arc length {s:.6g} m, but the "
+                f"the path needs a stop after curve {curve + 1}, at arc length {s:.6g} m, but the "
                 f"timing goes on at {speed:.6g} m/s there; name it in the timing's stops"
             )
 

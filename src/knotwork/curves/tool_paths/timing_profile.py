@@ -19,6 +19,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.errors import PathError, RampError
+from knotwork.errors.arguments import require_number
 from knotwork.waypoints import FloatArray, read_only
 
 RAMP_TOLERANCE = 1e-9
@@ -127,7 +128,7 @@ def speed_profile(
     >>> timing.full_speed.round(6), round(timing.duration, 6)
     (array([[0.15, 2.  ]]), 2.15)
     """
-    check_acceleration(acceleration)
+    acceleration = require_number(acceleration, "acceleration", "m/s²", positive=True)
     length, speed = _check_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
@@ -165,8 +166,8 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
     k = int(durations.argmax())
     # the duration of a ramp is proportional to the speed, that of the path inversely
     raise PathError(
-        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve its "
-        f"changes of speed in time, which take {shortest:.3g} s; accepted: at least "
+        f"stretch {k + 1} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve "
+        f"its changes of speed in time, which take {shortest:.3g} s; accepted: at least "
         f"{math.sqrt(min_duration / shortest) * speeds[k]:.6g} m/s"
     )
 
@@ -179,7 +180,8 @@ def _check_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray,
         if (values <= 0.0).any():
             i = int((values <= 0.0).argmax())
             raise PathError(
-                f"{quantity} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+                f"{quantity} of stretch {i + 1} is {values[i]:.9g} {unit}; "
+                "it must be greater than 0"
             )
     if not count:
         raise PathError("no stretches are given; a path needs at least one")
@@ -200,12 +202,6 @@ def _make_pieces(
         (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
         (T1, _make_ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
-
-
-def check_acceleration(acceleration: float) -> None:
-    """Refuse an acceleration [m/s²] that is not greater than zero."""
-    if not (math.isfinite(acceleration) and acceleration > 0.0):
-        raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
 
 
 def checked_speed(speed: float, name: str) -> float:
@@ -238,7 +234,7 @@ def _find_shortening(
     min_acceleration = part / length
     if highest is not None and highest >= v:  # the ends are faster, so a lower speed does not help
         highest = None
-    named = "the path" if stretch is None else f"stretch {stretch}"
+    named = "the path" if stretch is None else f"stretch {stretch + 1}"
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(
         f"{named} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "

@@ -104,7 +104,7 @@ class ToolPath:
             gap = float(np.linalg.norm(start - end))
             if gap > JUNCTION_GAP:
                 raise geometry_error(
-                    f"curve {i} ends at {{end}} and curve {i + 1} starts {{gap}} away, at "
+                    f"curve {i + 1} ends at {{end}} and curve {i + 2} starts {{gap}} away, at "
                     "{start}; each must start where the one before ends",
                     end=end,
                     gap=gap,
@@ -115,8 +115,8 @@ class ToolPath:
             if angle > CORNER_ANGLE and i not in self.stops:
                 raise CornerError(
                     f"the path turns sharply by {math.degrees(angle):.6g} deg at "
-                    f"{point_text(end)}, between curves {i} and {i + 1}; round the corner with a "
-                    "blend or stop there",
+                    f"{point_text(end)}, between curves {i + 1} and {i + 2}; round the corner with "
+                    "a blend or stop there",
                     junction=i,
                     angle=angle,
                     point=end.tolist(),

@@ -62,7 +62,7 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
     for i in range(1, len(rounded)):
         if rounded[i] <= rounded[i - 1]:
             raise ExportError(
-                f"knots {i - 1} and {i} at {times[i]:.12g} s are {times[i] - times[i - 1]:.3g} s "
+                f"knots {i} and {i + 1} at {times[i]:.12g} s are {times[i] - times[i - 1]:.3g} s "
                 "apart and round to the same nanosecond, the resolution of ROS 2; choose "
                 "knots farther apart",
                 time=times[i],

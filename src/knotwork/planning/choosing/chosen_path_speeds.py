@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -12,9 +13,13 @@ from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
 from knotwork.planning.choosing.path_limit_utilisation import Limit, LimitUtilisation
 from knotwork.planning.choosing.path_speed_problem import (
+    ADJACENT_MOTION,
+    AT_MOST,
+    NOTHING,
+    RAMPS,
+    TOLERANCES,
     NoSpeedsError,
     PathSpeedProblem,
-    SpeedBound,
     round_speed,
 )
 from knotwork.planning.choosing.segments import TimingTask
@@ -79,8 +84,9 @@ def with_max_speeds(
         if path.requested.at_most:
             bounds = {
                 k: min(
-                    (max_speed, SpeedBound.AT_MOST),
-                    (caps.get(path.first + 1 + k, math.inf), SpeedBound.NEIGHBOURS),
+                    (max_speed, AT_MOST),
+                    (caps.get(path.first + 1 + k, math.inf), ADJACENT_MOTION),
+                    key=itemgetter(0),
                 )
                 for k, max_speed in path.requested.at_most.items()
             }
@@ -105,7 +111,7 @@ def _fastest_feasible_paths(
     best: ChosenPathSpeeds | None = None
     min_duration = math.inf
     failed: NoSpeedsError | None = None
-    slower: dict[PathSpeedProblem, Limit | SpeedBound] = {}
+    slower: dict[PathSpeedProblem, Limit] = {}
     for attempt in range(MAX_PLANS):
         try:
             for problem, bound in slower.items():
@@ -119,7 +125,7 @@ def _fastest_feasible_paths(
         try:
             timed = _with_speeds(task, problems.values())
         except (PathError, FollowingError):
-            slower = dict.fromkeys(problems.values(), SpeedBound.TOLERANCES)
+            slower = dict.fromkeys(problems.values(), TOLERANCES)
             continue
         excess = {
             p: p.correct_from_plan(timed, timed.scenario.paths[i]) for i, p in problems.items()
@@ -131,7 +137,7 @@ def _fastest_feasible_paths(
         is_corrected = attempt + 1 >= CORRECTED_PLANS
         slower = {p: error.limit for p, error in missed.items()} if is_corrected else {}
     if best is None:
-        raise failed or NoSpeedsError(task.scenario.paths[0], 0, SpeedBound.TOLERANCES)
+        raise failed or NoSpeedsError(task.scenario.paths[0], 0, TOLERANCES)
     return best
 
 
@@ -140,7 +146,7 @@ def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> Timi
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.given.with_waypoints(
         {
-            scenario.index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
+            scenario.task_index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
             for problem in problems
             for k, speed in problem.speeds.items()
         }
@@ -165,9 +171,8 @@ def _chosen_path_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) 
     for problem in problems:
         for k, speed in problem.speeds.items():
             i, limit = problem.path.first + 1 + k, problem.limiting[k]
-            joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", str(limit))
             speeds[i] = speed
-            binding.append(Binding(names[i - 1], names[i], joint, quantity, None))
+            binding.append(Binding(names[i - 1], names[i], limit.joint, limit.quantity, None))
     return ChosenPathSpeeds(task, speeds, tuple(binding))
 
 
@@ -192,7 +197,7 @@ def paths_beyond_limits(paths: ChosenPathSpeeds) -> list[InputError]:
 def _infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputError:
     """The error for a path without feasible speeds, with accepted changes."""
     path, k, limit = error.path, error.stretch, error.limit
-    if limit == SpeedBound.NOTHING:
+    if limit == NOTHING:
         unbounded = InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
         )
@@ -204,7 +209,7 @@ def _path_error(
     task: TimingTask,
     path: ScenarioPath,
     k: int,
-    limit: Limit | SpeedBound,
+    limit: Limit,
     used: float | None = None,
 ) -> InputError:
     """The error for a stretch of a path that exceeds a limit.
@@ -231,11 +236,11 @@ def _path_error(
         accepted = "another path or path.acceleration"
     else:
         accepted = "speed: fastest"
-    if limit == SpeedBound.RAMPS:
+    if limit == RAMPS:
         shown = text(requested.acceleration, "m/s²")
         reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
-    elif isinstance(limit, SpeedBound):
+    elif limit == TOLERANCES:
         reason = "the tolerances are not kept"
     else:
         excess = "exceeds" if used is None else f"reaches {rounded_up(used, 4):.4g} times"
@@ -250,5 +255,5 @@ def _path_error(
 
 def _key(task: TimingTask, i: int) -> str:
     """The key that gives the speed to a waypoint on a path."""
-    waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
+    waypoint = task.scenario.given.waypoints[task.scenario.task_index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)

@@ -12,7 +12,7 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.planning.choosing.path_speed_problem import SpeedBound
+from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
@@ -27,6 +27,13 @@ WAYS_GROUP = "Ways"
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
+
+BOUND_TEXTS = {
+    RAMPS.quantity: "room for changes of speed at path.acceleration, {acceleration},",
+    ADJACENT_MOTION.quantity: "the motion before or after",
+    TOLERANCES.quantity: "the tolerance of the path",
+}
+"""Texts of bounds of a speed along a path."""
 
 _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
@@ -135,12 +142,13 @@ def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
-        text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
+        quantity = BOUND_TEXTS.get(limit.quantity, limit.quantity)
+        text = f"{limit.joint} {quantity}" if limit.joint else quantity
         if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == SpeedBound.RAMPS:
+        if limit.quantity == RAMPS.quantity:
             acceleration = chosen.scenario.paths[0].requested.acceleration
-            text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
+            text = text.format(acceleration=chosen.scenario.units.text(acceleration, "m/s²"))
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
 
@@ -173,36 +181,33 @@ def clear_motion_findings(
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
     resolution = scenario.scene.collisions.resolution
-    for indices, run in clear_motions:
-        count = run.way
+    for indices, chosen in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
-        tries = "1 try" if count == 1 else f"{count} tries"
-        message = f"{start.name} to {end.name}: clear motion found in {tries}"
-        room = ""
-        if run.room is not None:
-            room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
-        message += room
-        interval = (start.time, end.time)
+        name, interval = f"{start.name} to {end.name}", (start.time, end.time)
+        tries = "1 try" if chosen.way == 1 else f"{chosen.way} tries"
+        extra = ""
+        if chosen.room is not None:
+            room = scenario.units.text(chosen.room * length, "m", ".3g")
+            extra = f" with {room} of extra clearance"
+        fact = brief = f"{name}: clear motion found in {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *cut) or least_clearance(model, *cut)
-        value = time = None
-        brief = message
         if least is not None:
-            value, time = least.distance, least.time
-            clearance = f"minimum clearance {scenario.units.text(value, 'm', '.3g')}"
-            message += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
-            brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
+            clearance = f"minimum clearance {scenario.units.text(least.distance, 'm', '.3g')}"
+            pair = f"{least.second.name}, {least.first.name}"
+            fact += f", {clearance} ({pair}) at {least.time:.2f} s"
+            brief = f"{name}:{extra}{',' if extra else ''} {clearance}"
         yield Finding(
             group=WAYS_GROUP,
             subject="waypoint",
             name=end.name,
             quantity="way",
             verdict="information",
-            fact=message,
-            value=value,
-            unit="m" if value is not None else "",
-            time=time,
+            fact=fact,
+            value=None if least is None else least.distance,
+            unit="" if least is None else "m",
+            time=None if least is None else least.time,
             interval=interval,
             brief=brief,
         )

@@ -35,20 +35,23 @@ TOOL_MARGIN = 1e-3
 MIDDLE_HALF_WIDTH = 0.25
 """Half width of the middle of a stretch, as a fraction of its length."""
 
+CONSTANT_SPEED_PART = 1
+"""Index of the part of a stretch with its own speed."""
+
 
 class Limit(NamedTuple):
-    """A limit of a joint, a frame or the tool.
+    """A limit of a joint, a frame or the tool, or another bound of a speed along a path.
 
     Attributes:
-        joint: Name of a joint or a frame; empty for the tool.
-        quantity: Limited quantity.
-        order: Power of the speed along a path with which it grows.
+        joint: Name of a joint or a frame; empty for the tool and for other bounds.
+        quantity: Limited quantity, or name of the bound.
+        order: Power of the speed along a path with which it grows; 0 for other bounds.
         size: Number of components of the quantity.
     """
 
     joint: str
     quantity: str
-    order: int
+    order: int = 0
     size: int = 1
 
 
@@ -156,10 +159,6 @@ def _parts(timing: Timing) -> FloatArray:
     return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
 
 
-CONSTANT_SPEED_PART = 1
-"""Index of the part of a stretch with its own speed."""
-
-
 def _largest_by_part(used: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
     """Largest utilisation on each part of n stretches, shape (n, 3, m).
 
@@ -188,7 +187,7 @@ class PathUtilisation:
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = task.start(path)
+        robot, start, pull = task.solution.starts[path.first]
         self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
         q, d1, d2, d3 = (values[:, : limits.robot.dof] for values in states)
         zero = np.zeros_like(q)

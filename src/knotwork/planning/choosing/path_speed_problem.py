@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from enum import Enum
 
 import numpy as np
 
@@ -45,16 +44,20 @@ MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
 
-class SpeedBound(str, Enum):
-    """A bound of a speed along a path other than a limit."""
+RAMPS = Limit("", "path acceleration")
+"""The acceleration along the path, with which speeds change."""
 
-    RAMPS = "room for changes of speed"
-    NEIGHBOURS = "the motion before or after"
-    AT_MOST = "at_most"
-    TOLERANCES = "the tolerance of the path"
-    NOTHING = "no limit"
+ADJACENT_MOTION = Limit("", "adjacent motion")
+"""The motion before or after the path."""
 
-    __str__ = str.__str__  # as of `StrEnum`, which Python 3.10 has not
+AT_MOST = Limit("", "at_most")
+"""The upper bound of a speed in the task."""
+
+TOLERANCES = Limit("", "path tolerance")
+"""The tolerances of the path."""
+
+NOTHING = Limit("", "nothing")
+"""Nothing bounds a speed."""
 
 
 class NoSpeedsError(Exception):
@@ -66,7 +69,7 @@ class NoSpeedsError(Exception):
         limit: The exceeded limit.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: Limit | SpeedBound) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, limit: Limit) -> None:
         super().__init__()
         self.path, self.stretch, self.limit = path, stretch, limit
 
@@ -89,7 +92,7 @@ class PathSpeedProblem:
         self,
         task: TimingTask,
         path: ScenarioPath,
-        caps: Mapping[int, tuple[float, Limit | SpeedBound]],
+        caps: Mapping[int, tuple[float, Limit]],
     ) -> None:
         self.path, self.requested, self.caps = path, path.requested, dict(caps)
         self.unit = task.scenario.shown_length[0]
@@ -97,7 +100,7 @@ class PathSpeedProblem:
         self.along = PathUtilisation(task, path, self.utilisation)
         self._ratio = np.ones((len(path.stretches), 3, len(self.utilisation.limits)))
         self.speeds: Speeds = {}
-        self.limiting: dict[int, Limit | SpeedBound] = {}
+        self.limiting: dict[int, Limit] = {}
 
     def choose(self) -> float:
         """Choose maximum speeds that are expected to keep the limits.
@@ -159,21 +162,21 @@ class PathSpeedProblem:
         """
         for k, speed in self.speeds.items():
             if math.isinf(speed):
-                raise NoSpeedsError(self.path, k, SpeedBound.NOTHING)
+                raise NoSpeedsError(self.path, k, NOTHING)
         for _ in range(FIT_ROUNDS):
             rounded = {k: round_speed(self.unit * v) / self.unit for k, v in self.speeds.items()}
             try:
                 self.speeds = self.requested.fitted(rounded)
             except PathError as error:
                 stretch = getattr(error, "stretch", None) or 0
-                raise NoSpeedsError(self.path, stretch, SpeedBound.RAMPS) from error
+                raise NoSpeedsError(self.path, stretch, RAMPS) from error
             lowered = [k for k, speed in self.speeds.items() if speed < rounded[k]]
             if not lowered:
                 return
-            self.limiting.update(dict.fromkeys(lowered, SpeedBound.RAMPS))
-        raise NoSpeedsError(self.path, 0, SpeedBound.RAMPS)
+            self.limiting.update(dict.fromkeys(lowered, RAMPS))
+        raise NoSpeedsError(self.path, 0, RAMPS)
 
-    def lower_caps(self, bound: Limit | SpeedBound) -> None:
+    def lower_caps(self, bound: Limit) -> None:
         """Cap each speed below its present value, because the planned motion exceeds a bound."""
         for k, speed in self.speeds.items():
             if speed <= MIN_SPEED:

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.planning.task_to_joint import PathStart, TaskSolution
+from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
 from knotwork.task import ClearWay
-from knotwork.task.scenario import Scenario, ScenarioPath, Unknowns, resolve_task
+from knotwork.task.scenario import Scenario, Unknowns
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 
-ErrorT = TypeVar("ErrorT", bound=InputError)
-
 if TYPE_CHECKING:
     from knotwork.planning.timing import Dynamics
-    from knotwork.robot import Robot
     from knotwork.scene.collision_model import CollisionModel
 
+ErrorT = TypeVar("ErrorT", bound=InputError)
 
-def with_clear_motions(scenario: Scenario, ends: Sequence[int]) -> Scenario:
-    """The scenario with `way: clear` at some waypoints, by index."""
-    waypoints = list(scenario.given.waypoints)
-    for k in (scenario.index[i] for i in ends):
-        waypoints[k] = waypoints[k].replace(way="clear")
-    return resolve_task(scenario.given.replace(waypoints=tuple(waypoints)), scenario.places)
+MIN_RAMP_TIME = 0.01
+"""Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
+
+MAX_JERK = 2e4
+"""Largest jerk if there are no limits of jerk and acceleration [rad/s³ or m/s³]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +58,6 @@ class TimingTask:
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
         return np.array(self.waypoints.task_rows)
-
-    def start(self, path: ScenarioPath) -> PathStart:
-        """State of the arm at the start of a path, with virtual joints for the poses' freedom."""
-        known = self.solution.starts.get(path.first)
-        if known is not None:
-            return known
-        robot = cast("Robot", self.space.robot)  # only robots follow paths
-        q = self.waypoints.position[self.rows[path.first]]
-        return PathStart(robot, q, self.scenario.task.pull_to_middle)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:
@@ -119,17 +107,10 @@ class TimingTask:
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """Locate an error at a key of waypoint i of the scenario, and return it."""
-        k = self.scenario.index[i]
+        k = self.scenario.task_index[i]
         location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
         error.locate(self.scenario.where(*location, *key))
         return error
-
-
-MIN_RAMP_TIME = 0.01
-"""Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
-
-MAX_JERK = 2e4
-"""Largest jerk if there are no limits of jerk and acceleration [rad/s³ or m/s³]."""
 
 
 @dataclass(frozen=True, eq=False)

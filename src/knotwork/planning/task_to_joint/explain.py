@@ -33,10 +33,10 @@ def describe_choices(search: SolutionSearch, chosen: ChosenSequence) -> tuple[Ch
     )
 
 
-def _turns(robot: Robot, q: FloatArray) -> tuple[tuple[str, int], ...]:
+def _turns(robot: Robot, q: FloatArray) -> dict[str, int]:
     turns = np.round(q / (2 * np.pi)).astype(int)
     joints = zip(robot.joint_names, turns, robot.joint_units, strict=True)
-    return tuple((name, int(turn)) for name, turn, unit in joints if turn and unit == "rad")
+    return {name: int(turn) for name, turn, unit in joints if turn and unit == "rad"}
 
 
 def find_infeasibilities(

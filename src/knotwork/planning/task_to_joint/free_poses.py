@@ -278,7 +278,7 @@ def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSol
         acceleration=None if known is None else known[:, :d],
     )
     choices = tuple(
-        replace(choice, turns=tuple(turn for turn in choice.turns if turn[0] in space.joint_names))
+        replace(choice, turns={j: k for j, k in choice.turns.items() if j in space.joint_names})
         for choice in solution.choices
     )
     return replace(solution, waypoints=waypoints, choices=choices)

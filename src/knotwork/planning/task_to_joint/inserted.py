@@ -129,17 +129,15 @@ def _insert_waypoints(
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
-    from knotwork.planning.task_to_joint.insertion import PathTolerance, with_waypoints_inserted
+    from knotwork.planning.task_to_joint.insertion import with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
-    tolerances = scenario.task.tolerances
-    tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
-    ends = path.times
+    ends, tolerances = path.times, scenario.task.tolerances
     begin = track.start(start)
     continuation = track.continuation_from(begin.q)
     try:
         joints = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
-        followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
+        followed = with_waypoints_inserted(joints, tolerances, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
         raise

@@ -18,6 +18,7 @@ from knotwork.errors import PathError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.task import Tolerances
 from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
@@ -53,20 +54,6 @@ ROUNDING_FACTOR = 4.0
 """Minimum ratio of a tolerance to the rounding error of the bounds."""
 
 
-class PathTolerance(NamedTuple):
-    """Tolerances of a motion along its path.
-
-    Attributes:
-        position: Distance from the path [m].
-        orientation: Angle from the orientation of the path [rad].
-        speed: Relative error of the path speed.
-    """
-
-    position: float
-    orientation: float
-    speed: float
-
-
 class FollowedPath(NamedTuple):
     """Waypoints that keep the joints on a path.
 
@@ -83,7 +70,7 @@ class FollowedPath(NamedTuple):
 
 def with_waypoints_inserted(
     joints: JointsOnPath,
-    tolerance: PathTolerance,
+    tolerance: Tolerances,
     *,
     times: FloatArray | None = None,
     knots: Any = "paper",
@@ -123,7 +110,7 @@ class _Insertion:
     """Insertion of waypoints along one path."""
 
     joints: JointsOnPath
-    tolerance: PathTolerance
+    tolerance: Tolerances
     knots: Any
 
     def waypoints_at(self, times: FloatArray) -> FollowedPath:
@@ -174,7 +161,7 @@ class _Insertion:
         allowed, q = self.tolerance, spline(times)
         off = path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
         use = off / (
-            SAMPLED_SHARE * np.array([allowed.position, allowed.orientation, allowed.speed])
+            SAMPLED_SHARE * np.array([allowed.path, allowed.path_orientation, allowed.path_speed])
         )
         use = use.max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
@@ -193,9 +180,9 @@ class _Insertion:
         if count > MAX_WAYPOINTS:
             allowed = self.tolerance
             raise PathError(
-                f"the tolerances {allowed.position:g} m, {allowed.orientation:g} rad and "
-                f"{allowed.speed:g} of the speed need more than {MAX_WAYPOINTS} waypoints along "
-                "the path; use wider ones, or round the corner where its curvature jumps"
+                f"the tolerances {allowed.path:g} m, {allowed.path_orientation:g} rad and "
+                f"{allowed.path_speed:g} of the speed need more than {MAX_WAYPOINTS} waypoints "
+                "along the path; use wider ones, or round the corner where its curvature jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
@@ -239,7 +226,7 @@ def path_errors(
 
 
 def _check_tolerance(
-    robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: PathTolerance
+    robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: Tolerances
 ) -> None:
     """Refuse tolerances that are too fine to be proved.
 
@@ -249,9 +236,9 @@ def _check_tolerance(
     least = ROUNDING_FACTOR * path_rounding(robot, curve, path)
     slowest = float(path.timing.speeds.min())
     for quantity, value, needed, unit in (
-        ("of the distance from the path", tolerance.position, least, " m"),
-        ("of the orientation", tolerance.orientation, least, " rad"),
-        (f"of the speed, a part of {slowest:g} m/s,", tolerance.speed, least / slowest, ""),
+        ("of the distance from the path", tolerance.path, least, " m"),
+        ("of the orientation", tolerance.path_orientation, least, " rad"),
+        (f"of the speed, a part of {slowest:g} m/s,", tolerance.path_speed, least / slowest, ""),
     ):
         if value < needed:
             raise PathError(
@@ -264,7 +251,7 @@ def _proved_tolerance_use(
     robot: Robot,
     curve: PiecewisePolynomial,
     path: TimedPath,
-    tolerance: PathTolerance,
+    tolerance: Tolerances,
     times: FloatArray,
 ) -> FloatArray:
     """Upper bound on the error between waypoints, relative to the tolerances.
@@ -288,9 +275,9 @@ def _proved_tolerance_use(
         begin, end = start + timing.times[i : i + 2]
         low, high = start + timing.full_speed[i]
         limits = PathLimits(
-            position=part * tolerance.position,
-            orientation=part * tolerance.orientation,
-            speed=part * tolerance.speed * speed,
+            position=part * tolerance.path,
+            orientation=part * tolerance.path_orientation,
+            speed=part * tolerance.path_speed * speed,
             full_speed=speed,
             full_interval=(low, high),
         )

@@ -24,7 +24,7 @@ class Choice:
         waypoint: Name of the waypoint.
         branch: Name of the branch, for example `shoulder left, elbow up, no flip`; empty where
             branches have no names.
-        turns: Joints that are not within half a turn of zero, and their whole turns.
+        turns: Whole turns of the joints that are not within half a turn of zero, by joint.
         branches: Number of branches inside the limits; for a redundant arm, of samples.
         solutions: Number of solutions inside the limits, turns included.
         sampled: The arm is redundant at the pose.
@@ -32,7 +32,7 @@ class Choice:
 
     waypoint: str
     branch: str
-    turns: tuple[tuple[str, int], ...]
+    turns: Mapping[str, int]
     branches: int
     solutions: int
     sampled: bool
@@ -106,13 +106,9 @@ class TaskSolution:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the choices and infeasibilities as plain data, ready for JSON."""
-        choices = []
-        for choice in self.choices:
-            data = asdict(choice)
-            data["turns"] = dict(choice.turns)
-            choices.append(data)
         infeasible = [
             {**asdict(infeasibility), "fraction": infeasibility.fraction}
             for infeasibility in self.infeasibilities
         ]
+        choices = [asdict(choice) for choice in self.choices]
         return {"choices": choices, "infeasibilities": infeasible}

@@ -217,12 +217,15 @@ class _Evaluations:
 def _worst_intervals(
     beyond: FloatArray, is_open: NDArray[np.bool_], count: int
 ) -> NDArray[np.bool_]:
-    """Whether each open interval is divided: those with the largest excess over their targets.
+    """Select the intervals to divide, which are the open ones farthest beyond their targets.
 
     Args:
         beyond: Excess of each bound over its target, shape (n, c).
         is_open: Whether this leaves a verdict undecided, shape (n, c).
         count: Maximum number of intervals to divide.
+
+    Returns:
+        Whether each interval is divided, shape (n,).
     """
     largest = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import CollisionModel
@@ -155,9 +154,9 @@ def _divide_in_three(
     intervals: Intervals, tests: _PairTests, is_open: NDArray[np.bool_]
 ) -> tuple[Intervals, _PairTests]:
     """Divide open intervals into three parts. The middle parts keep their distances."""
-    indices, place = np.unique(tests.interval[is_open], return_inverse=True)
-    interval = (3 * place[:, None] + np.arange(3)).ravel()
-    distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
+    indices, row = np.unique(tests.interval[is_open], return_inverse=True)
+    interval = (3 * row[:, None] + np.arange(3)).ravel()
+    distance, normal = np.full((len(row), 3), np.nan), np.zeros((len(row), 3, 3))
     distance[:, 1], normal[:, 1] = tests.distance[is_open], tests.normal[is_open]
     combo = np.repeat(tests.combo[is_open], 3)
     return intervals[indices].split(3), _PairTests(
@@ -209,7 +208,7 @@ class _ClearanceSearch:
 
     def _first_tests(self, intervals: Intervals) -> _PairTests:
         """The pairs of solids that exist together in each interval."""
-        middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
+        middle = self.curve.x[intervals.piece] + intervals.middle
         windows = self.windows[self.pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, combo = np.nonzero(exist)
@@ -217,34 +216,55 @@ class _ClearanceSearch:
 
     def _level(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
         """Measure where needed, close decided intervals, and divide the others into three."""
-        middle = intervals.start + intervals.length / 2
-        q = horner(self.curve.c[:, intervals.piece], middle[:, None])
-        time = self.curve.x[intervals.piece] + middle
-        rotation, origin = place_joints(self.model.joints, q)
-        motions = RelativeMotion(
-            self.model.joints, self.table, self.curve, intervals, rotation, origin
-        )
-        interval, combo, distance, normal = tests
-        motion = motions.largest(interval, combo)
-        of_spheres = self.table.min_distances(rotation, origin)[interval, combo]
-        placed = self.table.axes(rotation, origin)
-        self._measure(tests, time, placed, of_spheres - motion, motion)
-        lower = np.where(np.isnan(distance), of_spheres, distance - DISTANCE_ERROR) - motion
-        goal = self._goal()[combo]
-        separable = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
-        where = interval[separable], combo[separable], normal[separable]
+        motions = RelativeMotion(self.table, self.curve, intervals)
+        time = self.curve.x[intervals.piece] + intervals.middle
+        placed = self.table.axes(motions.rotation, motions.origin)
+        motion = motions.largest(tests.interval, tests.combo)
+        spheres = self.table.min_distances(motions.rotation, motions.origin)
+        nearest = spheres[tests.interval, tests.combo]
+        self._measure(tests, time, placed, nearest - motion, motion)
+        is_measured = ~np.isnan(tests.distance)
+        nearest[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
+        goal = self._goal()[tests.combo]
+        lower = self._bounds_by_planes(tests, motions, placed, nearest - motion, goal)
+        is_closed = (lower >= goal) | (motion <= self.resolution)
+        is_closed |= self.measurements >= DISTANCE_BUDGET
+        np.minimum.at(self.bound, tests.combo[is_closed], lower[is_closed])
+        margin = self.margin[tests.combo]
+        is_undecided = is_closed & (lower < margin) & (self.distance[tests.combo] > margin)
+        interval, combo = tests.interval[is_undecided], tests.combo[is_undecided]
+        half = intervals.length[interval] / 2
+        np.minimum.at(self.undecided_from, combo, time[interval] - half)
+        np.maximum.at(self.undecided_until, combo, time[interval] + half)
+        return _divide_in_three(intervals, tests, ~is_closed)
+
+    def _bounds_by_planes(
+        self,
+        tests: _PairTests,
+        motions: RelativeMotion,
+        placed: tuple[FloatArray, FloatArray],
+        lower: FloatArray,
+        goal: FloatArray,
+    ) -> FloatArray:
+        """Improve bounds by planes that separate convex solids, where they are below their goals.
+
+        Args:
+            tests: Pairs of solids over intervals, measured.
+            motions: Their relative motion.
+            placed: Rotations and origins of the solids' axes, see `SolidPairs.axes`.
+            lower: Lower bound of each distance over the interval [m], shape (m,).
+            goal: Bound at which an interval is closed [m], shape (m,).
+
+        Returns:
+            The better of both bounds [m], shape (m,).
+        """
+        is_separable = self.table.convex[tests.combo] & (tests.distance > 0.0) & (lower < goal)
+        rows = np.flatnonzero(is_separable)
+        where = tests.interval[rows], tests.combo[rows], tests.normal[rows]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
-        lower[separable] = np.maximum(lower[separable], gap - motions.approach(*where))
-        closed = (lower >= goal) | (motion <= self.resolution)
-        if self.measurements >= DISTANCE_BUDGET:
-            closed[:] = True
-        np.minimum.at(self.bound, combo[closed], lower[closed])
-        margin = self.margin[combo]
-        undecided = closed & (lower < margin) & (self.distance[combo] > margin)
-        half, at = intervals.length[interval[undecided]] / 2, time[interval[undecided]]
-        np.minimum.at(self.undecided_from, combo[undecided], at - half)
-        np.maximum.at(self.undecided_until, combo[undecided], at + half)
-        return _divide_in_three(intervals, tests, ~closed)
+        by_planes = np.full_like(lower, -np.inf)
+        by_planes[rows] = gap - motions.approach(*where)
+        return np.maximum(lower, by_planes)
 
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
@@ -278,16 +298,16 @@ class _ClearanceSearch:
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
         columns = (waiting, *(x[waiting] for x in (tests.combo, tests.interval, lower, motion)))
-        for i, c, k, nearest, moved in zip(*(x.tolist() for x in columns), strict=True):
-            if nearest >= goal[c]:
+        for test, c, interval, bound, moved in zip(*(x.tolist() for x in columns), strict=True):
+            if bound >= goal[c]:
                 continue
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
-            d = self.table.measure(c, placed[0][k], placed[1][k], enough)
-            tests.distance[i], tests.normal[i] = d, self.table.normal
+            d = self.table.measure(c, placed[0][interval], placed[1][interval], enough)
+            tests.distance[test], tests.normal[test] = d, self.table.normal
             self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
-                self.time[c] = time[k]
+                self.time[c] = time[interval]
                 part = max(self.min_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
@@ -330,8 +350,7 @@ class _ClearanceSearch:
                 start, end = self.windows[k].tolist()
                 verdict = "collides"
                 contacts = contact_intervals(self.model, self.curve, k, start, end, time)
-                interval = next((span for span in contacts if span[0] <= time <= span[1]), None)
-                interval = interval or (time, time)
+                interval = next(span for span in contacts if span[0] <= time <= span[1])
             elif low <= high:
                 verdict, interval = "undecided", (float(low), float(high))
             bound = float(self.bound[of_pair].min())

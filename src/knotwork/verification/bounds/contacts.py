@@ -33,30 +33,38 @@ def contact_intervals(
         high: End of the time in which both exist [s].
         time: A time of contact [s].
     """
-    pair = model.pairs[k]
-    bodies = model.bodies[pair.first], model.bodies[pair.second]
-
-    def violates(times: FloatArray) -> list[bool]:
-        placed = zip(*place_joints(model.joints, curve(times)), strict=True)
-        return [are_nearer_than(model.meter, *bodies, *joints, pair.margin) for joints in placed]
-
-    def edge(low: float, high: float, *, before: bool) -> float:
-        """Time between two times at which a contact begins or ends [s]."""
-        while high - low > max(CONTACT_PRECISION, 4.0 * np.spacing(high)):
-            middle = (low + high) / 2
-            if violates(np.array([middle]))[0] == before:
-                low = middle
-            else:
-                high = middle
-        return high if before else low
-
     steps = np.linspace(low, high, CONTACT_STEPS + 1)
     i = int(np.searchsorted(steps, time))
-    times, contact = np.insert(steps, i, time).tolist(), violates(steps)
-    contact.insert(i, True)
+    steps = np.insert(steps, i, time)
+    contact = _violations(model, curve, k, steps)
+    contact[i] = True
     edges = [low] if contact[0] else []
-    for (start, before), (end, after) in pairwise(zip(times, contact, strict=True)):
-        if before != after:
-            edges.append(edge(start, end, before=before))
+    for before, after in pairwise(range(len(steps))):
+        if contact[before] != contact[after]:
+            free, touching = (before, after) if contact[after] else (after, before)
+            edges.append(_contact_end(model, curve, k, steps[free], steps[touching]))
     edges += [high] if contact[-1] else []
     return tuple(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _contact_end(
+    model: CollisionModel, curve: PiecewisePolynomial, k: int, free: float, touching: float
+) -> float:
+    """Last time without a contact [s], between a time without and a time with one."""
+    while abs(touching - free) > max(CONTACT_PRECISION, 4.0 * np.spacing(max(free, touching))):
+        middle = (free + touching) / 2
+        if _violations(model, curve, k, np.array([middle]))[0]:
+            touching = middle
+        else:
+            free = middle
+    return float(free)
+
+
+def _violations(
+    model: CollisionModel, curve: PiecewisePolynomial, k: int, times: FloatArray
+) -> list[bool]:
+    """Whether a pair of bodies violates its margin, at each time."""
+    pair = model.pairs[k]
+    bodies = model.bodies[pair.first], model.bodies[pair.second]
+    placed = zip(*place_joints(model.joints, curve(times)), strict=True)
+    return [are_nearer_than(model.meter, *bodies, *joints, pair.margin) for joints in placed]

@@ -103,13 +103,13 @@ class PathStretch:
     ) -> None:
         self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
         self.clock = clock
-        self.joints, self.known = joint_tree(robot.model), curve
+        self.joints, self.positions = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
         if motion.carrier is not None:
             base = robot.base_placement.inverse()
             self.joints = tree_from(motion.carrier.joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
-            self.known = append_known(curve, motion.carrier.joints)
+            self.positions = append_carriers(curve, motion.carrier.joints)
         self.low, self.high = self.requested_at(np.array([start, end])).tolist()
 
     def requested_at(self, t: FloatArray) -> FloatArray:
@@ -138,9 +138,10 @@ class PathStretch:
     def sizes(self, t: FloatArray) -> PathSizes:
         """Bounds on the intervals between increasing times [s], shape (n + 1,)."""
         middle = 0.5 * (t[1:] + t[:-1])
-        piece = np.clip(np.searchsorted(self.known.x, middle) - 1, 0, len(self.known.x) - 2)
-        start = np.maximum(t[:-1] - self.known.x[piece], 0.0)
-        rates = joint_rates(self.known, Intervals(piece, start, np.diff(t)))
+        breaks = self.positions.x
+        piece = np.clip(np.searchsorted(breaks, middle) - 1, 0, len(breaks) - 2)
+        start = np.maximum(t[:-1] - breaks[piece], 0.0)
+        rates = joint_rates(self.positions, Intervals(piece, start, np.diff(t)))
         moved = tree_motion(self.joints, rates.bounds)
         point, rotation = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         spin = moved.angular[self.joint][0]
@@ -180,7 +181,7 @@ def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
     return replace(tree, column=columns)
 
 
-def append_known(
+def append_carriers(
     curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]
 ) -> PiecewisePolynomial:
     """Positions of an arm's joints followed by those of carriers, over the time of the first."""

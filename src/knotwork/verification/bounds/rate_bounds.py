@@ -43,6 +43,11 @@ class Intervals:
     start: FloatArray
     length: FloatArray
 
+    @property
+    def middle(self) -> FloatArray:
+        """Middle of the interval since the start of the piece [s], shape (n,)."""
+        return np.asarray(self.start + self.length / 2)
+
     def __getitem__(self, index: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Intervals:
         return Intervals(self.piece[index], self.start[index], self.length[index])
 

@@ -19,49 +19,42 @@ from numpy.typing import NDArray
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
-from knotwork.robot.joint_tree import JointTree
+from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray, IndexArray
 
 
 class RelativeMotion:
-    """Bounds on the motion of pairs of solids over k intervals."""
+    """Bounds on the motion of pairs of solids over k intervals.
 
-    def __init__(
-        self,
-        joints: JointTree,
-        table: SolidPairs,
-        curve: PiecewisePolynomial,
-        intervals: Intervals,
-        rotation: FloatArray,
-        origin: FloatArray,
-    ) -> None:
-        """Place the solids at the middles of the intervals.
+    Args:
+        table: Pairs of solids.
+        curve: Positions of the joints that carry them, trailing shape (d,).
+        intervals: The intervals.
 
-        Args:
-            joints: Joints that carry the solids.
-            table: Pairs of solids.
-            curve: Joint positions, trailing shape (d,).
-            intervals: The intervals.
-            rotation: Rotations of all joints at the middles, shape (k, n + 1, 3, 3).
-            origin: Origins of all joints at the middles [m], shape (k, n + 1, 3).
-        """
-        self.joints, self.table, self.curve, self.intervals = joints, table, curve, intervals
-        self.origin, self.half = origin, intervals.length / 2
+    Attributes:
+        rotation: Rotations of all joints at the middles of the intervals, shape (k, n + 1, 3, 3).
+        origin: Their origins there [m], shape (k, n + 1, 3).
+    """
+
+    def __init__(self, table: SolidPairs, curve: PiecewisePolynomial, intervals: Intervals) -> None:
+        self.table, self.joints = table, table.model.joints
+        joints, middle = self.joints, intervals.middle[:, None]
+        c = curve.c[:, intervals.piece]
+        self.rotation, self.origin = place_joints(joints, horner(c, middle))
+        self.half = intervals.length / 2
         carriers = joints.carriers[table.joint]
         a, b = carriers[table.first], carriers[table.second]
         self.between = (a & ~b).astype(float), (b & ~a).astype(float)
         columns = list(joints.column[1:])
         rates = joint_rates(curve, intervals).bounds
-        self.speed, self.acceleration = np.zeros((2, *origin.shape[:2]))
+        self.speed, self.acceleration = np.zeros((2, *self.origin.shape[:2]))
         self.speed[:, 1:], self.acceleration[:, 1:] = rates[1, columns].T, rates[2, columns].T
         self.rate = np.zeros_like(self.speed)
-        middle = (intervals.start + self.half)[:, None]
-        velocity = horner(differentiate(curve.c[:, intervals.piece]), middle)
-        self.rate[:, 1:] = velocity[:, columns]
-        self.axis = (rotation @ joints.axis[:, :, None])[..., 0]
-        self.corners = table.corners(rotation, origin)
+        self.rate[:, 1:] = horner(differentiate(c), middle)[:, columns]
+        self.axis = (self.rotation @ joints.axis[:, :, None])[..., 0]
+        self.corners = table.corners(self.rotation, self.origin)
         self.levers = self._levers(carriers)
         self.moves = (self.speed * self.half[:, None])[:, :, None] * self.levers
 

@@ -22,6 +22,14 @@ from knotwork.verification.bounds.adaptive import (
 from knotwork.verification.bounds.link_motion import TreeMotion, carrier_of, product, tree_motion
 from knotwork.waypoints import FloatArray
 
+SINGULAR_PRECISION = 1e-2
+"""Tightness of the bound on a singular value without a limit, relative to the value."""
+
+SINGULAR_RESOLUTION = 1e-3
+"""Tightness that is always sufficient: the value below which a report calls a motion almost
+singular.
+"""
+
 
 def tool_speed_bound(
     robot: Robot,
@@ -103,13 +111,6 @@ def _point_bound(
     return upper_bounds(curve_of(robot, trajectory), quantity, limits)[0]
 
 
-VALUE_PRECISION = 1e-2
-"""Relative tightness of the bound."""
-
-VALUE_RESOLUTION = 1e-3
-"""Absolute tightness of the bound that is always sufficient."""
-
-
 def singular_value_bound(
     robot: Robot, trajectory: JointTrajectory, *, limit: float | None = None
 ) -> Bound:
@@ -150,7 +151,7 @@ def singular_value_bound(
 
 def _singularity_precision(value: FloatArray, _scale: FloatArray) -> FloatArray:
     smallest = np.sqrt(np.maximum(-value, 0.0))
-    step = np.maximum(VALUE_PRECISION * smallest, VALUE_RESOLUTION)
+    step = np.maximum(SINGULAR_PRECISION * smallest, SINGULAR_RESOLUTION)
     return np.asarray(np.maximum(smallest**2 - np.maximum(smallest - step, 0.0) ** 2, step**2))
 
 

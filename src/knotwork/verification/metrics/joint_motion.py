@@ -179,8 +179,8 @@ def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
 
     It uses Gauss-Legendre quadrature with six nodes in each piece.
 
-    >>> made = kw.plan("ur5_deburring")
-    >>> squared_effort(made.space.robot, made.trajectory) > 0
+    >>> plan = kw.plan("ur5_deburring")
+    >>> squared_effort(plan.space.robot, plan.trajectory) > 0
     True
 
     Args:

@@ -22,8 +22,6 @@ STANDARD_ERRORS = 4.0
 """Number of standard errors beyond which a margin counts."""
 PLAN_RESIDUAL_RATIO = 1.5
 """Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
-
-
 PIECE_TIMES = 17
 """Number of times in each piece at which the plan is compared."""
 

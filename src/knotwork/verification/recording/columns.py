@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from knotwork.files.foreign.header import HeadingError, column, quantity_named, words
 
@@ -22,30 +22,36 @@ _REQUESTED = ("target", "desired", "reference", "command", "commanded", "error",
 
 
 @dataclass(frozen=True)
-class LogColumns:
-    """Columns of a log.
+class PositionColumn:
+    """A column with positions of a joint.
 
     Attributes:
-        clock: Columns of the time and their factors to s; 0 if the size of the values
-            decides.
-        position: Index of the column and factor to SI, for each joint.
-        units_given: Joints, by index, whose headings state a unit.
+        topic: The heading before the joint's name.
+        joint: Index of the joint.
+        index: Index of the column.
+        factor: Factor to SI.
+        unit_given: Whether the heading states a unit.
     """
-
-    clock: tuple[tuple[int, float], ...]
-    position: tuple[tuple[int, float], ...]
-    units_given: frozenset[int]
-
-
-@dataclass(frozen=True)
-class _Position:
-    """A column with positions of a joint."""
 
     topic: str
     joint: int
     index: int
     factor: float
     unit_given: bool
+
+
+@dataclass(frozen=True)
+class LogColumns:
+    """Columns of a log.
+
+    Attributes:
+        clock: Columns of the time and their factors to s; 0 if the size of the values
+            decides.
+        positions: The column of each joint.
+    """
+
+    clock: tuple[tuple[int, float], ...]
+    positions: tuple[PositionColumn, ...]
 
 
 def log_columns(
@@ -70,25 +76,23 @@ def log_columns(
     Raises:
         HeadingError: Time is missing, or a joint has not exactly one position.
     """
-    positions = list(_named_positions(headings, joint_names, joint_units))
-    positions = positions or list(_numbered_positions(headings, first, joint_names))
-    chosen = _choose_topic(positions, joint_names, topic)
-    columns = {position.joint: position for position in positions if position.topic == chosen}
-    factors = [
-        math.radians(1.0) if degrees and unit == "rad" and not columns[i].unit_given
-        else columns[i].factor
-        for i, unit in enumerate(joint_units)
-    ]  # fmt: skip
-    return LogColumns(
-        _clock(headings, chosen),
-        tuple((columns[i].index, factor) for i, factor in enumerate(factors)),
-        frozenset(position.joint for position in columns.values() if position.unit_given),
-    )
+    columns = list(_named_positions(headings, joint_names, joint_units))
+    columns = columns or list(_numbered_positions(headings, first, joint_names))
+    chosen = _choose_topic(columns, joint_names, topic)
+    positions = sorted((item for item in columns if item.topic == chosen), key=lambda p: p.joint)
+    if degrees:
+        positions = [
+            replace(position, factor=math.radians(1.0))
+            if joint_units[position.joint] == "rad" and not position.unit_given
+            else position
+            for position in positions
+        ]
+    return LogColumns(_clock(headings, chosen), tuple(positions))
 
 
 def _named_positions(
     headings: Sequence[str], names: Sequence[str], units: Sequence[str]
-) -> Iterable[_Position]:
+) -> Iterable[PositionColumn]:
     """Columns with the name of a joint in their heading."""
     for index, heading in enumerate(headings):
         topic, description = _split_heading(heading, names)
@@ -98,13 +102,14 @@ def _named_positions(
             continue
         if content.joint is not None and content.quantity == "position":
             stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(words(description))
-            yield _Position(topic, content.joint, index, content.factor, bool(stated))
+            yield PositionColumn(topic, content.joint, index, content.factor, bool(stated))
 
 
 def _split_heading(heading: str, names: Sequence[str]) -> tuple[str, str]:
     """The topic of a heading, and its description: the joint and words of the quantity."""
-    at = [heading.find(name) for name in names if name in heading]
-    before = heading[: min(at)] if at else heading
+    joints = "|".join(map(re.escape, names))
+    match = re.match(rf".*(?<!\w)(?=({joints})(?!\w))", heading, re.DOTALL)  # up to the last name
+    before = match[0] if match else heading
     topic, divider, _ = before.rpartition("/") if "/" in before else before.rpartition(":")
     description = heading[len(topic) + len(divider) :]
     parent, _, last = topic.rpartition("/")
@@ -115,7 +120,7 @@ def _split_heading(heading: str, names: Sequence[str]) -> tuple[str, str]:
 
 def _numbered_positions(
     headings: Sequence[str], first: Sequence[str], names: Sequence[str]
-) -> Iterable[_Position]:
+) -> Iterable[PositionColumn]:
     """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
 
     Columns of names give the order, if there are any. Otherwise it is the order of the robot.
@@ -144,10 +149,12 @@ def _numbered_positions(
         for number, index in columns:
             if order.get(number) in names:
                 joint = list(names).index(order[number])
-                yield _Position(group_name, joint, index, 1.0, False)
+                yield PositionColumn(group_name, joint, index, 1.0, False)
 
 
-def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: str | None) -> str:
+def _choose_topic(
+    positions: Sequence[PositionColumn], names: Sequence[str], wanted: str | None
+) -> str:
     """The topic with exactly one position of every joint."""
     topics: dict[str, list[int]] = {}
     for position in positions:

@@ -34,17 +34,12 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.task.scenario import Scenario
     from knotwork.task.scenario.joint_space import JointSpace
-    from knotwork.waypoints import FloatArray
 
 LOG = "Log"
 REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
 """Subjects whose requirements are replaced by given tolerances."""
 JUMP_DEVIATIONS = 8.0
 """Residual in standard deviations beyond which a sample is a jump or wrong."""
-_UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
-_ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
-
-
 GAP_PERIODS = 5.5
 """Number of periods without a sample beyond which there is a gap."""
 MOVING_GAP_PERIODS, MOVING_GAP_RANGE = 1.75, 0.1
@@ -52,6 +47,8 @@ MOVING_GAP_PERIODS, MOVING_GAP_RANGE = 1.75, 0.1
 meanwhile by more than this fraction of its whole range."""
 REST_DEVIATIONS = 4.0
 """Motion of a plan, in standard deviations of the noise, below which it is at rest."""
+_UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
+_ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
 
 
 def check_log(
@@ -285,12 +282,11 @@ def gap_findings(alignment: Alignment) -> Iterator[Finding]:
     smoothed curve is a guess, and so are all findings on it.
     """
     plan, log = alignment.reference, alignment.curve.log
-    time = log.time - alignment.start
-    known = np.concatenate(([plan.start_time], time, [plan.end_time]))
-    known = np.sort(np.clip(known, plan.start_time, plan.end_time))
+    times = np.concatenate(([plan.start_time], log.time - alignment.start, [plan.end_time]))
+    times = np.sort(np.clip(times, plan.start_time, plan.end_time))
     far = MOVING_GAP_RANGE * _range(plan.polynomial)
-    for i in np.flatnonzero(np.diff(known) > MOVING_GAP_PERIODS * log.period):
-        start, end = float(known[i]), float(known[i + 1])
+    for i in np.flatnonzero(np.diff(times) > MOVING_GAP_PERIODS * log.period):
+        start, end = float(times[i]), float(times[i + 1])
         moved = _range(cut_curve(plan.polynomial, start, end))
         moves = moved > REST_DEVIATIONS * alignment.curve.noise.position
         is_far = (moves & (moved > far)).any()

@@ -26,8 +26,6 @@ EVIDENCE = 0.25
 """Fraction of the sum of squares of a constant delay below which delays count."""
 MIN_DELAY_STEPS = 3.0
 """Number of steps below which delays are equal."""
-
-
 MAX_STEPS = 50
 """Maximum number of Gauss-Newton steps."""
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.files.documents.csv_rows import Rows, read_rows
 from knotwork.files.foreign.header import HeadingError
-from knotwork.verification.recording.columns import LogColumns, log_columns
+from knotwork.verification.recording.columns import LogColumns, PositionColumn, log_columns
 from knotwork.waypoints import FloatArray
 
 MIN_SAMPLES = 16
@@ -105,7 +105,7 @@ def read_log(
 def _to_recording(
     rows: Rows, columns: LogColumns, names: Sequence[str], units: Sequence[str]
 ) -> Recording:
-    position, resolution = _values(rows, columns.position)
+    position, resolution = _values(rows, columns.positions)
     clock = np.column_stack([_numbers(rows, index) for index, _ in columns.clock])
     complete = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
     notes = []
@@ -143,13 +143,13 @@ def _numbers(rows: Rows, index: int) -> FloatArray:
     return values
 
 
-def _values(rows: Rows, columns: Sequence[tuple[int, float]]) -> tuple[FloatArray, FloatArray]:
+def _values(rows: Rows, columns: Sequence[PositionColumn]) -> tuple[FloatArray, FloatArray]:
     """Numbers of columns in SI, NaN for missing ones, and the size of their last digits."""
-    factors = np.array([factor for _, factor in columns])
-    values = np.column_stack([_numbers(rows, index) for index, _ in columns])
+    factors = np.array([column.factor for column in columns])
+    values = np.column_stack([_numbers(rows, column.index) for column in columns])
     last = []
-    for index, _ in columns:
-        numbers = (_DIGITS.fullmatch(cells[index].strip()) for cells in rows.cells)
+    for column in columns:
+        numbers = (_DIGITS.fullmatch(cells[column.index].strip()) for cells in rows.cells)
         digits = (
             len(number["decimals"]) - int(number["power"] or 0)
             for number in numbers
@@ -176,13 +176,13 @@ def _refuse_degrees(
     names: Sequence[str],
     units: Sequence[str],
 ) -> None:
-    for j, (index, factor) in enumerate(columns.position):
+    for j, column in enumerate(columns.positions):
         largest = float(np.abs(position[:, j]).max())
-        plain = units[j] == "rad" and factor == 1.0 and j not in columns.units_given
-        if plain and largest > MAX_RADIANS:
+        is_plain = units[j] == "rad" and column.factor == 1.0 and not column.unit_given
+        if is_plain and largest > MAX_RADIANS:
             raise rows.error(
                 rows.head,
-                index,
+                column.index,
                 f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
                 "rad; if these are degrees, use --log-unit deg or [deg] in "
                 "the headings, else [rad] there",

@@ -31,10 +31,9 @@ MIN_IN_INTERVAL = 4
 MISS_DEVIATIONS = 3.0
 """Number of standard deviations of white noise beyond which the curve misses the samples."""
 ERROR_ORDERS = range(4)
-"""Number of quantities with standard errors: position, velocity, acceleration and jerk."""
-
-
+"""Orders of the quantities with standard errors: position, velocity, acceleration and jerk."""
 DEGREE = 3
+"""Degree of the splines: the acceleration of their motion does not jump."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +66,7 @@ class Smoothed:
         Args:
             position: Its positions at the times of the log [rad or m], shape (n, d).
         """
-        return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial()
+        return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial
 
 
 def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
@@ -89,21 +88,23 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     Raises:
         InputError: The noise is not a positive number.
     """
-    known = noise_of(log, noise)
-    sigma = known.of_samples(slopes_of(log.time, log.position))
+    estimate = noise_of(log, noise)
+    sigma = estimate.of_samples(slopes_of(log.time, log.position))
     coarse, fit = _fits(log, sigma)
-    grid = _grid(log, fit.breaks)
+    grid = _grid(log, fit.polynomial.x)
     trajectory = JointTrajectory(
         log.joint_names,
-        fit.polynomial(),
+        fit.polynomial,
         joint_units=log.joint_units,
         planner=f"{log.source} (log)",
     )
-    residuals = log.position - fit.values(0)
+    residuals = log.position - fit.polynomial(log.time)
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
-    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
+    changes = [
+        fit.polynomial(grid, order) - coarse.polynomial(grid, order) for order in ERROR_ORDERS
+    ]
     errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
-    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma)
+    return Smoothed(trajectory, log, estimate, grid, errors, residuals, sigma)
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
@@ -121,7 +122,7 @@ def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit]:
     cuts = np.unique(np.linspace(0, n, count + 1).astype(int))
     while True:
         fit = Fit(log.time, _times(log, cuts), log.position, sigma)
-        shares = (log.position - fit.values(0)) / sigma
+        shares = (log.position - fit.polynomial(log.time)) / sigma
         halves = _halve(cuts, _misses(shares, cuts))
         if halves.size == cuts.size:
             break
@@ -155,15 +156,24 @@ def _halve(cuts: Any, chosen: Any) -> Any:
 
 def _times(log: Recording, cuts: Any) -> FloatArray:
     """Breaks between the samples, and the ends of the curve."""
-    time, inner, more = log.time, cuts[1:-1], EXTENSION_PERIODS * log.period
+    time, inner, extension = log.time, cuts[1:-1], EXTENSION_PERIODS * log.period
     middles = 0.5 * (time[inner - 1] + time[inner])
-    return np.concatenate((time[:1] - more, middles, time[-1:] + more))
+    return np.concatenate((time[:1] - extension, middles, time[-1:] + extension))
 
 
 class Fit:
     """A weighted least-squares spline with given knots, joint by joint.
 
     At any time only `DEGREE` + 1 consecutive B-splines are nonzero.
+
+    Args:
+        time: Times of the samples [s], shape (n,).
+        breaks: Knots, and the ends of the curve [s].
+        position: Samples [rad or m], shape (n, d).
+        sigma: Standard deviation of each sample [rad or m], shape (n, d).
+
+    Attributes:
+        polynomial: The spline as a piecewise polynomial.
     """
 
     def __init__(
@@ -172,7 +182,6 @@ class Fit:
         from scipy.interpolate import BSpline
         from scipy.linalg import cho_solve_banded, cholesky_banded
 
-        self.breaks, self._time = breaks, time
         knots = np.concatenate(([breaks[0]] * DEGREE, breaks, [breaks[-1]] * DEGREE))
         rows = BSpline.design_matrix(time, knots, DEGREE)
         size = rows.shape[1]
@@ -187,18 +196,16 @@ class Fit:
             factor = cholesky_banded(band, lower=True)
             self._factors.append(factor)
             columns.append(cho_solve_banded((factor, True), rows.T @ (weight * position[:, j])))
-        self._spline = BSpline(knots, np.column_stack(columns), DEGREE)
+        spline = BSpline(knots, np.column_stack(columns), DEGREE)
+        ends = (spline(breaks), spline(breaks, 1))
+        self.polynomial = PiecewisePolynomial(two_point_coefficients(breaks, ends), breaks)
         # column k is the sum of the B-splines k, k + 4, …, of which only one is nonzero at a time
         sums = np.eye(DEGREE + 1)[np.arange(size) % (DEGREE + 1)]
         self._basis_sums = BSpline(knots, sums, DEGREE)
 
-    def values(self, order: int, at: FloatArray | None = None) -> FloatArray:
-        """The curve or a derivative, at the samples or at other times, shape (n, d)."""
-        return np.asarray(self._spline(self._time if at is None else at, order))
-
     def standard_errors(self, at: FloatArray, order: int) -> FloatArray:
         """Standard errors of a derivative at times due to the noise, shape (n, d)."""
-        first = np.searchsorted(self.breaks[1:-1], at, side="right")
+        first = np.searchsorted(self.polynomial.x[1:-1], at, side="right")
         columns = first[:, None] + np.arange(DEGREE + 1)
         sums = self._basis_sums(at, order)
         basis = np.take_along_axis(sums, columns % (DEGREE + 1), axis=1)[:, :, None]
@@ -213,11 +220,6 @@ class Fit:
     def _covariance(self) -> FloatArray:
         """Covariances of coefficients i and i + k, by joint, shape (k, i, d)."""
         return inverse_within_band(np.stack(self._factors, axis=-1))
-
-    def polynomial(self) -> PiecewisePolynomial:
-        """The curve as a piecewise polynomial."""
-        ends = (self.values(0, self.breaks), self.values(1, self.breaks))
-        return PiecewisePolynomial(two_point_coefficients(self.breaks, ends), self.breaks)
 
 
 def inverse_within_band(factors: FloatArray) -> FloatArray:
@@ -238,11 +240,11 @@ def inverse_within_band(factors: FloatArray) -> FloatArray:
     shares = (columns[:, 1:] / columns[:, :1]).transpose(0, 2, 1)[..., None]  # (K, d, p, 1)
     pivots = columns[:, 0] ** -2.0
     inverse = np.empty((size, count, width))
-    known = np.zeros((count, width, width))  # that of rows i to i + p
+    block = np.zeros((count, width, width))  # the inverse in rows and columns i to i + p
     for i in range(size - 1, -1, -1):
-        beside = -(known[:, :-1, :-1] @ shares[i])
-        known[:, 1:, 1:] = known[:, :-1, :-1].copy()
-        known[:, 0, 0] = pivots[i] - (shares[i] * beside).sum(axis=(1, 2))
-        known[:, 0, 1:] = known[:, 1:, 0] = beside[..., 0]
-        inverse[i] = known[:, 0]
+        row = -(block[:, :-1, :-1] @ shares[i])
+        block[:, 1:, 1:] = block[:, :-1, :-1].copy()
+        block[:, 0, 0] = pivots[i] - (shares[i] * row).sum(axis=(1, 2))
+        block[:, 0, 1:] = block[:, 1:, 0] = row[..., 0]
+        inverse[i] = block[:, 0]
     return np.ascontiguousarray(inverse.transpose(2, 0, 1))

@@ -97,60 +97,59 @@ class _Equations:
         R = np.repeat(R[:, None], 8, axis=1)
         p = targets.position.T[:, None] - R @ self.tip
         q = np.empty((len(R), 8, 6))
-        discriminants = []
-
-        def solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
-            """The solution of x cos + y sin = z with the given sign."""
-            size = np.hypot(x, y)
-            discriminants.append(size * size - z * z)
-            cosine = z / np.maximum(size, 1e-300)
-            return np.asarray(np.arctan2(y, x) + sign * np.arccos(np.clip(cosine, -1.0, 1.0)))
-
         # Joints 2 and following do not move the wrist centre along axis 2.
         w = R @ self.centre + p - o[0]
         along = (self.centre - o[0]) @ a[1]
-        q[..., 0] = solve_angle(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
+        q[..., 0], margin = _solve_angle(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
+        margins = [margin]
         first = _rotations_about(a[0], -q[..., 0])
         R, p = first @ R, _rotate(first, p - o[0]) + o[0]
         if self.parallel:
-            self._wrist(q, R, solve_angle, wrist)
+            margins.append(self._wrist(q, R, wrist))
             last = _rotations_about(a[4], q[..., 4]) @ _rotations_about(a[5], q[..., 5])
             # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
             undone = R @ last.swapaxes(2, 3)
             end = _rotate(R, self.centre) + p + _rotate(undone, self.end - self.centre)
-            self._elbow(q, end, solve_angle, elbow)
+            margins.append(self._elbow(q, end, elbow))
             angle = _angles_between(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
-            self._elbow(q, _rotate(R, self.centre) + p, solve_angle, elbow)
+            margins.append(self._elbow(q, _rotate(R, self.centre) + p, elbow))
             arm = _rotations_about(a[1], q[..., 1]) @ _rotations_about(a[2], q[..., 2])
             R = arm.swapaxes(2, 3) @ R
-            self._wrist(q, R, solve_angle, wrist)
+            margins.append(self._wrist(q, R, wrist))
             fifth = _rotations_about(a[4], q[..., 4])
             q[..., 3] = _angles_between(a[3], fifth @ a[5], R @ a[5])
-        margins = np.array(discriminants)
-        exists = np.asarray((margins > 0.0).all(axis=0))
-        clear = np.ones_like(exists)
-        for margin in margins[
-            ::-1
-        ]:  # an angle that depends on an uncertain one is uncertain as well
-            clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
+        exists, clear = np.ones((2, *q.shape[:2]), dtype=bool)
+        for margin in reversed(margins):  # an angle that depends on an uncertain one is uncertain
+            exists &= margin > 0.0
+            clear = (margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear)
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
-    def _wrist(self, q: FloatArray, R: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
-        """Find joints 5 and 6, from the rotation of the joints after the fixed direction."""
+    def _wrist(self, q: FloatArray, R: FloatArray, sign: FloatArray) -> FloatArray:
+        """Find joints 5 and 6, from the rotation of the joints after the fixed direction.
+
+        Returns:
+            The margin of `_solve_angle`.
+        """
         fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
         # Relative to the fixed direction, axis 6 is moved by joint 5 alone.
         level = (fixed @ fifth) * (fifth @ sixth)
         across = sixth - (fifth @ sixth) * fifth
         seen = R @ sixth @ fixed
-        q[..., 4] = solve_angle(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
+        x, y = fixed @ across, fixed @ np.cross(fifth, sixth)
+        q[..., 4], margin = _solve_angle(x, y, seen - level, sign)
         before = _rotations_about(fifth, -q[..., 4]) @ fixed
         q[..., 5] = _angles_between(sixth, R.swapaxes(2, 3) @ fixed, before)
+        return margin
 
-    def _elbow(self, q: FloatArray, end: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
-        """Find joints 2 and 3, which bring the end of the lower arm to a point (n, 8, 3)."""
+    def _elbow(self, q: FloatArray, end: FloatArray, sign: FloatArray) -> FloatArray:
+        """Find joints 2 and 3, which bring the end of the lower arm to a point (n, 8, 3).
+
+        Returns:
+            The margin of `_solve_angle`.
+        """
         axis, o = self.axes[1], self.origins
         upper, lower = o[2] - o[1], self.end - o[2]
         upper = upper - (upper @ axis) * axis
@@ -161,16 +160,27 @@ class _Equations:
         turned = np.cross(axis, lower)
         product = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
         x, y = 2.0 * (upper @ lower) / product, 2.0 * (upper @ turned) / product
-        elbow = solve_angle(x, y, square / product, sign)
+        elbow, margin = _solve_angle(x, y, square / product, sign)
         bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
         q[..., 1] = _angles_between(axis, bent, reach)
         q[..., 2] = self.senses[2] * elbow
+        return margin
 
 
 @cache_per_robot
 def _make_equations(robot: Robot) -> _Equations | None:
     shape = find_axis_geometry(robot)
     return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
+
+
+def _solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The solution of x cos + y sin = z with the given sign, shape (n, 8).
+
+    It comes with a margin, x² + y² - z²: above zero there are two solutions, below zero none.
+    """
+    size = np.hypot(x, y)
+    cosine = np.clip(z / np.maximum(size, 1e-300), -1.0, 1.0)
+    return np.arctan2(y, x) + sign * np.arccos(cosine), size * size - z * z
 
 
 def _rotations_about(axis: FloatArray, angle: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import read_only
 
 MAX_BATCH_RESTARTS = 600
 
@@ -65,33 +65,26 @@ def solve_pose_ik_batch(
     except TypeError as error:
         message = f"poses must be a sequence of pin.SE3, not {poses!r}"
         raise WaypointDataError(message, value=poses) from error
-    for i, pose in enumerate(wanted):
-        check_pose(pose, f"poses[{i}]")
+    for k, pose in enumerate(wanted):
+        check_pose(pose, f"poses[{k}]")
     check_tolerance(tolerance, "tolerance")
     check_count(max_restarts, "max_restarts")
     n, d = len(wanted), robot.dof
     has_rows = np.asarray(start, dtype=object).ndim > 1
     first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
-    return _solve_with_restarts(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
-
-
-def _solve_with_restarts(
-    robot: Robot, poses: list[Any], start: FloatArray, tolerance: float, max_restarts: int
-) -> BatchSolution:
-    """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
-    limits, targets = position_limits(robot), Targets.from_poses(poses)
-    first = solve_batch(robot, targets, start, tolerance=tolerance, limits=limits, hasty=True)
-    q, position, orientation = first.q, first.position_error, first.orientation_error
-    converged, iterations = first.converged, first.iterations
-    for i in np.flatnonzero(~converged):
-        search = PoseSearch(robot, poses[i], tolerance, tolerance)
+    limits, tolerance = position_limits(robot), TOLERANCE_MARGIN * tolerance
+    ended = solve_batch(
+        robot, Targets.from_poses(wanted), first, tolerance=tolerance, limits=limits, hasty=True
+    )
+    for i in np.flatnonzero(~ended.converged):
+        search = PoseSearch(robot, wanted[i], tolerance, tolerance)
         for begin in spread_starts(robot, limits, max_restarts):
             end = search.solve(begin, limits, HASTY_EFFORT)
-            iterations = max(iterations, end.iterations)
-            error = end.position_error + end.orientation_error
-            if end.converged or error < position[i] + orientation[i]:
-                q[i], converged[i] = end.q, end.converged
-                position[i], orientation[i] = end.position_error, end.orientation_error
+            remaining = end.position_error + end.orientation_error
+            if end.converged or remaining < ended.position_error[i] + ended.orientation_error[i]:
+                ended.q[i], ended.converged[i] = end.q, end.converged
+                ended.position_error[i] = end.position_error
+                ended.orientation_error[i] = end.orientation_error
             if end.converged:
                 break
-    return BatchSolution(q, position, orientation, converged, iterations)
+    return ended
