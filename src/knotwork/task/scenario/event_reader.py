@@ -22,12 +22,13 @@ EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
 
 
-def with_waits(file: PlainTask) -> PlainTask:
+def with_waits(task: PlainTask) -> PlainTask:
     """A task in which waits among the actions are waits of their waypoints."""
-    waits = [sum(action.wait or 0.0 for action in step.actions) for step in file.waypoints]
-    pairs = zip(file.waypoints, waits, strict=True)
-    waiting = (step.model_copy(update={"wait": wait}) if wait else step for step, wait in pairs)
-    return file.model_copy(update={"waypoints": tuple(waiting)}) if any(waits) else file
+    steps = []
+    for step in task.waypoints:
+        wait = sum(action.wait or 0.0 for action in step.actions)
+        steps.append(step.model_copy(update={"wait": wait}) if wait else step)
+    return task.model_copy(update={"waypoints": tuple(steps)})
 
 
 @dataclass(frozen=True, eq=False)

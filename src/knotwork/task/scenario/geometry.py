@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -217,9 +216,9 @@ def move_frame(
 def _move_by_file(
     frame: MovingFrame, file: str, begin: float, places: Places, place: Location
 ) -> MovingFrame:
-    folder = places.file.parent if places.file is not None else Path()
+    path = places.named_file(file, (*place, "file"))
     try:
-        motion = _read_motion(folder / os.path.expanduser(file))
+        motion = _read_motion(path)
     except InputError as error:
         raise places.error((*place, "file"), str(error)) from error
     order = [motion.joint_names.index(name) for name in FRAME_JOINTS if name in motion.joint_names]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.tool_paths.points_file import read_points
-from knotwork.errors import suggest_name
+from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import Frame, Grid, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
@@ -111,7 +111,7 @@ class _Expansion:
         for j, template in enumerate(block.repeat):
             name = getattr(template, "frame", None)
             if name is not None and name not in (*choices, *self.frames):
-                raise self._unknown_frame(name, (*place, "repeat", j, "frame"), choices)
+                raise self._no_frame(repr(name), name, (*place, "repeat", j, "frame"), choices)
         names = {template.name for template in block.repeat}
         for number, frame in enumerate(frames, start=1):
             for j, template in enumerate(block.repeat):
@@ -160,14 +160,14 @@ class _Expansion:
             yield from self._frames_in_file(over, (*where, "file"))
         elif isinstance(over, str):
             if over not in grids:
-                raise self._unknown_frame(over, where, list(grids))
+                raise self._no_frame(f"{over!r} with a grid", over, where, grids)
             yield from self._grid_frames(over, grids[over])
         else:
             for k, frame in enumerate(over):
                 if not isinstance(frame, str):
                     yield self._add_place(frame, (*where, k))
                 elif frame not in frames:
-                    raise self._unknown_frame(frame, (*where, k), list(frames))
+                    raise self._no_frame(repr(frame), frame, (*where, k), frames)
                 elif frame in grids:
                     yield from self._grid_frames(frame, grids[frame])
                 else:
@@ -212,15 +212,10 @@ class _Expansion:
         self.origins["frames", name] = origin
         return name
 
-    def _unknown_frame(self, name: str, where: Location, names: Sequence[str]) -> Exception:
-        if name in self.task.frames:
-            return self.places.error(
-                where,
-                f"frame {name!r} has no grid",
-                "grid: {counts, pitches} in that frame, or a list of frames",
-            )
-        fault = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
-        return self.places.error(where, fault, suggest_name(name, names) if names else "")
+    def _no_frame(
+        self, subject: str, name: str, where: Location, names: Iterable[str]
+    ) -> DocumentError:
+        return self.places.error(where, f"there is no frame {subject}", suggest_name(name, names))
 
 
 def _repeated(template: Waypoint, number: int, frame: str) -> Waypoint:
