@@ -76,8 +76,8 @@ def _find_feasible_speeds(
     if change > acceleration * length:
         needed = change / acceleration
         raise RampError(
-            f"the stretch is {length:.6g} m long, but to go from {end_speeds[0]:.6g} to {end_speeds[1]:.6g} "
-            f"m/s takes {needed:.6g} m",
+            f"the stretch is {length:.6g} m long, but to go from {end_speeds[0]:.6g} to "
+            f"{end_speeds[1]:.6g} m/s takes {needed:.6g} m",
             length=length,
             needed=needed,
             lowest_acceleration=change / length,
