@@ -26,6 +26,15 @@ SPEED_COLOURS = (
 )
 MAX_MARKS = 3
 """Largest number of given speeds that are marked on the scale."""
+STEEL = (0.35, 0.36, 0.4, 1.0)
+GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
+# Half the period of the dashes along a path, relative to the scene's size; number of points of a
+# dash, and largest number of dashes of a path.
+DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
+# Length of a dash in half periods: the path's colours must be visible between dashes.
+DASHED = 0.3
+# Radius of dashes relative to the scene's size.
+WIDTH = 0.0045
 
 
 def speed_colours(
@@ -39,7 +48,9 @@ def speed_colours(
     """
     high = max(max_speed(shown), fastest)
     marks = sorted(_given_speeds(shown) - {0.0}, reverse=True)
-    colours = mix_colours(path.speed / max(high, 1e-9), SPEED_COLOURS)
+    shares = path.speed / max(high, 1e-9)
+    scale = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
+    colours = np.stack([np.interp(shares, scale, part) for part in SPEED_COLOURS.T], axis=1)
     css = ["#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)]
     return colours, {"high": high, "colours": css, "marks": marks[:MAX_MARKS]}
 
@@ -55,15 +66,6 @@ def _given_speeds(shown: ShownMotion) -> set[float]:
     """Given speeds at waypoints and along paths [m/s]."""
     along = {part.speed for _, part, *_ in full_speeds(shown)}
     return along | {float(np.linalg.norm(target.linear)) for target in given_velocities(shown)}
-
-
-def mix_colours(position: FloatArray, colours: FloatArray) -> FloatArray:
-    """Colours for positions in 0 … 1 on a scale, shape (n, 3)."""
-    at = np.linspace(0.0, 1.0, len(colours))
-    return np.stack([np.interp(position, at, column) for column in colours.T], axis=1)
-
-
-STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
 def draw_paths(
@@ -138,16 +140,6 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
     keep = np.concatenate([[True], segment_lengths > 1e-9])
     points, colours = points[keep], colours[keep]
     return tube(points, colours, radius) if len(points) > 1 else None
-
-
-GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
-# Half the period of the dashes along a path, relative to the scene's size; number of points of a
-# dash, and largest number of dashes of a path.
-DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
-# Length of a dash in half periods: the path's colours must be visible between dashes.
-DASHED = 0.3
-# Radius of dashes relative to the scene's size.
-WIDTH = 0.0045
 
 
 def given_path_points(

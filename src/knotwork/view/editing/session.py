@@ -69,13 +69,11 @@ class DraftReading:
         scenario = resolve_task(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
-        by_place = {handle.at: handle for handle in reversed(all_handles)}
-        in_file = [place for place in by_place.values() if part_of(document.data, place.at)]
         return cls(
             revision=revision,
             scenario=scenario,
             robot=robot,
-            handles=in_file[::-1],
+            handles=[handle for handle in all_handles if part_of(document.data, handle.at)],
             structure=structure_digest(document.data),
             units=units(document.data, robot),
             names=_names(scenario),
