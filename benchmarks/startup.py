@@ -92,9 +92,9 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     return rows
 
 
-def _printed(show: Callable[[Any], None], plan: Any) -> None:
+def _printed(show: Callable[[Any], None], report: Any) -> None:
     with redirect_stdout(StringIO()):
-        show(plan)
+        show(report)
 
 
 @click.command()

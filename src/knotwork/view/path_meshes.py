@@ -101,8 +101,8 @@ def draw_paths(
 def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
     """The parts of a tool's path with exceeded limits."""
     red: list[Mesh] = []
-    for run in _runs(trace.broken):
-        part = trace.position[max(run.start - 1, 0) : run.stop + 1]
+    for span in _runs(trace.broken):
+        part = trace.position[max(span.start - 1, 0) : span.stop + 1]
         # the tool may be at rest while the limit is exceeded
         ball = sphere(0.012 * size, RED).shift(part[0])
         red.append(_line_mesh(part, RED[:3], 0.0065 * size) or ball)
@@ -172,8 +172,8 @@ def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mes
         if finding.quantity == "way" and finding.interval is not None:
             start, end = finding.interval
             on = dashed & (trace.time >= start) & (trace.time <= end)
-            for run in _runs(on):
-                lines.append(_line_mesh(trace.position[run], WAY, WIDTH * size))
+            for span in _runs(on):
+                lines.append(_line_mesh(trace.position[span], WAY, WIDTH * size))
     return _merged_lines(lines)
 
 
