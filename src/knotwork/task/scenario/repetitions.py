@@ -165,7 +165,7 @@ class _Expansion:
             yield from self._grid_frames(over, where)
         elif isinstance(over, PlacesFile):
             path = self.places.named_file(over.file, (*where, "file"))
-            points, quaternions, normals = read_points(path, 1.0)
+            points, rotations, normals = read_points(path, 1.0)
             if normals is not None:
                 raise self.places.error(
                     (*where, "file"),
@@ -173,7 +173,7 @@ class _Expansion:
                     "columns qx, qy, qz, qw, or positions alone",
                 )
             for k, point in enumerate(points):
-                turn = {} if quaternions is None else {"quaternion_xyzw": quaternions[k].tolist()}
+                turn = {} if rotations is None else {"rotation_matrix": rotations[k].tolist()}
                 frame = Frame(position=point.tolist(), parent=over.parent, **turn)
                 yield self._add_place(frame, (*where, "file"))
         else:
