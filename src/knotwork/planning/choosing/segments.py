@@ -269,19 +269,15 @@ def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
 
 def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
-    bounded = np.isfinite(limits.acceleration)
+    bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
     if space.robot is not None:
         bounded |= np.isfinite(limits.effort)
-    loose = [name for name, fine in zip(space.joint_names, bounded, strict=True) if not fine]
-    if not loose:
-        return
-    reason = (
-        "neither a limit of acceleration nor one of torque is known"
-        if space.robot is not None
-        else "no acceleration limit is given"
-    )
-    with scenario.error_context("limits"):
-        raise InputError(
-            f"times are chosen, but no limit bounds the acceleration of {', '.join(loose)}: "
-            f"{reason}; accepted: acceleration: {{joint: value, …}}, with values for this robot"
-        )
+        reason = "neither a limit of acceleration nor one of torque is known"
+    unbounded = np.array(space.joint_names)[~bounded]
+    if unbounded.size:
+        with scenario.error_context("limits"):
+            raise InputError(
+                f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}:"
+                f" {reason}; accepted: acceleration: {{joint: value, …}}, with values for this "
+                "robot"
+            )
