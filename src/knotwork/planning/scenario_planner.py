@@ -89,11 +89,11 @@ class ScenarioPlanner:
             loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
             segments=segments(scenario, starts),
         )
-        known = [*solution.infeasibilities]
+        findings = [*solution.infeasibilities]
         if chosen is not None:
             from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
-            known += chosen_times_findings(chosen, space)
+            findings += chosen_times_findings(chosen, space)
             # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
@@ -101,8 +101,8 @@ class ScenarioPlanner:
         if clear_motions:
             from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
 
-            known += clear_motion_findings(clear_motions, scenario, space, trajectory)
-        report = check(trajectory, scenario, space=space, known=known)
+            findings += clear_motion_findings(clear_motions, scenario, space, trajectory)
+        report = check(trajectory, scenario, space=space, known=findings)
         return Plan(
             scenario,
             space,
