@@ -82,7 +82,7 @@ def _velocity_finding(
     worst = int(np.argmax(speeds / robot.velocity_limit))
     joint, unit = robot.joint_names[worst], f"{robot.joint_units[worst]}/s"
     speed, limit = float(speeds[worst]), float(robot.velocity_limit[worst])
-    if speed <= limit * OVERSPEED_FACTOR:
+    if not speed > limit * OVERSPEED_FACTOR:  # an unknown duration gives NaN
         return None
     if end is not None:
         why, place = "on average", f"from {start.name!r} to {end.name!r}"
