@@ -212,6 +212,20 @@ def written(task: dict[str, Any], folder: Path) -> Path:
     return path
 
 
+def test_normals_go_on_from_line(tmp_path: Path) -> None:
+    """A line keeps the tool's orientation, and so does a path with equal normals behind it."""
+    rows = "\n".join(f"{x:g},0,0.3,0,0,1" for x in np.linspace(0.5, 0.6, 5))
+    (tmp_path / "flat.csv").write_text(f"x,y,z,nx,ny,nz\n{rows}\n")
+    begin = {"pose": {"position": [0.4, 0, 0.3], "rpy": [np.pi, 0, 0.7]}}
+    line = {"along": "line", "pose": {"position": [0.5, 0, 0.3]}, "free": {"turn": "z"}}
+    flat = {"along": {"points": str(tmp_path / "flat.csv")}, "pose": {"position": [0.6, 0, 0.3]}}
+    steps = [begin, *({**path, "speed": 0.05} for path in (line, flat))]
+    scenario = kw.load_scenario({"robot": "ur5", "waypoints": steps})
+    for waypoint in scenario.waypoints[1:]:
+        np.testing.assert_allclose(waypoint.rotation, scenario.waypoints[0].rotation, atol=1e-12)
+        np.testing.assert_allclose(waypoint.angular, 0.0, atol=1e-12)
+
+
 def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:
     plan = kw.plan(written(dome(tmp_path), tmp_path))
     assert plan.report.ok

@@ -44,21 +44,16 @@ def random_task(
     high = np.minimum(robot.upper_position_limit, math.pi)
     q = [robot.configurations["home"], *rng.uniform(low, high, (3, robot.dof))]
     reach = float(np.linalg.norm(robot.forward(q[0]).translation)) + 0.2
+
+    def placed(shape: dict[str, Any]) -> dict[str, Any]:
+        position, turn = reach * rng.uniform(-1, 1, 3), rng.uniform(-1, 1, 3)
+        return shape | {"position": position.tolist(), "rotation_vector": turn.tolist()}
+
     objects = {
-        f"box {i}": {
-            "box": rng.uniform(0.02, 0.3, 3).tolist(),
-            "position": (reach * rng.uniform(-1, 1, 3)).tolist(),
-            "rotation_vector": rng.uniform(-1, 1, 3).tolist(),
-        }
-        for i in range(boxes)
+        f"box {i}": placed({"box": rng.uniform(0.02, 0.3, 3).tolist()}) for i in range(boxes)
     }
     if ring is not None:
-        objects["ring"] = {
-            "mesh": str(ring),
-            "exact": True,
-            "position": (reach * rng.uniform(-1, 1, 3)).tolist(),
-            "rotation_vector": rng.uniform(-1, 1, 3).tolist(),
-        }
+        objects["ring"] = placed({"mesh": str(ring), "exact": True})
     times = np.cumsum(rng.uniform(0.5, 3.0, len(q)))
     return {
         "robot": name,

@@ -185,7 +185,9 @@ def _geometry(
     execution = Execution(executed.clock, times, executed.ends)
     moving = on_moving_frames(planned.given)
     fixed = {
-        waypoint: time for waypoint, time in times.items() if planned.index[waypoint] not in moving
+        waypoint: time
+        for waypoint, time in times.items()
+        if planned.task_index[waypoint] not in moving
     }
     in_fixed_frames = replace(execution, arrivals=fixed)
     return [
@@ -246,7 +248,7 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
 
 def _task_waypoint(scenario: Scenario, reached: _ReachedWaypoint) -> int | str:
     """Index in the task, which is equal at both ends of a wait; between waypoints the name."""
-    return scenario.index[reached.waypoint] if reached.waypoint >= 0 else reached.name
+    return scenario.task_index[reached.waypoint] if reached.waypoint >= 0 else reached.name
 
 
 def _actions(

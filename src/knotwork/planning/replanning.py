@@ -200,7 +200,7 @@ def _put_down(
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"
     if carrier is not None:
-        requested = task.waypoints[scenario.index[waypoint]]
+        requested = task.waypoints[scenario.task_index[waypoint]]
         parent = getattr(requested, "frame", None) or task.frame or "base"
         placed = carrier.placement_at(scenario.waypoints[waypoint].time).actInv(placed)
     shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}

@@ -21,6 +21,11 @@ from knotwork.view.shown_motion import ShownMotion
 
 MAX_DRAWN = 10_000
 """Largest number of drawn cells; above it, larger cells are drawn."""
+OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
+PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
+TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)
+HELD_COLOUR = (0.88, 0.62, 0.22, 1.0)
+HULL_COLOUR = (0.20, 0.55, 0.85, 0.45)
 
 
 def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
@@ -46,13 +51,6 @@ def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
     return from_triangles(np.concatenate(sides).reshape(-1, 3, 3) * cells.edge, colour)
 
 
-OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
-PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
-TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)
-HELD_COLOUR = (0.88, 0.62, 0.22, 1.0)
-HULL_COLOUR = (0.20, 0.55, 0.85, 0.45)
-
-
 def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Mesh:
     """A shape as a mesh, in the axes of its placement.
 
@@ -72,9 +70,8 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
     elif shape.path is not None and shape.kind == "points":
         mesh = cloud_mesh(shape, shape.path, colour)
     elif shape.path is not None:
-        parts = [drawable(part) for part in read_mesh(shape.path)]
-        painted = [part if part.coloured else part.paint(colour) for part in parts]
-        mesh = merge_meshes(painted).scale(shape.scale)
+        parts = [drawable(part, colour) for part in read_mesh(shape.path)]
+        mesh = merge_meshes(parts).scale(shape.scale)
     elif shape.kind == "ellipsoid":
         mesh = sphere(1.0, colour).scale(shape.size)
     else:

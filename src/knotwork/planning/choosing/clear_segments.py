@@ -21,7 +21,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     ClearMotionProblem,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clear_search import find_clear_motion, stretch
+from knotwork.planning.ways.clear_search import find_clear_motion, slow_to_duration
 from knotwork.planning.ways.configurations import bodies_at
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
@@ -165,7 +165,7 @@ def _solutions(
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    spec = scenario.given.waypoints[scenario.index[i]]
+    spec = scenario.given.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
     tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.unknowns.ways if end else i > 0
@@ -201,7 +201,7 @@ def _stretch_to_time(
             f"{rounded_up(way.duration):.6g} s; accepted: "
             f"{sufficient_duration(way.duration):.6g} s or more, or no time"
         )
-    elif (curve := stretch(way, duration)) is not None:
+    elif (curve := slow_to_duration(way, duration)) is not None:
         return curve
     else:
         message = (

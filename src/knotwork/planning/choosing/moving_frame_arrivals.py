@@ -68,7 +68,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
-        by_task_index = dict(zip(scenario.index[::-1], following[::-1].tolist(), strict=True))
+        by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
         scenario = _with_expected_times(scenario, task, by_task_index)
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
@@ -80,7 +80,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         "accepted: time or after [s] here and before",
         limit="rounds",
     )
-    error.locate(scenario.where("waypoints", scenario.index[waypoint]))
+    error.locate(scenario.where("waypoints", scenario.task_index[waypoint]))
     raise error
 
 
@@ -106,7 +106,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     """
     scenario = _with_speeds_before(scenario, choose)
     unknowns, (first, *_) = _unknowns(scenario), _unknowns(scenario).time_dependent
-    task_index, failure = scenario.index[first], None
+    task_index, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
     if scenario.given.waypoints[task_index].time is None and unknowns.duration[first - 1]:
         start, at_least = scenario.expected_times[first - 1], unknowns.at_least[first - 1]
@@ -135,7 +135,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
     if not any(i < first for i in unknowns.path_speed):
         return scenario
     try:
-        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+        part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
         chosen = choose(resolve_task(part, scenario.places))
     except InputError:
         return scenario
@@ -146,7 +146,7 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     unknowns, timed = _unknowns(scenario), chosen.scenario.given.waypoints
     last = unknowns.time_dependent[-1]
-    ends = [scenario.index[waypoint] for waypoint in unknowns.path_speed if waypoint <= last]
+    ends = [scenario.task_index[waypoint] for waypoint in unknowns.path_speed if waypoint <= last]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
@@ -154,7 +154,7 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen.scenario.given.waypoints
-    reached = scenario.index[1 : _unknowns(scenario).time_dependent[-1] + 1]
+    reached = scenario.task_index[1 : _unknowns(scenario).time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
@@ -166,9 +166,9 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     """
     times = np.array(chosen.scenario.times)
     for waypoint in _unknowns(scenario).time_dependent:
-        task_index = scenario.index[waypoint]
+        task_index = scenario.task_index[waypoint]
         time = scenario.given.waypoints[task_index].time
-        if time is None or ends_wait(scenario.index, waypoint):
+        if time is None or ends_wait(scenario.task_index, waypoint):
             continue
         if times[waypoint] > time:
             with scenario.error_context("waypoints", task_index, "time"):
@@ -188,7 +188,7 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for waypoint in range(1, last + 1):
-        interval, task_index = waypoint - 1, scenario.index[waypoint]
+        interval, task_index = waypoint - 1, scenario.task_index[waypoint]
         if unknowns.duration[interval] and task.waypoints[task_index].time is None:
             span = float(spans[interval])
             waits = unknowns.at_least[interval] > span - AGREEMENT

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import suggest_name
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
-from knotwork.task import ChosenMotion, PoseWaypoint
+from knotwork.task import ChosenMotion
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import si_factors
@@ -88,7 +88,7 @@ class JointReader:
 
     def requirements(self) -> dict[str, Any]:
         """The attributes of a `JointSpace` for the requirements on the joints."""
-        task, index = self.scenario.given, self.scenario.index
+        task = self.scenario.given
         targets = [
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in self.scenario.waypoints
@@ -99,9 +99,16 @@ class JointReader:
         ]
         presets: Any = task.planner_options.accelerations
         if isinstance(presets, tuple):
-            place = "planner_options", "accelerations"
-            presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
-        chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
+            location = "planner_options", "accelerations"
+            presets = np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
+        solutions = {}
+        for waypoint, i in enumerate(self.scenario.task_index):
+            near = getattr(task.waypoints[i], "near", None) if i >= 0 else None
+            if near is not None:
+                solutions[waypoint] = self.array(near, "waypoints", i, "near")
+        chosen = tuple(
+            self._chosen_section(motion, i) for i, motion in enumerate(task.chosen or ())
+        )
         return {
             "targets": tuple(targets),
             "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
@@ -110,30 +117,24 @@ class JointReader:
             "end_acceleration": self._ends(),
             "accelerations": presets,
             "chosen": chosen or None,
-            "solutions": {
-                i: self.array(waypoint.near, "waypoints", k, "near")
-                for i, k in enumerate(index)
-                if k >= 0
-                and isinstance(waypoint := task.waypoints[k], PoseWaypoint)
-                and waypoint.near is not None
-            },
+            "solutions": solutions,
             "shown_in": self.scenario.units,
         }
 
-    def _chosen_run(self, motion: ChosenMotion, i: int) -> ChosenSection:
-        names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
+    def _chosen_section(self, motion: ChosenMotion, i: int) -> ChosenSection:
+        names, location = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:
                 raise self.scenario.places.error(
-                    (*place, "velocities", name),
+                    (*location, "velocities", name),
                     f"unknown waypoint {name!r}",
                     suggest_name(name, names),
                 )
         return ChosenSection(
             np.array(motion.times),
-            self.array(motion.accelerations, *place, "accelerations").T,
+            self.array(motion.accelerations, *location, "accelerations").T,
             {
-                names.index(name): self.array(values, *place, "velocities", name)
+                names.index(name): self.array(values, *location, "velocities", name)
                 for name, values in motion.velocities.items()
             },
         )
@@ -150,14 +151,14 @@ class JointReader:
         if ends is None:
             return None
         accelerations = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
-        place = "end_acceleration"
-        start = self.array(accelerations[0], place, "start", missing=0.0)
-        return start, self.array(accelerations[1], place, "end", missing=0.0)
+        location = "end_acceleration"
+        start = self.array(accelerations[0], location, "start", missing=0.0)
+        return start, self.array(accelerations[1], location, "end", missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
         position = self.array(target.joints, *target.location)
-        place = (*target.location[:-1], "velocity")
-        return JointState(position, self.array(target.velocity, *place, missing=0.0))
+        location = (*target.location[:-1], "velocity")
+        return JointState(position, self.array(target.velocity, *location, missing=0.0))
 
 
 def find_waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
