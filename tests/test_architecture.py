@@ -263,6 +263,11 @@ def test_importing_knotwork_loads_next_to_nothing() -> None:
     assert not loaded & {*DRAWING, "pinocchio", "numpy", "pydantic", "yaml", "rich", "click"}
 
 
+@pytest.mark.parametrize("name", ["interpolation", "kinematics", "sweeps", "timing", "tool_paths"])
+def test_packages_are_attributes_before_anything_else_loads_them(name: str) -> None:
+    assert loaded_after(f"import knotwork; knotwork.{name}")
+
+
 def test_splines_load_no_robot_and_no_files() -> None:
     loaded = loaded_after(
         "import knotwork as kw\n"

@@ -143,7 +143,7 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     assert made.plan.report.ok
     scenario = made.plan.scenario
     assert len(scenario.waypoints) == len(before.scenario.waypoints) + 1
-    at = scenario.waypoints[scenario.index.index(place[0])].time
+    at = scenario.waypoints[scenario.task_index.index(place[0])].time
     there = robot.forward(made.plan.trajectory.position(at))
     assert np.abs(there.translation - pose.translation).max() < 0.01  # on a line, it is blended
     made.draft.apply([{"at": ["rate"], "value": 90}])

@@ -136,22 +136,6 @@ def test_given_velocity_keeps_fixed_components() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
-def test_bounded_turn_is_kept_and_checked() -> None:
-    task = without_path(free={"turn": [-20, 30]}, stop=True)
-    plan = kw.plan(task)
-    assert plan.report.ok
-    R = tool_poses(plan, [3.0])[0].rotation
-    turn = float(np.degrees(np.arctan2(R[1, 0], R[0, 0])))
-    assert -30.001 < turn < 20.001  # the tool points down: its own turn is the other way round
-    task["waypoints"][0]["pose"]["rpy"] = [180, 0, turn]
-    beyond = copy.deepcopy(task)
-    beyond["waypoints"][0]["pose"]["rpy"] = [180, 0, turn + 40]
-    reports = [checked(plan.trajectory, one) for one in (task, beyond)]
-    assert [report.ok for report in reports] == [True, False]
-    (failed,) = reports[1].failures
-    assert np.degrees(failed.value) == pytest.approx(10, abs=1e-4)
-
-
 def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     task = with_stops(arch({"turn": [-100, 10]}))
     plan = kw.plan(task)
@@ -228,6 +212,20 @@ def written(task: dict[str, Any], folder: Path) -> Path:
     path = folder / "task.yaml"
     path.write_text(yaml.safe_dump(task))
     return path
+
+
+def test_normals_go_on_from_line(tmp_path: Path) -> None:
+    """A line keeps the tool's orientation, and so does a path with equal normals behind it."""
+    rows = "\n".join(f"{x:g},0,0.3,0,0,1" for x in np.linspace(0.5, 0.6, 5))
+    (tmp_path / "flat.csv").write_text(f"x,y,z,nx,ny,nz\n{rows}\n")
+    begin = {"pose": {"position": [0.4, 0, 0.3], "rpy": [np.pi, 0, 0.7]}}
+    line = {"along": "line", "pose": {"position": [0.5, 0, 0.3]}, "free": {"turn": "z"}}
+    flat = {"along": {"points": str(tmp_path / "flat.csv")}, "pose": {"position": [0.6, 0, 0.3]}}
+    steps = [begin, *({**path, "speed": 0.05} for path in (line, flat))]
+    scenario = kw.load_scenario({"robot": "ur5", "waypoints": steps})
+    for waypoint in scenario.waypoints[1:]:
+        np.testing.assert_allclose(waypoint.rotation, scenario.waypoints[0].rotation, atol=1e-12)
+        np.testing.assert_allclose(waypoint.angular, 0.0, atol=1e-12)
 
 
 def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:

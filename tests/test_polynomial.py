@@ -1,3 +1,5 @@
+"""Piecewise polynomials against SciPy: values, calculus, roots, jumps and extrema."""
+
 from __future__ import annotations
 
 import numpy as np

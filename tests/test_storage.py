@@ -221,7 +221,7 @@ def test_a_malformed_file_names_file_and_field(
         ('{"breaks": [NaN]}', "breaks[0]: nan: must be a finite number"),
         ('{"breaks": [' + "9" * 5000 + "]}", "digits"),
         ("[" * 100_000, "nested"),
-        ('{"version": 1, "version": 1}', "version: is given twice"),
+        ('{"version": 1, "version": 1}', "version is given twice"),
     ],
 )
 def test_locates_errors_of_json(text: str, says: str, tmp_path: Path, knotwork: Command) -> None:

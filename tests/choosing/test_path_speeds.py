@@ -295,18 +295,6 @@ def test_named_duration_is_feasible() -> None:
     assert named < 1.002 * kw.plan(task(end)).trajectory.duration
 
 
-def test_named_time_is_feasible_with_joint_and_limit() -> None:
-    def passing(after: float) -> dict[str, Any]:
-        via = {"name": "b", "joints": {"q": 1}, "velocity": {"q": 0.5}, "after": after}
-        return task(via, {"name": "c", "joints": {"q": 2}})
-
-    for given in (0.8, 1.37):
-        said = refusal(passing(given))
-        assert "'q' takes more than" in said
-        made = kw.plan(passing(number(said, ";")))
-        made.report.raise_if_failed()
-
-
 def test_names_time_bounded_by_tool_speed() -> None:
     turned = {"name": "b", "joints": {"shoulder": 1.5, "elbow": 1.2}, "after": 1.2}
     across = {
@@ -320,17 +308,3 @@ def test_names_time_bounded_by_tool_speed() -> None:
     assert "the tool, on the straight line, takes more than" in said
     turned["after"] = number(said, ";")
     kw.plan(across).report.raise_if_failed()
-
-
-def test_names_braking_distance_at_position_limit() -> None:
-    def at(q: float) -> dict[str, Any]:
-        turn = {"name": "b", "joints": {"q": q}, "velocity": {"q": 0.2}}
-        limits = {**JOINT_LIMITS, "jerk": 2000, "position": {"q": [-0.1, 1]}}
-        return {**task(turn, {"name": "c", "joints": {"q": 0}}), "limits": limits}
-
-    said = refusal(at(1.0))
-    assert "can't stop before its position limit, 0 rad away" in said
-    assert "No part of the velocity given here is possible" in said
-    found = re.search(r"needs at least ([0-9.]+) rad", said)
-    assert found, said
-    kw.plan(at(1.0 - 1.05 * float(found[1]))).report.raise_if_failed()

@@ -109,6 +109,19 @@ def test_keeps_given_time_after_chosen_ones() -> None:
     assert check_places(kw.plan(task))["over"] == 1.1 * soonest
 
 
+def test_meets_belt_after_path_with_chosen_speed() -> None:
+    """With the frames at the time of a nominal speed, the belt would be out of reach."""
+    task = picking({"after": "fastest"})
+    task["frames"]["belt"] |= {"moves": {"linear": [0, 0.2, 0]}, "position": [0.4, -0.7, 0.1]}
+    bead = {"name": "bead", "along": "line", "speed": "fastest", "stop": True}
+    task["waypoints"][:0] = [
+        {"frame": "base", "pose": down(0.45, -0.2, 0.3), "after": "fastest", "stop": True},
+        {"frame": "base", "pose": down(0.45, 0.2, 0.3), **bead},
+    ]
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+
+
 def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
     one, other = (down(0.4, y, 0.3) for y in (-0.2, 0.2))
     task = {

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import InputError
-from moving.test_moving_things import DOWN, belt, tool, tray
+from moving.moving_truth import down
+from moving.test_moving_things import belt, tool, tray
 from plans import planned
 from sweeps import mostly_exhaustive
 
@@ -123,7 +124,7 @@ PART = {"from": "at", "to": "put", "allow": ["wrist_3_link", "ee_link"], **BALL}
 def moving_part() -> kw.Plan:
     """A UR5 takes a ball from a belt at 3 s, and puts it down at 7.1 s."""
     at, along = belt()["waypoints"][1:3]
-    put, off = ({"position": [0.45, 0.25, z], **DOWN} for z in (0.2, 0.4))
+    put, off = (down(0.45, 0.25, z) for z in (0.2, 0.4))
     waypoints = [
         *belt()["waypoints"][:2],
         {**along, "name": "along"},

@@ -1,18 +1,15 @@
-"""`speed:` along the smooth path, against circles fitted and differentiated in the test."""
+"""`speed:` along the smooth path, against circles and parabolas."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knotwork.errors import InputError
 from knotwork.task.scenario import load_scenario
 from knotwork.waypoints import CartesianWaypoint
 from sweeps import examples
@@ -47,66 +44,24 @@ def passing(positions: Any, index: int, rotations: Any = None, **rest: Any) -> C
     return waypoint
 
 
-def circle(a: Array, b: Array, c: Array) -> tuple[Callable[[float], Array], list[float], Array]:
-    """Arc-length path of the circle through three points, the arc lengths of them, its axis."""
-    # The centre is equally far from all three and in their plane: three linear equations.
-    axis = np.cross(b - a, c - b)
-    axis /= np.linalg.norm(axis)
-    rows = np.array([b - a, c - b, axis])
-    values = [(b @ b - a @ a) / 2, (c @ c - b @ b) / 2, axis @ a]
-    centre = np.linalg.solve(rows, values)
-    radius = float(np.linalg.norm(a - centre))
-    first = (a - centre) / radius
-    second = np.cross(axis, first)
-
-    def angle(point: Array) -> float:
-        return float(np.arctan2((point - centre) @ second, (point - centre) @ first) % (2 * np.pi))
-
-    def path(s: float) -> Array:
-        turn = s / radius
-        return centre + radius * (np.cos(turn) * first + np.sin(turn) * second)
-
-    return path, [0.0, radius * angle(b), radius * angle(c)], axis / radius
-
-
 @examples()
-@given(POINTS, POINTS, POINTS)
-def test_direction_is_tangent_of_circle(a: list[float], b: list[float], c: list[float]) -> None:
-    points = np.array([a, b, c])
-    u, v = points[1] - points[0], points[2] - points[1]
-    sizes = np.linalg.norm(u), np.linalg.norm(v)
-    assume(min(sizes) > 0.05)
-    assume(np.linalg.norm(np.cross(u, v)) > 0.05 * sizes[0] * sizes[1])
-    path, arcs, _ = circle(*points)
-    np.testing.assert_allclose([path(s) for s in arcs], points, atol=1e-9)
-    step = 1e-5 * min(sizes)
-    tangent = (path(arcs[1] + step) - path(arcs[1] - step)) / (2 * step)
-    waypoint = passing(points, 1)
-    np.testing.assert_allclose(waypoint.linear, SPEED * tangent, atol=1e-6 * SPEED)
-    assert np.linalg.norm(waypoint.linear) == pytest.approx(SPEED, rel=1e-12)
-    np.testing.assert_array_equal(waypoint.angular, 0)
-
-
-@pytest.mark.parametrize("angles", [(0.0, 0.4, 0.7), (0.0, 0.1, 1.9), (1.0, 3.5, 3.8)])
-def test_a_tool_that_follows_a_circle_turns_with_it(angles: tuple[float, float, float]) -> None:
-    radius, axis = 0.3, np.array([2.0, -1.0, 2.0]) / 3
+@given(POINTS, POINTS, st.floats(0.1, 2.8), st.floats(0.1, 2.8))
+def test_tool_that_follows_circle_turns_with_it(
+    axis: list[float], towards: list[float], before: float, after: float
+) -> None:
+    """The three waypoints are on a circle of 0.3 m, at angles [rad] before and after the second."""
+    along, arm = np.array(axis), np.cross(axis, towards)
+    assume(min(np.linalg.norm(along), np.linalg.norm(arm)) > 0.05)
+    along, arm = along / np.linalg.norm(along), 0.3 * arm / np.linalg.norm(arm)
     start = Rotation.from_euler("xyz", [0.3, 0.2, 0.1])
-    arm = np.cross(axis, [0.0, 0.0, 1.0])
-    arm *= radius / np.linalg.norm(arm)
-    turns = [Rotation.from_rotvec(angle * axis) for angle in angles]
+    turns = [Rotation.from_rotvec(angle * along) for angle in (-before, 0.0, after)]
     points = [turn.apply(arm) + np.array([0.4, 0.1, 0.3]) for turn in turns]
     waypoint = passing(points, 1, [turn * start for turn in turns])
-    np.testing.assert_allclose(waypoint.angular, SPEED / radius * axis, atol=1e-12)
-    velocity = np.cross(SPEED / radius * axis, turns[1].apply(arm))
-    np.testing.assert_allclose(waypoint.linear, velocity, atol=1e-12)
-
-
-@pytest.mark.parametrize("index", [0, 2])
-def test_speed_at_an_end_of_the_motion_needs_a_direction(index: int) -> None:
-    with pytest.raises(
-        InputError, match=r"speed: the path's direction is undefined, .* or there is none"
-    ):
-        passing([[0, 0, 0], [0.1, 0.05, 0], [0.2, 0, 0.1]], index)
+    np.testing.assert_allclose(waypoint.angular, SPEED / 0.3 * along, atol=1e-9)
+    np.testing.assert_allclose(waypoint.linear, np.cross(waypoint.angular, arm), atol=1e-9)
+    still = passing(points, 1)
+    np.testing.assert_allclose(still.linear, waypoint.linear, atol=1e-9)
+    np.testing.assert_array_equal(still.angular, 0)
 
 
 def test_an_uneven_rate_of_turning_is_that_of_the_parabola_through_three_angles() -> None:

@@ -144,7 +144,7 @@ def test_long_duration_reports_maximum():
         (lambda: profile([0.1], [1], acceleration=0.0), r"acceleration is 0\.0"),
         (lambda: profile([0.1], [1], start_speed=-1.0), r"start_speed is -1\.0"),
         (lambda: profile([], []), "no stretches"),
-        (lambda: tp.speed_for_duration(0.1, 0.0, acceleration=1), r"duration is 0\.0 s"),
+        (lambda: tp.speed_for_duration(0.1, 0.0, acceleration=1), r"duration is 0\.0"),
         (
             lambda: tp.speed_for_duration(0.01, 1, acceleration=1, start_speed=0.5, end_speed=0.0),
             r"takes 0\.1875 m",
@@ -152,7 +152,7 @@ def test_long_duration_reports_maximum():
     ],
 )
 def test_refuses_invalid_timing(make, message):
-    with pytest.raises(PathError, match=message):
+    with pytest.raises(InputError, match=message):
         make()
 
 

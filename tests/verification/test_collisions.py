@@ -44,23 +44,27 @@ def random_task(
     high = np.minimum(robot.upper_position_limit, math.pi)
     q = [robot.configurations["home"], *rng.uniform(low, high, (3, robot.dof))]
     reach = float(np.linalg.norm(robot.forward(q[0]).translation)) + 0.2
-    shapes = [{"box": rng.uniform(0.02, 0.3, 3).tolist()} for _ in range(boxes)]
-    shapes += [] if ring is None else [{"mesh": str(ring), "exact": True}]
+
+    def placed(shape: dict[str, Any]) -> dict[str, Any]:
+        position, turn = reach * rng.uniform(-1, 1, 3), rng.uniform(-1, 1, 3)
+        return shape | {"position": position.tolist(), "rotation_vector": turn.tolist()}
+
     objects = {
-        f"object {i}": {
-            **shape,
-            "position": (reach * rng.uniform(-1, 1, 3)).tolist(),
-            "rotation_vector": rng.uniform(-1, 1, 3).tolist(),
-        }
-        for i, shape in enumerate(shapes)
+        f"box {i}": placed({"box": rng.uniform(0.02, 0.3, 3).tolist()}) for i in range(boxes)
     }
-    waypoints: list[dict[str, Any]] = [
-        {"joints": dict(zip(robot.joint_names, p.tolist(), strict=True)), "time": t}
-        for p, t in zip(q, np.cumsum(rng.uniform(0.5, 3.0, len(q))).tolist(), strict=True)
-    ]
-    for waypoint in waypoints[1:-1]:
-        waypoint["stop"] = True
-    return {"robot": name, "scene": {"objects": objects}, "waypoints": waypoints}
+    if ring is not None:
+        objects["ring"] = placed({"mesh": str(ring), "exact": True})
+    times = np.cumsum(rng.uniform(0.5, 3.0, len(q)))
+    return {
+        "robot": name,
+        "scene": {"objects": objects},
+        "waypoints": [
+            {"joints": dict(zip(robot.joint_names, p.tolist(), strict=True)), "time": t, **stop}
+            for p, t, stop in zip(
+                q, times.tolist(), [{}, {"stop": True}, {"stop": True}, {}], strict=True
+            )
+        ],
+    }
 
 
 def compare_with_truth(task: dict[str, Any], samples: int) -> int:

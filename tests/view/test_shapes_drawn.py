@@ -97,14 +97,9 @@ def test_lines_replace_missing_shapes(arm) -> None:
     assert max(vertices(mesh)[:, 2].max() for mesh in meshes) >= 1.0
 
 
-def test_a_mesh_without_colours_is_a_warning(arm) -> None:
-    shape = '<mesh filename="good.stl"/>'
-    (warning,) = shape_warnings(arm(urdf(shape, '<material name="m"/>').replace(BOX, shape)))
-    assert warning == "no colour is given for parts of a, b; they are drawn grey"
+def test_a_mesh_has_the_colour_of_its_shape(arm) -> None:
     red = '<material name="r"><color rgba="1 0 0 1"/></material>'
-    robot = arm(urdf(shape, red))
-    assert not shape_warnings(robot)
-    (base,) = scene(at_rest(robot))["shapes"][0]
+    (base,) = scene(at_rest(arm(urdf('<mesh filename="good.stl"/>', red))))["shapes"][0]
     assert base["colours"] == [255, 0, 0]
 
 

@@ -183,9 +183,9 @@ def report(
     no network.
     """
     from knotwork.view.html_report import report_page
-    from knotwork.view.picture_files import checked_page_path
+    from knotwork.view.picture_files import checked_path
 
-    checked_page_path(out)
+    checked_path("page", out)
     motion = read_motions(source, reference, options, log=log)[0]
     if isinstance(motion, JointTrajectory):
         raise InputError(f"give the scenario of {source} with --scenario")

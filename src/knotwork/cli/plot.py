@@ -22,7 +22,7 @@ from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.planning import Plan
-from knotwork.view.picture_files import checked_picture_path
+from knotwork.view.picture_files import checked_path
 from knotwork.view.plotted_motions import choose_names
 
 _PLOT_EPILOG = """
@@ -109,7 +109,7 @@ def plot(
     if tool and any(look.pop(name) for name in ("joints", "quantities")):
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
     if out is not None:
-        checked_picture_path(out)
+        checked_path("picture", out)
     choose_names("quantity", look.get("quantities"), DERIVATIVES)
     drawn = read_motions(source, reference, options, compare, log=log)
     print_failures(drawn)

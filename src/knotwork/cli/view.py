@@ -44,7 +44,7 @@ from knotwork.view.live_server import LiveServer
 from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import PageServer
-from knotwork.view.picture_files import checked_page_path
+from knotwork.view.picture_files import checked_path
 from knotwork.view.scene_data import scene_of, scene_of_trajectory
 from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
@@ -105,7 +105,7 @@ def view(
     """
     arm = load_robot(robot) if robot is not None else None
     if out is not None:
-        checked_page_path(out)
+        checked_path("page", out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
     read = partial(read_motions, source, reference, options, robot=arm, log=log)

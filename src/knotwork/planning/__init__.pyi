@@ -1,4 +1,5 @@
 from . import comparison as comparison
+from . import sweeps as sweeps
 from . import timing as timing
 from .check_trajectory import check_alone as check_alone
 from .check_trajectory import clearance_between as clearance_between

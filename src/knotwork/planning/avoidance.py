@@ -94,7 +94,9 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
     timed = _with_chosen_time(best, ends)
     if timed and not late:
         scenario, ends = planner.scenario, [i for i in ends if i not in timed]
-        clear = scenario.given.with_waypoints({scenario.index[i]: {"way": "clear"} for i in timed})
+        clear = scenario.given.with_waypoints(
+            {scenario.task_index[i]: {"way": "clear"} for i in timed}
+        )
         try:
             scenario = resolve_task(clear, scenario.places)
             detour = best_of_sequences(replace(planner, scenario=scenario))

@@ -11,12 +11,11 @@ from typing import Any
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import documents
-from knotwork.files.documents import Document, Places, validate
+from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
-from knotwork.robot import load_robot
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, resolve_task
-from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
+from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
 from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, Report, check
@@ -63,11 +62,10 @@ def check_alone(
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give it with --robot or in the scene")
     places = surroundings.places
-    described = data["robot"]
-    folder = None if places.file is None else places.file.parent
-    if isinstance(described, dict):
-        described = places.document(described, ("robot",))
-    moved = load_robot(described, relative_to=folder)
+    # held objects need waypoints, which this task does not have
+    data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
+    task = validate(Task, Document(data, places.file, places.lines)).replace(name=Path(path).name)
+    moved = moved_robot(resolve_task(task, places))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
     )
@@ -76,8 +74,7 @@ def check_alone(
             f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
             f"{', '.join(moved.joint_names)}"
         )
-    task = _task_of(motion, data, places).replace(name=Path(path).name)
-    scenario = resolve_task(task, places)
+    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), places)
     space = joint_space(scenario)
     report = check(motion, scenario, space=space, defects=defects)
     # the ends of the motion are its own waypoints
@@ -90,13 +87,10 @@ def check_alone(
     return motion, scenario, space, replace(report, findings=findings)
 
 
-def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
-    """The task of a motion with its two ends as waypoints."""
-    # held objects need waypoints, which this task does not have
-    data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
-    task = validate(Task, Document(data, places.file, places.lines))
+def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
+    """The two ends of a motion as waypoints of a task."""
     units = si_factors(task.units)
-    ends = [
+    return [
         {
             "name": name,
             "time": time,
@@ -105,7 +99,6 @@ def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> T
         }
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]
-    return task.replace(waypoints=ends)
 
 
 def _limits(source: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:

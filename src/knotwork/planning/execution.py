@@ -21,7 +21,6 @@ from knotwork.curves.retiming import (
 from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
-from knotwork.files.documents import Document, apply_edits
 from knotwork.planning.replanning import on_moving_frames, scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import EndAcceleration, JointWaypoint, Task
@@ -30,7 +29,7 @@ from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.si_units import si_factors
-from knotwork.task.task_source import moved_paths
+from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, Report, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import check_path_geometry
@@ -184,7 +183,9 @@ def _geometry(
     execution = Execution(executed.clock, times, executed.ends)
     moving = on_moving_frames(planned.given)
     fixed = {
-        waypoint: time for waypoint, time in times.items() if planned.index[waypoint] not in moving
+        waypoint: time
+        for waypoint, time in times.items()
+        if planned.task_index[waypoint] not in moving
     }
     in_fixed_frames = replace(execution, arrivals=fixed)
     return [
@@ -245,7 +246,7 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
 
 def _task_waypoint(scenario: Scenario, reached: _ReachedWaypoint) -> int | str:
     """Index in the task, which is equal at both ends of a wait; between waypoints the name."""
-    return scenario.index[reached.waypoint] if reached.waypoint >= 0 else reached.name
+    return scenario.task_index[reached.waypoint] if reached.waypoint >= 0 else reached.name
 
 
 def _actions(
@@ -287,5 +288,4 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
 def _without_file(task: Task, scenario: Scenario) -> Task:
     """A task that does not depend on its file: it has a name and absolute paths."""
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
-    data = task.to_dict() | {"name": scenario.name}
-    return Task(**apply_edits(Document(data), moved_paths(data, folder.resolve(), None)).data)
+    return Task(**with_moved_paths(task.to_dict() | {"name": scenario.name}, folder, None))

@@ -198,7 +198,7 @@ def _put_down(
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"
     if carrier is not None:
-        waypoint = task.waypoints[scenario.index[i]]
+        waypoint = task.waypoints[scenario.task_index[i]]
         parent = getattr(waypoint, "frame", None) or task.frame or "base"
         placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
     shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}

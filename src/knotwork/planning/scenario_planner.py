@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from knotwork.planning.task_to_joint import (
     TaskSolution,
     solve_task,
 )
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import find_clear_motions, segments
 from knotwork.units import Units, readable
@@ -23,7 +24,6 @@ from knotwork.verification import Finding, check
 
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
-    from knotwork.planning.timing.timed_motion import Budget
 
 FEASIBILITY = "Feasibility"
 """Group of findings that hold for every motion through the joint waypoints."""
@@ -38,13 +38,13 @@ class ScenarioPlanner:
 
     Attributes:
         scenario, planner: As of `plan`.
-        budget: Budget and progress of all plans together, if times are chosen.
+        budget: Budget and progress of all plans together.
         fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
     """
 
     scenario: Scenario
     planner: str | None
-    budget: Budget | None = None
+    budget: Budget = field(default_factory=Budget)
     fixed_arrivals: tuple[str, ...] = ()
 
     @property
@@ -55,7 +55,7 @@ class ScenarioPlanner:
     @property
     def is_late(self) -> bool:
         """Whether the time budget has ended."""
-        return self.budget is not None and self.budget.is_over
+        return self.budget.is_over
 
     @cached_property
     def _interpolation(self) -> Interpolation:
@@ -70,13 +70,11 @@ class ScenarioPlanner:
         """Choose times for a sequence of solutions, by default the best."""
         from knotwork.planning.choosing import choose_times
 
-        if self.budget is None:
-            raise AssertionError("no time of the scenario is free")
         return choose_times(self.scenario, self.budget, solution)
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
-        if self.scenario.unknowns is None or self.budget is None:
+        if self.scenario.unknowns is None:
             return self._interpolate(solution or self.solve())
         chosen = replace(self.choose_times(solution), fixed_arrivals=self.fixed_arrivals)
         self.budget.solved = self.budget.work

@@ -221,11 +221,9 @@ def find_example_robot_data(robot: str) -> Path:
         RobotError: The package is not installed.
     """
     # A search of the installed packages would take longer than the rest.
-    candidates = [Path(folder) / "cmeel.prefix" / _DATA_FOLDER for folder in sys.path]
-    candidates.append(Path(sys.prefix) / _DATA_FOLDER)  # the folder of conda
-    for folder in candidates:
-        if folder.is_dir():
-            return folder
+    folder = _find_module_folder(f"cmeel.prefix/{_DATA_FOLDER}") or Path(sys.prefix) / _DATA_FOLDER
+    if folder.is_dir():  # the second is that of conda
+        return folder
     raise RobotError(
         robot,
         "its URDF comes with the package example-robot-data, which is not installed; install it "

@@ -41,18 +41,16 @@ class PlannedJoints:
         self.limits = MappingProxyType(limits)
         weights = [description.weights.get(name, 1.0) for name in self.names]
         self.weights = read_only(weights, (len(weights),), "weights")
+        at_zero = [0.0] * len(extra)  # virtual joints
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(
             {
-                key: self._complete(key, [values[joint] for joint in names])
+                key: read_only(
+                    [*(values[joint] for joint in names), *at_zero], (len(self.names),), key
+                )
                 for key, values in description.configurations.items()
                 if all(joint in values for joint in names)
             }
         )
-
-    def _complete(self, name: str, values: Sequence[float]) -> FloatArray:
-        """A configuration with virtual joints at 0."""
-        virtual = [0.0] * (len(self.names) - len(values))
-        return read_only([*values, *virtual], (len(self.names),), name)
 
     def configuration(self, name: str) -> FloatArray:
         """A named configuration; see `Robot.configuration`."""

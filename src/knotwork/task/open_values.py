@@ -57,6 +57,8 @@ Offsets = Annotated[Interval, AfterValidator(_with_zero)]
 class FreePosition(TaskPart):
     """A box for the tool in the axes of the pose; axes left out keep the position of the pose."""
 
+    ONE_OR_MORE = ("x", "y", "z")
+
     x: Offsets | None = optional("Lower and upper bound", unit="length")
     y: Offsets | None = optional("Lower and upper bound", unit="length")
     z: Offsets | None = optional("Lower and upper bound", unit="length")
@@ -64,6 +66,9 @@ class FreePosition(TaskPart):
 
 class FreePose(TaskPart):
     """Freedom of a pose. The other coordinates, and the speed of the tool, stay as given."""
+
+    ALTERNATIVES = (("tilt", "work_angle"), ("tilt", "travel_angle"))
+    ONE_OR_MORE = ("turn", "tilt", "work_angle", "travel_angle", "position")
 
     turn: (
         Annotated[
@@ -88,18 +93,6 @@ class FreePose(TaskPart):
         "Lower and upper bound, for a tool at angles to a seam", unit="angle"
     )
     position: FreePosition | None = optional("Box for the tool position, where the tool stops")
-
-    @model_validator(mode="after")
-    def _something(self) -> FreePose:
-        box = self.position
-        if box is not None and (box.x, box.y, box.z) == (None, None, None):
-            raise ValueError("position leaves no freedom; accepted: x, y or z, a range each")
-        leaning = self.work_angle is not None or self.travel_angle is not None
-        if self.tilt is not None and leaning:
-            raise ValueError("tilt is given together with angles to a seam; accepted: one of them")
-        if self.turn is None and self.tilt is None and box is None and not leaning:
-            raise ValueError("leaves no freedom; accepted: turn, tilt, angles, or position")
-        return self
 
 
 Free = Annotated[

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -76,7 +76,7 @@ class SeamTorch(Torch):
 class Placement(TaskPart):
     """A position and at most one form of orientation; without one the axes are parallel."""
 
-    ALTERNATIVES = (ORIENTATIONS,)
+    ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (ORIENTATIONS,)
 
     position: Vector3 = required("Origin: x, y, z", unit="length")
     quaternion_xyzw: Vector4 | None = optional(
@@ -110,6 +110,9 @@ class Pose(Placement):
 class FrameMotion(TaskPart):
     """A motion that is defined at all times, in the axes of the frame at rest."""
 
+    ALTERNATIVES = (("linear", "file"), ("angular", "file"))
+    ONE_OR_MORE = ("linear", "angular", "file")
+
     linear: Vector3 | None = optional("Constant velocity", unit="length/s")
     angular: Vector3 | None = optional("Constant, about the frame's origin", unit="angle/s")
     file: Text | None = optional(
@@ -120,14 +123,6 @@ class FrameMotion(TaskPart):
     at: Number = optional(
         "Time when the frame is at its placement or the file begins", 0.0, unit="s"
     )
-
-    @model_validator(mode="after")
-    def _one_form(self) -> FrameMotion:
-        speeds = self.linear is not None or self.angular is not None
-        if speeds == (self.file is not None):
-            fault = "gives a file and speeds" if speeds else "gives no motion"
-            raise ValueError(f"{fault}; give linear, angular or both, or file")
-        return self
 
 
 class Grid(TaskPart):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -25,11 +25,11 @@ Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
 Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 
-SHAPES = (
-    *("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid"),
-    *("half_space", "mesh", "points"),
-)
+SHAPES = ("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid", "mesh", "points")
 """Keys of a shape, exactly one of which is given."""
+
+FIXED_SHAPES = (*SHAPES, "half_space")
+"""Keys of a shape that the tool does not carry."""
 
 
 class SolidOfRevolution(TaskPart):
@@ -70,6 +70,9 @@ class PointCloud(TaskPart):
 
 
 class _ShapeFields(Placement):
+    ALTERNATIVES = (*Placement.ALTERNATIVES, SHAPES)
+    ONE_OR_MORE: ClassVar[tuple[str, ...]] = SHAPES
+
     position: Vector3 = optional(
         "Position of the shape's centre, or of a file's origin", (0.0, 0.0, 0.0), unit="length"
     )
@@ -79,7 +82,6 @@ class _ShapeFields(Placement):
     capsule: SolidOfRevolution | None = optional("Capsule about z: a cylinder with half spheres")
     cone: SolidOfRevolution | None = optional("Cone about z, its tip up")
     ellipsoid: Size3 | None = optional("Half axes along x, y and z", unit="length")
-    half_space: HalfSpace | None = optional("An infinite floor or wall")
     mesh: Text | None = optional(
         "Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
         "are in this file's unit of length (COLLADA states its own)"
@@ -91,11 +93,7 @@ class _ShapeFields(Placement):
     )
 
     @model_validator(mode="after")
-    def _one_shape(self) -> _ShapeFields:
-        kinds = [name for name in SHAPES if getattr(self, name) is not None]
-        if len(kinds) != 1:
-            fault = f"gives {' and '.join(kinds)}" if kinds else "gives no shape"
-            raise ValueError(f"{fault}; give one of {', '.join(SHAPES)}")
+    def _check_mesh_keys(self) -> _ShapeFields:
         for name in ("exact", "scale"):
             if self.mesh is None and getattr(self, name) is not None:
                 raise ValueError(f"gives {name}, which is for a mesh")
@@ -115,6 +113,10 @@ class ToolShape(_ShapeFields):
 class SceneObject(_Appearing):
     """A fixed object."""
 
+    ALTERNATIVES = (*Placement.ALTERNATIVES, FIXED_SHAPES)
+    ONE_OR_MORE = FIXED_SHAPES
+
+    half_space: HalfSpace | None = optional("An infinite floor or wall")
     parent: Text = optional("base or the name of a frame", "base", key="in")
     allow: Items[Text] = optional(
         "Bodies that may touch it: links of the robot, tool, or the name of a held object", ()

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, Tag
 
 from knotwork.files import storage
-from knotwork.files.documents import Document, Text, apply_edits, validate
+from knotwork.files.documents import Text, apply_edits, validate
 from knotwork.files.documents.values import (
     Forms,
     Items,
@@ -35,7 +35,7 @@ from knotwork.task.task_options import (
     Tolerances,
 )
 from knotwork.task.task_part import TaskPart
-from knotwork.task.task_source import moved_paths, read_document
+from knotwork.task.task_source import moved_paths, read_document, with_moved_paths
 from knotwork.task.task_waypoints import (
     KINDS,
     JointWaypoint,
@@ -220,8 +220,7 @@ class Task(TaskPart):
             InputError: The file can't be written.
         """
         target, data = Path(path), self.to_dict()
-        moved = moved_paths(data, Path.cwd(), target.parent.resolve())
-        text = to_block_yaml(apply_edits(Document(data), moved).data)
+        text = to_block_yaml(with_moved_paths(data, Path.cwd(), target.parent.resolve()))
         return storage.write_files(target.parent, {target.name: text})[0]
 
 

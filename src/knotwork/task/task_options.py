@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from knotwork.files.documents.values import Forms, Number, Positive, Several, optional, required
 from knotwork.task.task_part import DefaultsInSI, TaskPart
@@ -30,6 +30,8 @@ class EndAcceleration(TaskPart):
 class Branch(TaskPart):
     """The branch of solutions to take; parts left out are free."""
 
+    ONE_OR_MORE = ("shoulder", "elbow", "wrist")
+
     shoulder: Literal["left", "right"] | None = optional(
         "Side of axis 1 on which the upper arm is, seen from behind the arm"
     )
@@ -37,12 +39,6 @@ class Branch(TaskPart):
     wrist: Literal["flip", "no flip"] | None = optional(
         "no flip: axis 6 is turned relative to axis 4 in the positive sense of joint 5"
     )
-
-    @model_validator(mode="after")
-    def _one_at_least(self) -> Branch:
-        if not (self.shoulder or self.elbow or self.wrist):
-            raise ValueError("names no branch; give one of shoulder, elbow, wrist")
-        return self
 
 
 class Presets(TaskPart):
@@ -56,8 +52,7 @@ class Presets(TaskPart):
         | None
     ) = optional(
         "Zero, estimated, or a mapping by joint for each waypoint in order, the "
-        "start included, each joint named; 3-5-3 takes none for the first two and "
-        "the last two",
+        "start included, each joint named; 3-5-3 takes no mappings",
         unit="angle/s² or length/s²",
     )
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files import documents
-from knotwork.files.documents import Document, Location, resources
+from knotwork.files.documents import Document, Location, apply_edits, resources
 from knotwork.task.task_part import plain
 
 PATH_KEYS = frozenset(
@@ -44,6 +44,11 @@ def moved_paths(
         return {}  # the name of a shipped file
     path = old / data if new is None else Path(os.path.relpath(old / data, new))
     return {place: path.as_posix()}
+
+
+def with_moved_paths(data: Any, old: Path, new: Path | None) -> Any:
+    """The content of a file that moves to another folder; see `moved_paths`."""
+    return apply_edits(Document(data), moved_paths(data, old.resolve(), new)).data
 
 
 def read_document(reference: str | Path | Mapping[str, Any]) -> Document:

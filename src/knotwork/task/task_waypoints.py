@@ -109,6 +109,7 @@ class Arc(TaskPart):
     """An arc from the previous waypoint to this one, in one of three forms."""
 
     ALTERNATIVES = (("through", "centre", "radius"),)
+    ONE_OR_MORE = ("through", "centre", "radius")
 
     through: Vector3 | None = optional("A point on the arc", unit="length")
     centre: Vector3 | None = optional(
@@ -129,20 +130,15 @@ class Arc(TaskPart):
     )
 
     @model_validator(mode="after")
-    def _one_form(self) -> Arc:
-        forms = [
-            name for name in ("through", "centre", "radius") if getattr(self, name) is not None
-        ]
-        if not forms:
-            raise ValueError("gives no form of arc; give one of through, centre, radius")
-        form = forms[0]
-        extra = {"through": (), "centre": ("normal", "turns"), "radius": ("normal", "large")}
-        for name in ("normal", "turns", "large"):
-            if getattr(self, name) is not None and name not in extra[form]:
+    def _check_form(self) -> Arc:
+        without_effect = {"through": ("normal", "turns", "large"), "centre": ("large",)}
+        form = next(form for form in self.ONE_OR_MORE if getattr(self, form) is not None)
+        for name in without_effect.get(form, ("turns",)):
+            if getattr(self, name) is not None:
                 raise ValueError(
                     f"gives {name} together with {form}, where it has no effect; leave it out"
                 )
-        if form == "radius" and self.normal is None:
+        if self.radius is not None and self.normal is None:
             raise ValueError("gives radius without normal, the axis that the arc turns about")
         return self
 
@@ -197,7 +193,7 @@ Along = Annotated[
 class PathWaypoint(_Posed):
     """The end of a tool path that begins at the previous waypoint."""
 
-    ALTERNATIVES = (("time", "after"), ("blend", "stop"), ("blend", "wait"))
+    ALTERNATIVES = (("speed", "time", "after"), ("blend", "stop"), ("blend", "wait"))
 
     along: Along = required("Path from the previous waypoint to this one")
     pose: Placement = required(

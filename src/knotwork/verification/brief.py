@@ -17,7 +17,9 @@ MAX_GROUP_TEXTS = 4
 NOTABLE_UTILISATION = 0.01
 """Minimum utilisation of a limit that gets its own row."""
 NARROWEST_LINE = 20
+"""Minimum width of a text behind its indentation, in characters."""
 BRIEF_INDENT = "  "
+"""Indentation of the rows of a short report."""
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
 """A number and its unit are on one line."""

@@ -15,6 +15,7 @@ from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 
 JUMP_ORDERS = 3
+"""Number of derivatives whose jumps are measured: position, velocity and acceleration."""
 
 FASTEST_CHANGES = (1e3, 1e5, 1e6)
 """Velocity, acceleration and jerk above which a change counts as a jump [rad/s, rad/s², rad/s³, or

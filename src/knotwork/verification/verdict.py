@@ -33,8 +33,11 @@ from knotwork.verification.waypoint_checks import motion_finding
 REPORT_VERSION = 2
 """Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
 REPORT_WIDTH = 80
+"""Width of a short report in characters, which fits into every terminal."""
 MAX_FAILURE_KINDS = 5
+"""Maximum number of kinds of failures in a short report."""
 MAX_WARNING_KINDS = 3
+"""Maximum number of kinds of warnings, and of unproved requirements, in a short report."""
 
 
 def check(

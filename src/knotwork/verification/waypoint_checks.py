@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint
 
 MIN_TOLERANCE = np.finfo(float).tiny
+"""Replacement of a tolerance that underflows to zero in SI, by which errors are divided."""
 SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""
 TIME_ROUNDING = 1e-9

@@ -18,27 +18,24 @@ from knotwork.robot.joint_tree import JointTree, invert_chain, joint_tree, place
 from knotwork.waypoints import FloatArray
 
 
-def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
-    """Describe the joints of a chain: parent, placement and motion of each.
+def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> list[dict[str, Any]]:
+    """Describe joints of a tree, from `first` on: parent, placement and motion of each.
 
     The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is fixed. `quaternion` (x, y,
     z, w) and `origin` [m] place the joint in the axes of its parent. Then the joint position q
     rotates it about `axis` by q, or shifts it along `axis` by q.
     """
-    model, joints = robot.model, joint_tree(robot.model)
-    return [drawn_joint(joints, i, str(model.names[i])) for i in range(1, model.njoints)]
-
-
-def drawn_joint(joints: JointTree, i: int, name: str) -> dict[str, Any]:
-    """Describe one joint of a tree."""
-    return {
-        "name": name,
-        "parent": joints.parent[i],
-        "origin": joints.translation[i].tolist(),
-        "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
-        "axis": joints.axis[i].tolist(),
-        "slides": not joints.turns[i],
-    }
+    return [
+        {
+            "name": name,
+            "parent": joints.parent[i],
+            "origin": joints.translation[i].tolist(),
+            "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
+            "axis": joints.axis[i].tolist(),
+            "slides": not joints.turns[i],
+        }
+        for i, name in enumerate(names, first)
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,5 +102,5 @@ def base_joints(robot: Robot) -> BaseJoints:
     tree = joint_tree(robot.model)
     frame = robot.model.frames[robot.frame_index(robot.world_frame)]
     chain, columns = invert_chain(tree, int(frame.parentJoint), frame.placement)
-    joints = [drawn_joint(chain, i, f"base joint {i}") for i in range(1, len(chain.parent))]
-    return BaseJoints(robot, joints, columns)
+    names = (f"base joint {i}" for i in range(1, len(chain.parent)))
+    return BaseJoints(robot, drawn_joints(chain, names), columns)

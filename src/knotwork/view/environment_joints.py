@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import load_other_motion
-from knotwork.view.base_joints import drawn_joint
+from knotwork.view.base_joints import drawn_joints
 from knotwork.view.links import link_shapes
 from knotwork.view.mesh import merge_meshes
 from knotwork.view.scene_parts import SceneParts
@@ -22,7 +22,8 @@ def environment_joints(shown: ShownMotion) -> list[dict[str, Any]]:
     if shown.model is None:
         return []
     tree, first = shown.model.joints, shown.robot.model.njoints
-    return [drawn_joint(tree, i, f"known joint {i}") for i in range(first, len(tree.parent))]
+    names = (f"known joint {i}" for i in range(first, len(tree.parent)))
+    return drawn_joints(tree, names, first)
 
 
 def environment_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:

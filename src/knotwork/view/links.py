@@ -56,21 +56,16 @@ def link_shapes(robot: Robot) -> LinkShapes:
     links = [link for link in urdf.links if link in frames]
     by_link: dict[str, list[Mesh]] = {}
     warnings: list[str] = []
-    plain: list[str] = []
     for link in links:
         shapes, lost = urdf.link_shapes(link, "visual")
         parts, missing = drawn.meshes(shapes)
         notes = [*(shape.fault for shape in shapes if shape.fault), *lost, *missing]
-        if not all(part.coloured for part in parts):
-            plain.append(link)
         if missing or lost:
             parts += _lines(urdf.carried.get(link, ()))
             notes.append("drawn as a line")
         if notes:
             warnings.append(f"link {link!r}: {'; '.join(notes)}")
         by_link[link] = parts
-    if plain:
-        warnings.append(f"no colour is given for parts of {', '.join(plain)}; they are drawn grey")
     if not any(by_link.values()):
         warnings.append(f"robot {robot.name!r} has no shapes to draw; its links are drawn as lines")
         ball = sphere(1.6 * LINE_RADIUS, JOINT_COLOUR)

@@ -29,7 +29,6 @@ class Mesh:
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, invisible, to 1, opaque.
-        coloured: Whether its colours are given; otherwise it is grey.
     """
 
     vertices: FloatArray
@@ -37,7 +36,6 @@ class Mesh:
     faces: IndexArray
     colours: FloatArray
     opacity: float = 1.0
-    coloured: bool = True
 
     def move(self, rotation: ArrayLike, translation: ArrayLike) -> Mesh:
         """Turn, then shift the mesh.
@@ -99,10 +97,9 @@ def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
     )
 
 
-def drawable(part: MeshPart) -> Mesh:
-    """Give a part of a mesh file normals, and grey without a colour."""
-    mesh = from_triangles(part.points[part.triangles], part.colour or GREY)
-    return replace(mesh, coloured=part.colour is not None)
+def drawable(part: MeshPart, colour: Sequence[float] = GREY) -> Mesh:
+    """Give a part of a mesh file normals, and a colour if it has none."""
+    return from_triangles(part.points[part.triangles], part.colour or colour)
 
 
 def from_triangles(corners: FloatArray, colour: Sequence[float]) -> Mesh:

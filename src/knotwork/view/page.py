@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from knotwork import __version__
 from knotwork.errors import InputError
 from knotwork.files.storage import write_file
-from knotwork.view.picture_files import checked_page_path
+from knotwork.view.picture_files import checked_path
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -51,7 +51,7 @@ class Page:
         Raises:
             InputError: The file can't be written, is a folder, or has another suffix.
         """
-        return write_file(checked_page_path(path), self.html, kind="a page")
+        return write_file(checked_path("page", path), self.html, kind="a page")
 
     def _repr_html_(self) -> str:
         return iframe(self.html, height="520px")

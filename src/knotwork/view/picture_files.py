@@ -14,36 +14,23 @@ from knotwork.view.style import NIGHT, settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
-PAGE_SUFFIXES = (".html", ".htm")
+SUFFIXES = {"picture": (".png", ".svg", ".pdf"), "page": (".html", ".htm")}
+"""Accepted suffixes by kind of file."""
 # Without the date, equal figures give equal files.
 _UNDATED: dict[str, Any] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
-def checked_picture_path(path: str | Path) -> Path:
-    """Return the path of a picture to write.
+def checked_path(kind: str, path: str | Path) -> Path:
+    """Return the path of a file to write; its kind is one of `SUFFIXES`.
 
     Raises:
-        InputError: The suffix is unsupported, or the path can't be a file.
+        InputError: The suffix is not one of this kind.
     """
-    return _check_path("a picture", path, PICTURE_SUFFIXES)
-
-
-def checked_page_path(path: str | Path) -> Path:
-    """Return the path of a page to write.
-
-    Raises:
-        InputError: The suffix is not one of web pages, or the path can't be a file.
-    """
-    return _check_path("a page", path, PAGE_SUFFIXES)
-
-
-def _check_path(kind: str, path: str | Path, suffixes: tuple[str, ...]) -> Path:
-    """Return a path if it has one of some suffixes."""
     path = Path(path)
-    if path.suffix.lower() not in suffixes:
+    if path.suffix.lower() not in SUFFIXES[kind]:
         suffix = f"the suffix is {path.suffix!r}" if path.suffix else "it has no suffix"
-        raise InputError(f"can't write {kind} to {path}: {suffix}; give {', '.join(suffixes)}")
+        accepted = ", ".join(SUFFIXES[kind])
+        raise InputError(f"can't write a {kind} to {path}: {suffix}; give {accepted}")
     return path
 
 
@@ -65,7 +52,7 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     Raises:
         InputError: The suffix is unsupported, or the file can't be written.
     """
-    path = checked_picture_path(path)
+    path = checked_path("picture", path)
     suffix = path.suffix.lower()
     picture = io.BytesIO()
     with settings():

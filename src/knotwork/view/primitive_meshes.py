@@ -44,13 +44,6 @@ def sphere(radius: float, colour: Sequence[float], sides: int = 24) -> Mesh:
     return solid("sphere", [radius], colour, sides)
 
 
-def _revolve_profile(profile: ArrayLike, colour: Sequence[float]) -> Mesh:
-    """Turn a profile about the z axis: radius and height [m], upwards, shape (k, 2)."""
-    from trimesh import creation
-
-    return from_triangles(creation.revolve(profile, sections=12).triangles, colour)
-
-
 def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
     """Make a rod between two points; all in m."""
     return _revolve_along(start, end, [[0, 0], [radius, 0], [radius, 1], [0, 1]], colour)
@@ -67,11 +60,15 @@ def arrow(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[floa
 def _revolve_along(
     start: ArrayLike, end: ArrayLike, profile: Sequence[Sequence[float]], colour: Sequence[float]
 ) -> Mesh:
+    """Turn a profile about a line: radius [m] and height relative to its length, upwards."""
+    from trimesh import creation
+
     foot = np.asarray(start, dtype=float)
     axis = np.asarray(end, dtype=float) - foot
     length = float(np.linalg.norm(axis))
     heights = [[radius, along * length] for radius, along in profile]
-    return _revolve_profile(heights, colour).move(frame_along(axis / length), foot)
+    shape = from_triangles(creation.revolve(heights, sections=12).triangles, colour)
+    return shape.move(frame_along(axis / length), foot)
 
 
 def frame_along(axis: FloatArray) -> FloatArray:

@@ -278,10 +278,11 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
 
 def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[str, Any]:
     """The parts `ROBOT_PARTS`, reused from `before` if equal."""
-    known, base = environment_joints(shown), base_joints(shown.robot)
-    carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in known)]
+    model, base, others = shown.robot.model, base_joints(shown.robot), environment_joints(shown)
+    own = drawn_joints(joint_tree(model), list(model.names)[1:])
+    carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in others)]
     parts: dict[str, Any] = {
-        "joints": base.below([*drawn_joints(shown.robot), *known]),
+        "joints": base.below([*own, *others]),
         "shapes": [[pack_mesh(mesh) for mesh in meshes] for meshes in carried],
     }
     if before is not None and all(parts[name] == before[name] for name in ROBOT_PARTS):

@@ -72,9 +72,8 @@ def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Me
     elif shape.path is not None and shape.kind == "points":
         mesh = cloud_mesh(shape, shape.path, colour)
     elif shape.path is not None:
-        parts = [drawable(part) for part in read_mesh(shape.path)]
-        painted = [part if part.coloured else part.paint(colour) for part in parts]
-        mesh = merge_meshes(painted).scale(shape.scale)
+        parts = [drawable(part, colour) for part in read_mesh(shape.path)]
+        mesh = merge_meshes(parts).scale(shape.scale)
     elif shape.kind == "ellipsoid":
         mesh = sphere(1.0, colour).scale(shape.size)
     else:

@@ -33,7 +33,7 @@ import numpy as np
 
 from knotwork.curves.interpolation.joining import join_pieces
 from knotwork.curves.interpolation.modified_hermite_spline import end_accelerations
-from knotwork.curves.interpolation.options import PlannerOptions
+from knotwork.curves.interpolation.options import ACCELERATION_RULES, PlannerOptions
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.errors import InputError, OptionError
@@ -81,11 +81,10 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     Args:
         waypoints: Positions and velocities, n = 2 or n >= 4.
         options: `accelerations` of the waypoints 2 … n-3: estimated by default (see
-            `estimated_accelerations`), `"zero"`, or an array of shape (n-4, d) [rad/s² or m/s²],
-            without rows for the two waypoints at each end, which the cubics determine.
+            `estimated_accelerations`), or `"zero"`.
 
     Raises:
-        InputError: There are three waypoints, or an option has the wrong shape.
+        InputError: There are three waypoints, or the accelerations are an array.
     """
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     if t.size == 3:
@@ -95,13 +94,11 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
             "use planner 'modified-hermite'"
         )
     requested = options.accelerations
-    a = np.zeros(y.shape)
-    if requested is None or isinstance(requested, str):
-        if requested != "zero":
-            a = estimated_accelerations(waypoints)
-    else:
-        rows = preset_rows(requested, waypoints, skipped=2)
-        a[2 : 2 + len(rows)] = rows
+    if requested not in (None, *ACCELERATION_RULES):
+        raise OptionError(
+            "accelerations", "has values for each waypoint; accepted: zero, estimated"
+        )
+    a = 0.0 * y if requested == "zero" else estimated_accelerations(waypoints)
     a = keep_known(a, waypoints)
     start, end = cubic_accelerations(waypoints)
     a[0], a[-1] = start[0], end[-1]
@@ -248,29 +245,22 @@ def keep_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArr
     return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
 
 
-def preset_rows(rows: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> FloatArray:
+def preset_rows(rows: Any, waypoints: JointWaypoints) -> FloatArray:
     """Accelerations given at the waypoints, shape (n, d).
 
     Args:
         rows: Value of the option `accelerations`.
         waypoints: The waypoints.
-        skipped: Number of waypoints at either end without a row.
 
     Raises:
         OptionError: The shape is wrong.
     """
-    n, joints = waypoints.position.shape
-    shape = max(n - 2 * skipped, 0), joints
-    where = "each waypoint, the start included"
-    if skipped:
-        where += f", but the first {skipped} and the last {skipped}, where nothing is free"
-    accepted = f"{n} waypoints of {joints} joints take {shape[0]} (shape {shape}), one for "
-    array = np.asarray(rows, dtype=float)
-    if array.size == shape[0] == 0:
-        return np.zeros(shape)
+    array, shape = np.asarray(rows, dtype=float), waypoints.position.shape
     if array.shape != shape:
         count = len(array) if array.ndim else "no"
         raise OptionError(
-            "accelerations", f"has {count} rows (shape {array.shape}); {accepted}{where}"
+            "accelerations",
+            f"has {count} rows (shape {array.shape}); {shape[0]} waypoints of {shape[1]} joints "
+            f"take {shape[0]} (shape {shape}), one for each waypoint, the start included",
         )
     return array

@@ -20,7 +20,7 @@ STOP_BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspac
 STOP_PARTS = len(STOP_BREAKS) - 1
 MIDDLES = 0.5 * (STOP_BREAKS[1:] + STOP_BREAKS[:-1])
 MAX_PROGRAMS = 18
-"""Maximum number of linear programs."""
+"""Maximum number of linear programs. Then the trust region is 0.2 % of the duration."""
 SETTLED_DURATION = 1e-5
 """Relative change of the duration at convergence."""
 FIRST_REGION, REGION_FACTOR = 0.3, 0.75
@@ -32,7 +32,7 @@ EXCESS_PENALTY = 10.0
 BREAK_OFFSET = 1e-6
 """Distance of the samples on both sides of a break, relative to the duration."""
 DIFFERENCE_STEP = 1e-8
-"""Relative change of an unknown for the derivatives."""
+"""Relative change of an unknown for the derivatives: about the root of the resolution of floats."""
 
 
 def find_shortest_stop(

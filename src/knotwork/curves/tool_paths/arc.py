@@ -12,10 +12,10 @@ from knotwork.curves.tool_paths.curve import (
     Curve,
     checked_order,
     geometry_error,
-    to_number,
     to_unit_vector,
 )
 from knotwork.errors import PathError
+from knotwork.errors.arguments import require_count, require_number
 from knotwork.waypoints import FloatArray, read_only
 
 PARALLEL_SINE = 1e-6
@@ -56,8 +56,8 @@ class Arc(Curve):
         self._outward: FloatArray = spoke / self.radius
         self.normal = _unit_normal(normal, self._outward, "the radius at the start")
         self._forward: FloatArray = np.cross(self.normal, self._outward)
-        self.angle = to_number(angle, "the arc's angle")
-        if not (math.isfinite(self.angle) and self.angle * self.radius > SAME_POINT):
+        self.angle = require_number(angle, "the arc's angle", "rad")
+        if self.angle * self.radius <= SAME_POINT:
             raise PathError(
                 f"the arc's angle is {angle!r} rad; it must be greater than 0 "
                 "(reverse the normal for the other direction)"
@@ -134,9 +134,7 @@ class Arc(Curve):
             read_only(point, (3,), name)
             for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
         )
-        count = to_number(turns, "turns")
-        if not count.is_integer() or count < 0:
-            raise PathError(f"turns is {turns!r}; it must be a whole number, 0 or greater")
+        turns = require_count(turns, "turns", 0)
         from_a, from_c = a - m, c - m
         radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
         if abs(radii[0] - radii[1]) > RADIUS_TOLERANCE * max(radii) or min(radii) <= SAME_POINT:
@@ -151,8 +149,8 @@ class Arc(Curve):
         axis, chord = _axis_about(from_a, from_c, normal), c - a
         if np.linalg.norm(chord) > SAME_POINT:
             m = m + chord * ((0.5 * (a + c) - m) @ chord) / (chord @ chord)
-            return cls._from_spokes(a, m, c, axis, int(turns))
-        return cls(a, m, axis, 2.0 * math.pi * (1 + int(turns)))
+            return cls._from_spokes(a, m, c, axis, turns)
+        return cls(a, m, axis, 2.0 * math.pi * (1 + turns))
 
     @classmethod
     def of_radius(
@@ -186,8 +184,8 @@ class Arc(Curve):
                 "give its centre and normal",
                 start=a,
             )
-        r = to_number(radius, "radius")
-        if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADIUS_TOLERANCE)):
+        r = require_number(radius, "radius", "m")
+        if r < 0.5 * distance * (1.0 - RADIUS_TOLERANCE):
             raise geometry_error(
                 "radius is {radius}, but start and end are {distance} apart; it must be at least "
                 "{minimum}",
@@ -268,7 +266,7 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
 
     Raises:
         PathError: The vectors define no plane and no normal is given, or the normal is not
-            perpendicular to their plane.
+            perpendicular to the radius at the end.
     """
     plane = np.cross(from_a, from_c)
     flat = np.linalg.norm(plane) <= PARALLEL_SINE * np.linalg.norm(from_a) * np.linalg.norm(from_c)
@@ -278,15 +276,9 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
             f"start, centre and end are on a line ({case}), so they define no plane; "
             "give the arc's normal"
         )
-    if flat or normal is None:
-        return np.asarray(plane if normal is None else normal, dtype=float)
-    across = to_unit_vector(plane, "normal")
-    along = float(to_unit_vector(normal, "normal") @ across)
-    angle = math.acos(min(abs(along), 1.0))
-    if angle > RIGHT_ANGLE_TOLERANCE:
-        raise PathError(
-            f"the arc's normal is {math.degrees(angle):.6g} deg off that of the plane of start, "
-            "centre and end; it may differ by "
-            f"{math.degrees(RIGHT_ANGLE_TOLERANCE):.2g} deg at most"
-        )
-    return np.asarray(across * math.copysign(1.0, along))
+    if normal is None:
+        return plane
+    if flat:
+        return np.asarray(normal, dtype=float)
+    _unit_normal(normal, to_unit_vector(from_c, "end"), "the radius at the end")
+    return np.asarray(plane * math.copysign(1.0, float(np.asarray(normal) @ plane)))

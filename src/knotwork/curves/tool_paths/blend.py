@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error, to_number
+from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
+from knotwork.errors.arguments import require_number
 from knotwork.waypoints import FloatArray, read_only
 
 CONTROL_SPACING = 0.44, 0.75
@@ -53,8 +54,8 @@ class Blend(PolynomialCurve):
         self, before: ArrayLike, corner: ArrayLike, after: ArrayLike, distance: float
     ) -> None:
         self.corner = read_only(corner, (3,), "corner")
-        self.distance = to_number(distance, "blend distance")
-        if not (math.isfinite(self.distance) and self.distance > SAME_POINT):
+        self.distance = require_number(distance, "blend distance", "m")
+        if self.distance <= SAME_POINT:
             raise geometry_error(
                 "blend distance is {distance}; it must be greater than {minimum}",
                 distance=self.distance,

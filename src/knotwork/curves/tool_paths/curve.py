@@ -75,18 +75,6 @@ def checked_order(order: int, max_order: int = 3) -> int:
     return int(order)
 
 
-def to_number(value: object, name: str) -> float:
-    """Return a value as a number.
-
-    Raises:
-        PathError: The value is not a number.
-    """
-    try:
-        return float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise PathError(f"{name} is {value!r}; it must be a number") from None
-
-
 def to_unit_vector(direction: ArrayLike, name: str) -> FloatArray:
     """Return a direction as a unit vector, shape (3,).
 

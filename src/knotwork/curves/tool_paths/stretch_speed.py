@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from knotwork.curves.tool_paths.timing_profile import (
-    RAMP_TOLERANCE,
-    check_acceleration,
-    checked_speed,
-)
-from knotwork.errors import PathError, RampError, StretchTimeError
+from knotwork.curves.tool_paths.timing_profile import RAMP_TOLERANCE, checked_speed
+from knotwork.errors import RampError, StretchTimeError
+from knotwork.errors.arguments import require_number
 
 
 def speed_for_duration(
@@ -42,10 +39,9 @@ def speed_for_duration(
     >>> round(speed, 12)
     0.05
     """
-    check_acceleration(acceleration)
-    for name, value, unit in (("length", length, "m"), ("duration", duration, "s")):
-        if not (math.isfinite(value) and value > 0.0):
-            raise PathError(f"{name} is {value!r} {unit}; it must be greater than 0")
+    acceleration = require_number(acceleration, "acceleration", "m/s²", positive=True)
+    length = require_number(length, "length", "m", positive=True)
+    duration = require_number(duration, "duration", "s", positive=True)
     known = [
         checked_speed(value, name)
         for name, value in (("start_speed", start_speed), ("end_speed", end_speed))

@@ -19,6 +19,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.errors import PathError, RampError
+from knotwork.errors.arguments import require_number
 from knotwork.waypoints import FloatArray, read_only
 
 RAMP_TOLERANCE = 1e-9
@@ -127,7 +128,7 @@ def speed_profile(
     >>> timing.full_speed.round(6), round(timing.duration, 6)
     (array([[0.15, 2.  ]]), 2.15)
     """
-    check_acceleration(acceleration)
+    acceleration = require_number(acceleration, "acceleration", "m/s²", positive=True)
     length, speed = _check_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
@@ -201,12 +202,6 @@ def _make_pieces(
         (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
         (T1, _make_ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
-
-
-def check_acceleration(acceleration: float) -> None:
-    """Refuse an acceleration [m/s²] that is not greater than zero."""
-    if not (math.isfinite(acceleration) and acceleration > 0.0):
-        raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
 
 
 def checked_speed(speed: float, name: str) -> float:

@@ -76,13 +76,17 @@ class StrictModel(BaseModel):
     )
     # Groups of fields of which at most one may be given.
     ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    # Fields of which one or more must be given.
+    ONE_OR_MORE: ClassVar[tuple[str, ...]] = ()
 
     @model_validator(mode="after")
-    def _one_of_each(self) -> StrictModel:
+    def _check_alternatives(self) -> StrictModel:
         for names in self.ALTERNATIVES:
             keys = [name for name in names if getattr(self, name) is not None]
             if len(keys) > 1:
                 raise ValueError(f"gives {' and '.join(keys)}; give one of them")
+        if self.ONE_OR_MORE and all(getattr(self, name) is None for name in self.ONE_OR_MORE):
+            raise ValueError(f"gives none of {', '.join(self.ONE_OR_MORE)}; give one")
         return self
 
 

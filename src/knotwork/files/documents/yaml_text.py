@@ -233,9 +233,6 @@ def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
     if isinstance(error, yaml.MarkedYAMLError):
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark is not None else None
-        if error.problem == "but found another document":
-            message = "is not valid YAML: a second document begins here; a file holds one"
-            return Problem(line, "", message)
         at = "".join(text.splitlines()[mark.line : mark.line + 1]) if mark is not None else ""
         if "\t" in at[: len(at) - len(at.lstrip())]:
             message = "is not valid YAML: there is a tab; lines are indented by spaces alone"

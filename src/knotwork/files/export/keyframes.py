@@ -12,7 +12,7 @@ from knotwork.files.export.table import DEFAULT_RATE
 from knotwork.waypoints import FloatArray
 
 MOST_KEYFRAMES = 1_000_000
-"""Upper bound of the number of joints."""
+"""Largest number of keyframes."""
 
 
 def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: float = 0.0) -> str:

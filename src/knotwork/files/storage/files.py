@@ -67,7 +67,6 @@ def _refusing(failure: str, accepted: str) -> Iterator[None]:
 
     Raises:
         InputError: An `OSError`, or a `ValueError` for a name or text that no file can have.
-            can have.
     """
     try:
         yield

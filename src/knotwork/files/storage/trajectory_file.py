@@ -177,34 +177,31 @@ def read_trajectory_document(path: Path | str) -> Document:
     if path.is_dir():
         path = path / "trajectory.json"
 
-    def read_mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        data = dict(pairs)
-        if len(data) < len(pairs):
-            keys = [key for key, _ in pairs]
-            twice = next(key for key in keys if keys.count(key) > 1)
-            raise DocumentError(path, [Problem(None, twice, "is given twice")])
-        return data
-
-    def fault(message: str, line: int | None = None) -> DocumentError:
-        return DocumentError(path, [Problem(line, "", message)])
-
     text = documents.read_text(path, max_bytes=MAX_TRAJECTORY_BYTES)
     if text.count(",") + text.count("[") > MAX_STORED_VALUES:
-        raise fault(f"has more than {MAX_STORED_VALUES} values")
+        raise DocumentError(path, [Problem(None, "", f"has more than {MAX_STORED_VALUES} values")])
     try:
-        data = json.loads(
-            text, object_pairs_hook=read_mapping
-        )  # NaN is refused later, with its place
+        # NaN is refused later, with its place
+        return Document(json.loads(text, object_pairs_hook=_mapping_of), path)
     except json.JSONDecodeError as error:
-        message = f"is not valid JSON: {error.msg} (column {error.colno})"
-        raise fault(message, error.lineno) from error
+        problem = Problem(
+            error.lineno, "", f"is not valid JSON: {error.msg} (column {error.colno})"
+        )
     except RecursionError:
-        raise fault("is nested too deep") from None
-    except DocumentError:
-        raise
-    except ValueError as error:  # Python reads integers of at most some thousands of digits
-        raise fault("has an integer with too many digits") from error
-    return Document(data, path)
+        problem = Problem(None, "", "is nested too deep")
+    except ValueError as error:
+        problem = Problem(None, "", f"is not valid JSON: {error}")
+    raise DocumentError(path, [problem])
+
+
+def _mapping_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A mapping of keys and values; a key given twice is a `ValueError`."""
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"{twice} is given twice")
+    return data
 
 
 def load_trajectory(path: Path | str) -> JointTrajectory:

@@ -146,7 +146,7 @@ def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> Timi
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.given.with_waypoints(
         {
-            scenario.index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
+            scenario.task_index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
             for problem in problems
             for k, speed in problem.speeds.items()
         }
@@ -255,5 +255,5 @@ def _path_error(
 
 def _key(task: TimingTask, i: int) -> str:
     """The key that gives the speed to a waypoint on a path."""
-    waypoint = task.scenario.given.waypoints[task.scenario.index[i]]
+    waypoint = task.scenario.given.waypoints[task.scenario.task_index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)

@@ -181,36 +181,33 @@ def clear_motion_findings(
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = si_factors(scenario.given.units)
     resolution = scenario.scene.collisions.resolution
-    for indices, run in clear_motions:
-        count = run.way
+    for indices, chosen in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
-        tries = "1 try" if count == 1 else f"{count} tries"
-        message = f"{start.name} to {end.name}: clear motion found in {tries}"
-        room = ""
-        if run.room is not None:
-            room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
-        message += room
-        interval = (start.time, end.time)
+        name, interval = f"{start.name} to {end.name}", (start.time, end.time)
+        tries = "1 try" if chosen.way == 1 else f"{chosen.way} tries"
+        extra = ""
+        if chosen.room is not None:
+            room = scenario.units.text(chosen.room * length, "m", ".3g")
+            extra = f" with {room} of extra clearance"
+        fact = brief = f"{name}: clear motion found in {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *cut) or least_clearance(model, *cut)
-        value = time = None
-        brief = message
         if least is not None:
-            value, time = least.distance, least.time
-            clearance = f"minimum clearance {scenario.units.text(value, 'm', '.3g')}"
-            message += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
-            brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
+            clearance = f"minimum clearance {scenario.units.text(least.distance, 'm', '.3g')}"
+            pair = f"{least.second.name}, {least.first.name}"
+            fact += f", {clearance} ({pair}) at {least.time:.2f} s"
+            brief = f"{name}:{extra}{',' if extra else ''} {clearance}"
         yield Finding(
             group=WAYS_GROUP,
             subject="waypoint",
             name=end.name,
             quantity="way",
             verdict="information",
-            fact=message,
-            value=value,
-            unit="m" if value is not None else "",
-            time=time,
+            fact=fact,
+            value=None if least is None else least.distance,
+            unit="" if least is None else "m",
+            time=None if least is None else least.time,
             interval=interval,
             brief=brief,
         )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.files.documents import Document, apply_edits, edited_text, read, read_text
+from knotwork.files.documents import edited_text, read, read_text
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
@@ -20,7 +20,7 @@ from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.si_units import si_factors
-from knotwork.task.task_source import moved_paths
+from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 CHOSEN_STOP_SPEED = 1e-9
@@ -37,10 +37,10 @@ def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMo
             positions[segment.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(task, positions))
     for i in unknowns.ways:
-        waypoints[scenario.index[i]]["way"] = None
+        waypoints[scenario.task_index[i]]["way"] = None
     for segment, motion in motions.items():
         for k, i in enumerate(segment.waypoints):
-            changes = waypoints[scenario.index[i]]
+            changes = waypoints[scenario.task_index[i]]
             if k and unknowns.duration[i - 1]:
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
@@ -67,7 +67,7 @@ def solutions_near(
         positions: Joint positions of all rows [rad or m], by default those of its solution.
     """
     positions = task.waypoints.position if positions is None else positions
-    index, paths = task.scenario.index, task.scenario.paths
+    index, paths = task.scenario.task_index, task.scenario.paths
     units = si_factors(task.scenario.given.units)
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
@@ -97,7 +97,7 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
         scenario, axes, turn = task.scenario, "base", np.eye(3)
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
-            spec = scenario.given.waypoints[scenario.index[i]]
+            spec = scenario.given.waypoints[scenario.task_index[i]]
             axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
             turn = scenario.frames[axes].rotation.T
         linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
@@ -162,8 +162,6 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 
 def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
-    data, source = scenario.given.to_dict(), scenario.source
-    source_folder = Path.cwd() if source is None else source.parent
-    moved = moved_paths(data, source_folder.resolve(), folder.resolve())
-    content: dict[str, object] = apply_edits(Document(data), moved).data
-    return content
+    source = Path.cwd() if scenario.source is None else scenario.source.parent
+    data: dict[str, object] = with_moved_paths(scenario.given.to_dict(), source, folder.resolve())
+    return data

@@ -21,7 +21,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     ClearMotionProblem,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clear_search import find_clear_motion, stretch
+from knotwork.planning.ways.clear_search import find_clear_motion, slow_to_duration
 from knotwork.planning.ways.configurations import bodies_at
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
@@ -165,7 +165,7 @@ def _solutions(
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    spec = scenario.given.waypoints[scenario.index[i]]
+    spec = scenario.given.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
     tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.unknowns.ways if end else i > 0
@@ -195,23 +195,20 @@ def _stretch_to_time(
     duration = max(way.duration, least) if np.isnan(given_time) else given_time
     if duration == way.duration:
         return way.curve
-    curve = stretch(way, duration) if duration > way.duration else None
-    if curve is None:
-        if duration < way.duration:
-            sufficient = sufficient_duration(way.duration)
-            message = (
-                f"{duration:g} s is shorter than the fastest motion found, which takes "
-                f"{rounded_up(way.duration):.6g} s; accepted: {sufficient:.6g} s or more, or no "
-                "time"
-            )
-        else:
-            message = (
-                f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
-                "accepted: no time, or a stop at both ends"
-            )
-        error = InputError(message)
-        raise task.locate(error, segment.waypoints[-1])
-    return curve
+    if duration < way.duration:
+        message = (
+            f"{duration:g} s is shorter than the fastest motion found, which takes "
+            f"{rounded_up(way.duration):.6g} s; accepted: "
+            f"{sufficient_duration(way.duration):.6g} s or more, or no time"
+        )
+    elif (curve := slow_to_duration(way, duration)) is not None:
+        return curve
+    else:
+        message = (
+            f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
+            "accepted: no time, or a stop at both ends"
+        )
+    raise task.locate(InputError(message), segment.waypoints[-1])
 
 
 def _located_error(
@@ -219,34 +216,34 @@ def _located_error(
 ) -> NoWayFoundError:
     """Make the error for a missing motion, at the waypoint of the fault, or else at the goal."""
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
-    message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"
-    k = no_way.waypoint
+    text, k, end = task.scenario.units.text, no_way.waypoint, ""
+    bodies: tuple[str, ...] = ()
     if k is None:
-        message += (
-            f" was found among {no_way.checks} configurations; one may exist all the same; "
-            "accepted: more space, a waypoint in between, or a smaller scene.margin"
-        )
-        return task.locate(NoWayFoundError(message, depth=no_way.depth), segment.waypoints[-1])
-    end = {0: "start", -1: "goal"}.get(k, f"{k}")
-    text, where = task.scenario.units.text, f"at {names[k]!r}"
-    if no_way.moving or no_way.joint is not None:
-        where = f"stopping after {names[k]!r}" if k == 0 else f"coming from rest to {names[k]!r}"
-    if no_way.joint is not None:
-        space, j = task.space, no_way.joint
-        message += (
-            f": {where}, {space.joint_names[j]} goes "
-            f"{text(no_way.depth, space.joint_units[j], '.4g')} beyond its position limit; "
-            "accepted: a lower velocity there, or a stop"
-        )
-        error = NoWayFoundError(message, end=end, depth=no_way.depth)
-        return task.locate(error, segment.waypoints[k])
-    first, second = no_way.bodies
-    several = f", and none of {no_way.solutions} solutions is clear"
-    message += (
-        f": {where}, {second} is {text(no_way.depth, 'm', '.4g')} too close to {first}"
-        f"{several if no_way.solutions > 1 else ''}; accepted: "
-        f"{'a lower velocity or ' if no_way.moving else ''}another pose there, a smaller "
-        "scene.margin, or objects elsewhere"
+        reason = f" was found among {no_way.checks} configurations; one may exist all the same"
+        accepted = "more space, a waypoint in between, or a smaller scene.margin"
+    else:
+        end, where = {0: "start", -1: "goal"}.get(k, f"{k}"), f"at {names[k]!r}"
+        if no_way.moving or no_way.joint is not None:
+            way = "stopping after" if k == 0 else "coming from rest to"
+            where = f"{way} {names[k]!r}"
+        if no_way.joint is not None:
+            joint, unit = task.space.joint_names[no_way.joint], task.space.joint_units[no_way.joint]
+            depth = text(no_way.depth, unit, ".4g")
+            reason = f": {where}, {joint} goes {depth} beyond its position limit"
+            accepted = "a lower velocity there, or a stop"
+        else:
+            bodies = first, second = no_way.bodies
+            depth = text(no_way.depth, "m", ".4g")
+            reason = f": {where}, {second} is {depth} too close to {first}"
+            if no_way.solutions > 1:
+                reason += f", and none of {no_way.solutions} solutions is clear"
+            slower = "a lower velocity or " if no_way.moving else ""
+            accepted = f"{slower}another pose there, a smaller scene.margin, or objects elsewhere"
+    error = NoWayFoundError(
+        f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
+        f"accepted: {accepted}",
+        end=end,
+        names=bodies,
+        depth=no_way.depth,
     )
-    error = NoWayFoundError(message, end=end, names=no_way.bodies, depth=no_way.depth)
-    return task.locate(error, segment.waypoints[k])
+    return task.locate(error, segment.waypoints[-1 if k is None else k])

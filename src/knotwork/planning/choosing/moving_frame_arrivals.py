@@ -68,19 +68,19 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
             task = task.with_waypoints(_solutions(scenario, chosen))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
-        by_waypoint = dict(zip(scenario.index[::-1], following[::-1].tolist(), strict=True))
-        scenario = _with_expected_times(scenario, task, by_waypoint)
+        by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
+        scenario = _with_expected_times(scenario, task, by_task_index)
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
         chosen = choose(scenario)
-    i = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
+    waypoint = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
     error = TimingError(
-        f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations the "
-        f"arrival at {times[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or "
-        "after [s] here and before",
+        f"{scenario.waypoints[waypoint].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
+        f"the arrival at {times[waypoint]:.6g} s is still based on {expected[waypoint]:.6g} s; "
+        "accepted: time or after [s] here and before",
         limit="rounds",
     )
-    error.locate(scenario.where("waypoints", scenario.index[i]))
+    error.locate(scenario.where("waypoints", scenario.task_index[waypoint]))
     raise error
 
 
@@ -93,7 +93,7 @@ def _unknowns(scenario: Scenario) -> Unknowns:
 def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
-    """The scenario with another task, and expected times [s] by waypoint of the task."""
+    """The scenario with another task, and expected times [s] by index in the task."""
     resolved = resolve_task(task, scenario.places, expected)
     return replace(resolved, continued_motion=scenario.continued_motion)
 
@@ -106,12 +106,12 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     """
     scenario = _with_speeds_before(scenario, choose)
     unknowns, (first, *_) = _unknowns(scenario), _unknowns(scenario).time_dependent
-    k, failure = scenario.index[first], None
+    task_index, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
-    if scenario.given.waypoints[k].time is None and unknowns.duration[first - 1]:
+    if scenario.given.waypoints[task_index].time is None and unknowns.duration[first - 1]:
         start, at_least = scenario.expected_times[first - 1], unknowns.at_least[first - 1]
         spans = dict.fromkeys(max(span, float(at_least)) for span in GUESSES)
-        guesses = [{k: start + span} for span in spans]
+        guesses = [{task_index: start + span} for span in spans]
     for expected in guesses:
         try:
             guessed = _with_expected_times(scenario, scenario.given, expected)
@@ -135,7 +135,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
     if not any(i < first for i in unknowns.path_speed):
         return scenario
     try:
-        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+        part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
         chosen = choose(resolve_task(part, scenario.places))
     except InputError:
         return scenario
@@ -144,16 +144,18 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    unknowns, known = _unknowns(scenario), chosen.scenario.given.waypoints
-    rows = [scenario.index[i] for i in unknowns.path_speed if i <= unknowns.time_dependent[-1]]
-    return {k: {"speed": known[k].speed} for k in rows if k < len(known)}  # type: ignore[union-attr]
+    unknowns, timed = _unknowns(scenario), chosen.scenario.given.waypoints
+    last = unknowns.time_dependent[-1]
+    ends = [scenario.task_index[waypoint] for waypoint in unknowns.path_speed if waypoint <= last]
+    # a part of the task has its first waypoints only
+    return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
 
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
-    known = chosen.scenario.given.waypoints
-    rows = scenario.index[1 : _unknowns(scenario).time_dependent[-1] + 1]
-    return {k: {"near": near} for k in rows if (near := getattr(known[k], "near", None))}
+    timed = chosen.scenario.given.waypoints
+    reached = scenario.task_index[1 : _unknowns(scenario).time_dependent[-1] + 1]
+    return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
 def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
@@ -163,25 +165,20 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen.scenario.times)
-    for i in _unknowns(scenario).time_dependent:
-        k = scenario.index[i]
-        time = scenario.given.waypoints[k].time
-        if time is None or ends_wait(scenario.index, i):
+    for waypoint in _unknowns(scenario).time_dependent:
+        task_index = scenario.task_index[waypoint]
+        time = scenario.given.waypoints[task_index].time
+        if time is None or ends_wait(scenario.task_index, waypoint):
             continue
-        if times[i] > time:
-            raise _late_arrival(scenario, i, time, float(times[i]))
-        times[i:] += time - times[i]
+        if times[waypoint] > time:
+            with scenario.error_context("waypoints", task_index, "time"):
+                raise InputError(
+                    f"{scenario.waypoints[waypoint].name!r} is reached at "
+                    f"{rounded_up(float(times[waypoint])):.6g} s at the earliest that was found, "
+                    f"not at {time:g} s; accepted: a later time, or after: fastest"
+                )
+        times[waypoint:] += time - times[waypoint]
     return times
-
-
-def _late_arrival(scenario: Scenario, i: int, time: float, earliest: float) -> InputError:
-    """Make the error of a waypoint that is reached later than at its given time."""
-    error = InputError(
-        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(earliest):.6g} s at the "
-        f"earliest that was found, not at {time:g} s; accepted: a later time, or after: fastest"
-    )
-    error.locate(scenario.where("waypoints", scenario.index[i], "time"))
-    return error
 
 
 def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
@@ -190,11 +187,13 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     last, spans = unknowns.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
-    for i in range(1, last + 1):
-        k = scenario.index[i]
-        if unknowns.duration[i - 1] and task.waypoints[k].time is None:
-            span, waits = float(spans[i - 1]), unknowns.at_least[i - 1] > spans[i - 1] - AGREEMENT
-            changes[k]["after"] = rounded_up(span if waits else LONGER_TIMES * span + AGREEMENT, 6)
+    for waypoint in range(1, last + 1):
+        interval, task_index = waypoint - 1, scenario.task_index[waypoint]
+        if unknowns.duration[interval] and task.waypoints[task_index].time is None:
+            span = float(spans[interval])
+            waits = unknowns.at_least[interval] > span - AGREEMENT
+            after = span if waits else LONGER_TIMES * span + AGREEMENT
+            changes[task_index]["after"] = rounded_up(after, 6)
     ends: dict[str, Any] = {}
     if not unknowns.duration[last:].any() and not any(i > last for i in unknowns.path_speed):
         ends = {"objective": None}

@@ -107,7 +107,7 @@ class TimingTask:
 
     def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """Locate an error at a key of waypoint i of the scenario, and return it."""
-        k = self.scenario.index[i]
+        k = self.scenario.task_index[i]
         location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
         error.locate(self.scenario.where(*location, *key))
         return error

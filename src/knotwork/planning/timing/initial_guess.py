@@ -2,36 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
+from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """Initial guess of the solver.
-
-    Attributes:
-        duration: Durations of the intervals [s], shape (n-1,).
-        share: Duration of each piece relative to its interval, shape (n-1, pieces).
-        curve: Joint positions over time from 0 to the sum of the durations.
-        velocity: Velocities at the waypoints, shape (n, d).
-    """
-
-    duration: FloatArray
-    share: FloatArray
-    curve: PiecewisePolynomial
-    velocity: FloatArray
-
-
-def plain_guess(problem: TimingProblem) -> Guess:
-    """An initial guess of plain cubics.
+def plain_guess(problem: TimingProblem) -> States:
+    """An initial guess of plain cubics, by the states at the breaks of the solver's pieces.
 
     Joints pass waypoints without a stop where they may.
     """
@@ -44,9 +26,8 @@ def plain_guess(problem: TimingProblem) -> Guess:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
     pieces = pieces_each(duration.size)
-    share = np.full((duration.size, pieces), 1.0 / pieces)
     curve = PiecewisePolynomial(two_point_coefficients(time, (problem.position, velocity)), time)
-    return Guess(duration, share, curve, velocity)
+    return states_of(curve, np.repeat(duration / pieces, pieces))
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.initial_guess import Guess
 from knotwork.planning.timing.motion_curves import exact_curve
+from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
 from knotwork.planning.timing.robot_limits import held_blocks, work_kernel
 from knotwork.planning.timing.spline import (
@@ -56,53 +56,43 @@ class SectionProgram:
 
     Args:
         problem: The problem.
-        guess: Initial guess, which also sets the units.
+        guess: Initial guess, which also sets the pieces and the units.
         tightening: Margins of the limits.
-        scale: Units; by default those of the guess.
-        spans: Typical durations of the pieces [s], shape (pieces,); by default those of their
-            intervals.
     """
 
-    def __init__(
-        self,
-        problem: TimingProblem,
-        guess: Guess,
-        tightening: Tightening,
-        scale: Scale | None = None,
-        spans: FloatArray | None = None,
-    ) -> None:
+    def __init__(self, problem: TimingProblem, guess: States, tightening: Tightening) -> None:
         self.problem, self.guess, self.tightening = problem, guess, tightening
         self.margin = tightening.margin
         self.along = np.flatnonzero(problem.along)
-        (intervals, each), joints = guess.share.shape, len(problem.joint_names)
+        intervals, joints = len(problem.duration), len(problem.joint_names)
+        each = len(guess.span) // intervals
         self.layout = Layout(intervals, each, joints, len(self.along))
-        self.scale = scale or _scale(problem, guess)
-        self.spans = np.repeat(guess.duration, each) if spans is None else spans
+        # of the intervals in the guess
+        self.duration = guess.span.reshape(intervals, each).sum(axis=1)
+        self.scale = _scale(problem, guess, float(np.median(self.duration)))
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver from an earlier solution or the guess, with a time limit [s]."""
         options = {} if start is None else dict(WARM_START_OPTIONS)
         if np.isfinite(seconds):
             options["ipopt.max_wall_time"] = max(seconds, MIN_SOLVER_TIME)
-        initial = self.start() if start is None else start
+        initial = self.variables_of(self.guess) if start is None else start
         reusable = bool(np.isinf(seconds))
         return solve_program(self.blocks(), initial, self.bounds(), options, reusable=reusable)
 
-    def start(self) -> FloatArray:
-        """Variables of the program at the guess."""
-        at, guess, scale = self.layout, self.guess, self.scale
+    def variables_of(self, states: States) -> FloatArray:
+        """Variables of the program at a motion with the pieces of the guess."""
+        at, scale = self.layout, self.scale
         x = np.zeros(at.size)
-        span = guess.share * guess.duration[:, None]
-        x[at.tau] = span.ravel() / scale.time
-        time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
         limit = self.problem.limits.acceleration
-        x[at.q] = guess.curve(time) / scale.unit(0)
-        x[at.v] = guess.curve(time, 1) / scale.unit(1)
-        x[at.a] = np.clip(guess.curve(time, 2), -limit, limit) / scale.unit(2)
+        x[at.tau] = states.span / scale.time
+        x[at.q] = states.q / scale.unit(0)
+        x[at.v] = states.v / scale.unit(1)
+        x[at.a] = np.clip(states.a, -limit, limit) / scale.unit(2)
         for column, i in zip(at.factor, self.along, strict=True):
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
-            x[column] = float(guess.velocity[i] @ direction) / length if length else 0.0
+            x[column] = float(states.v[at.each * i] @ direction) / length if length else 0.0
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -110,7 +100,7 @@ class SectionProgram:
         at, problem, scale = self.layout, self.problem, self.scale
         each = at.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
-        shortest = MIN_PIECE_SHARE * self.guess.duration / each / scale.time
+        shortest = MIN_PIECE_SHARE * self.duration / each / scale.time
         low[at.tau] = np.repeat(shortest, each)
         inner = 1.0 - self.margin
         V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
@@ -201,7 +191,8 @@ class SectionProgram:
         d, row = at.joints, np.ones(at.pieces)
         jerk = bool(np.isfinite(problem.limits.jerk).any())
         position, smooth = self.tightening.position, problem.objective.jerk > 0.0
-        h = self.spans / scale.time
+        duration = np.repeat(self.duration, at.each)
+        h = duration / scale.time
         rows, max_velocities = [1.0 / h, 1.0 / (h * h)], self._velocity_bounds()
         low = [np.zeros((2 * d, at.pieces)), *(-limit for limit in max_velocities)]
         high = [np.zeros((2 * d, at.pieces)), *max_velocities]
@@ -215,10 +206,7 @@ class SectionProgram:
             low += list(lower / scale.unit(0)[:, None])
             high += list(upper / scale.unit(0)[:, None])
         weights = self._weights()[:, None] * row
-        duration = np.repeat(self.guess.duration, at.each)
-        weights[1] = (
-            EVENNESS_WEIGHT * at.each * scale.time**2 / (duration * self.guess.duration.sum())
-        )
+        weights[1] = EVENNESS_WEIGHT * at.each * scale.time**2 / (duration * self.duration.sum())
         kernel = piece_kernel(d, jerk, position, smooth)
         return Block(kernel, at.piece, np.vstack((*rows, weights)), np.vstack(low), np.vstack(high))
 
@@ -226,7 +214,7 @@ class SectionProgram:
         objective, scale = self.problem.objective, self.scale
         cost = self.typical_cost()
         limit = np.minimum(self.problem.limits.acceleration, scale.unit(2))
-        calm = CALMNESS_WEIGHT * cost / (limit**2 * self.guess.duration.sum() * len(limit))
+        calm = CALMNESS_WEIGHT * cost / (limit**2 * self.duration.sum() * len(limit))
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if objective.jerk:
@@ -236,7 +224,7 @@ class SectionProgram:
     def typical_cost(self) -> float:
         """Typical value of the objective, by which it is divided to be of order one."""
         objective, scale = self.problem.objective, self.scale
-        h = self.guess.duration
+        h = self.duration
         cost = objective.time * float(h.sum())
         for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
             cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
@@ -298,8 +286,8 @@ class SectionProgram:
         return time, exact_curve(time, share, problem.position, velocity, a[ends])
 
 
-def _scale(problem: TimingProblem, guess: Guess) -> Scale:
-    time = float(np.median(guess.duration))
+def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
+    """Units of a program with a unit of time [s]."""
     limits = problem.limits
     with np.errstate(invalid="ignore"):
         unit = np.minimum(limits.velocity * time, limits.acceleration * time**2)
@@ -309,6 +297,6 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     typical = np.maximum(span, 1e-3 * largest)
     if problem.objective.jerk and not problem.free.any():
         # given times set the scale of the motion, even if the limits are loose
-        peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
+        peak = np.abs(guess.a).max(axis=0)
         unit = np.minimum(unit, np.maximum(typical, peak * time**2))
     return Scale(time, np.where(np.isfinite(unit), unit, typical))

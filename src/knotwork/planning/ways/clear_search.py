@@ -101,8 +101,8 @@ def find_clear_motion(
     return _ClearSearch(problem, STAGES, is_out_of_time, report).best_of(tries)
 
 
-def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
-    """Stretch a motion to a longer duration; `None` if the arm can't move at this speed.
+def slow_to_duration(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
+    """Slow a motion down to a duration; `None` if the arm can't move at this speed.
 
     Args:
         motion: The fastest motion.
@@ -113,7 +113,7 @@ def stretch(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
         return slow_down(motion.curve, duration / motion.duration)
     if middle is None:
         return None
-    remaining = duration - sum(float(run.x[-1]) for run in (before, after) if run is not None)
+    remaining = duration - sum(float(stop.x[-1]) for stop in (before, after) if stop is not None)
     factor = remaining / float(middle.x[-1])
     return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
@@ -123,9 +123,9 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
     model, limits = problem.collision_model, problem.timing.limits
     space = Configurations(problem.arm_model, model, limits)
     clearance = dict.fromkeys(space.bodies, extra)
-    for q in (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0]):
-        for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
-            clearance[names] = min(clearance[names], 0.5 * max(gap, 0.0))
+    passed = (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0])
+    for names, kept in zip(space.bodies, space.extra_clearance(extra, passed), strict=True):
+        clearance[names] = min(clearance[names], float(kept))
     pairs = []
     for pair in model.pairs:
         names = model.bodies[pair.first].name, model.bodies[pair.second].name
@@ -134,6 +134,18 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
 
 
 class _ClearSearch:
+    """Searches for a motion between two states; each begins with other random numbers.
+
+    Attributes:
+        space: Collision tests, which count the checked configurations.
+        inner: Positions of the waypoints between the ends, shape (n-2, d).
+        ends: Collision-free solutions of the start and of the goal, shape (m, d) each.
+        stops: The motion to rest after the start and the one from rest to the goal; `None` for an
+            end at rest.
+        resting_ends: Configurations at rest next to the ends, shape (m, d) each.
+        stage: Index of the current stage, which later searches keep.
+    """
+
     def __init__(
         self,
         problem: ClearMotionProblem,
@@ -147,22 +159,16 @@ class _ClearSearch:
         self.space = Configurations(problem.arm_model, model, limits, problem.loaded_arm_model)
         self.inner = problem.timing.position[1:-1]
         starts = self._clear_ends(0, problem.starts)
-        for k, q in enumerate(self.inner, 1):
-            self._clear_ends(k, q[None])
-        self.ends = [starts, self._clear_ends(-1, problem.goals)]
-        # motions to rest after the start and from rest to the goal, if these are not at rest
-        self.runs = [self._run_to_rest(k, self.ends[k][0]) for k in (0, -1)]
-        self.stage = 0
-
-    @property
-    def rests(self) -> list[FloatArray]:
-        """Configurations at rest next to the remaining starts and goals."""
-        starts, goals = self.ends
-        before, after = self.runs
-        return [
+        for waypoint, q in enumerate(self.inner, 1):
+            self._clear_ends(waypoint, q[None])
+        goals = self._clear_ends(-1, problem.goals)
+        self.ends = [starts, goals]
+        before, after = self.stops = [self._stop(end, self.ends[end][0]) for end in (0, -1)]
+        self.resting_ends = [
             starts if before is None else before(before.x[-1:]),
             goals if after is None else after(after.x[:1]),
         ]
+        self.stage = 0
 
     def _clear_ends(self, waypoint: int, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of a waypoint."""
@@ -172,52 +178,51 @@ class _ClearSearch:
             raise NoClearMotionError(waypoint, bodies, -gap, solutions=len(ends))
         return clear
 
-    def _run_to_rest(self, k: int, q: FloatArray) -> PiecewisePolynomial | None:
-        """Motion to rest after the start (k = 0) or from rest to the goal (-1), if it moves.
+    def _stop(self, end: int, q: FloatArray) -> PiecewisePolynomial | None:
+        """Motion to rest after the start (0) or from rest to the goal (-1), if it moves.
 
         Each joint brakes independently, or the arm brakes on a given path. Next to the goal the
         motion is reversed in time.
         """
         timing, problem = self.problem.timing, self.problem
-        v, a = timing.velocity[k] * (-1.0 if k else 1.0), timing.acceleration[k]
+        v, a = timing.velocity[end] * (-1.0 if end else 1.0), timing.acceleration[end]
         if not v.any() and not a.any():
             return None
         limits, errors = timing.limits, []
 
-        def stops() -> Iterator[PiecewisePolynomial | None]:
+        def candidates() -> Iterator[PiecewisePolynomial | None]:
             for part in BRAKING_SHARES:
                 yield stop_joints(q, v, a, part * limits.acceleration, part * limits.jerk)
-            if k == 0 and (stop := problem.stop()) is not None:
+            if end == 0 and (stop := problem.stop()) is not None:
                 yield stop
 
-        for run in stops():
-            if run is None:
+        for motion in candidates():
+            if motion is None:
                 return None  # the arm rests there, within rounding
-            error = self._obstruction(k, run)
+            error = self._obstruction(end, motion)
             if error is None:
-                return reverse(run) if k else run
+                return reverse(motion) if end else motion
             errors.append(error)
         raise errors[0]
 
-    def _obstruction(self, k: int, run: PiecewisePolynomial) -> NoClearMotionError | None:
-        """Obstruction of a motion from the start (k = 0) or the goal (-1) to rest."""
-        reached = run.extrema(0)
+    def _obstruction(self, end: int, motion: PiecewisePolynomial) -> NoClearMotionError | None:
+        """Obstruction of a motion from the start (0) or the goal (-1) to rest."""
+        reached = motion.extrema(0)
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
-            return NoClearMotionError(k, depth=float(beyond.max()), joint=int(beyond.argmax()))
-        contacts = contacts_of(self.problem.collision_model, run, self.problem.resolution)
+            return NoClearMotionError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+        contacts = contacts_of(self.problem.collision_model, motion, self.problem.resolution)
         if contacts:
             worst = max(contacts, key=lambda contact: contact.margin - contact.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
-            return NoClearMotionError(k, names, max(depth, 0.0), moving=True)
-        return None if keeps_limits(self.problem.timing, run) else NoClearMotionError()
+            return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
+        return None if keeps_limits(self.problem.timing, motion) else NoClearMotionError()
 
     def best_of(self, tries: int) -> ClearMotion:
+        """The fastest motion of a number of searches."""
         best: ClearMotion | None = None
         for seed in range(tries):
-            if best is not None:
-                self._leave_out_far_ends(best.duration)
-            if best is not None and (self.is_out_of_time() or not len(self.ends[0])):
+            if best is not None and self.is_out_of_time():
                 break
             self.report(seed + 1, best)
             lines = self._polylines(seed)
@@ -231,17 +236,10 @@ class _ClearSearch:
             raise NoClearMotionError(checks=self.space.checks)
         return best
 
-    def _leave_out_far_ends(self, duration: float) -> None:
-        """Remove ends between which every motion takes longer than a duration [s]."""
-        first, last = self.ends
-        fastest = np.abs(first[:, None] - last) / self.problem.timing.limits.velocity
-        near = fastest.max(axis=2) < duration
-        self.ends = [first[near.any(axis=1)], last[near.any(axis=0)]]
-
     def _polylines(self, seed: int) -> list[FloatArray] | None:
         """Polylines between consecutive waypoints, proved clear, or `None`."""
         lines = []
-        starts, goals = self.rests
+        starts, goals = self.resting_ends
         for k, ends in enumerate(pairwise([starts, *self.inner[:, None], goals])):
             line = self._polyline([seed, k] if k else [seed], *ends)
             if line is None:
@@ -267,10 +265,7 @@ class _ClearSearch:
                 line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
                 if line is None:
                     break
-                for candidate in (
-                    shorten_polyline(self.space, line, rng, step, weights),
-                    line,
-                ):
+                for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
                     if len(candidate) == 1 or not contacts_along(model, candidate, resolution):
                         return candidate
             self.stage += 1
@@ -309,7 +304,7 @@ class _ClearSearch:
         self, line: FloatArray, passed: IndexArray
     ) -> tuple[PiecewisePolynomial, FloatArray, MotionParts] | None:
         """A motion that rests at the corners of a line, its times there, and its parts."""
-        (before, after), middle, times = self.runs, None, np.zeros(len(passed))
+        (before, after), middle, times = self.stops, None, np.zeros(len(passed))
         if len(line) > 1:  # otherwise both ends have the same configuration at rest
             rests = resting_motion(self._timing_problem(line, moving=False), "resting")
             if rests is None:
@@ -333,9 +328,10 @@ class _ClearSearch:
         """
         timing, position = self.problem.timing, np.array(line)
         velocity, acceleration = np.zeros((2, *line.shape))
-        for k, ends, rests in zip((0, -1), self.ends, self.rests, strict=True) if moving else ():
-            position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
-            velocity[k], acceleration[k] = timing.velocity[k], timing.acceleration[k]
+        for end in (0, -1) if moving else ():
+            distance = np.abs(self.resting_ends[end] - line[end]).max(axis=1)
+            position[end] = self.ends[end][distance.argmin()]
+            velocity[end], acceleration[end] = timing.velocity[end], timing.acceleration[end]
         return TimingProblem(
             timing.joint_names,
             position,

@@ -105,15 +105,24 @@ class Configurations:
 
         Args:
             extra: Additional clearance [m].
+            ends: Configurations that must be free, see `extra_clearance`.
+        """
+        limits = self.margin + self.extra_clearance(extra, ends) + DISTANCE_ERROR
+        for request, distance in zip(self._found.collisionRequests, limits.tolist(), strict=True):
+            request.security_margin = distance
+
+    def extra_clearance(self, extra: float, ends: Sequence[FloatArray]) -> FloatArray:
+        """Clearances of all pairs of solids beyond their margins [m].
+
+        Args:
+            extra: The required one [m].
             ends: Configurations that must be free, shape (d,) each. A pair with less than twice the
-                extra clearance there must keep half of its gap.
+                required clearance there must keep half of its gap.
         """
         clearances = np.full(len(self._pairs), extra)
         for q in ends:
             clearances = np.minimum(clearances, 0.5 * np.maximum(self.gaps(q), 0.0))
-        limits = self.margin + clearances + DISTANCE_ERROR
-        for request, distance in zip(self._found.collisionRequests, limits.tolist(), strict=True):
-            request.security_margin = distance
+        return clearances
 
     def is_free(self, q: FloatArray) -> bool:
         """Whether a configuration keeps every margin and the clearance of `keep_away`."""

@@ -15,16 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.initial_guess import Guess
+from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
 from knotwork.planning.timing.robot_limits import inner_state
 from knotwork.planning.timing.section import SectionProgram
-from knotwork.planning.timing.spline import Scale
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clearance_proof import contacts_of
 from knotwork.planning.ways.configurations import Configurations
-from knotwork.planning.ways.motion_states import States, sample_states, states_of
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
@@ -62,11 +60,6 @@ MAX_CONTACT_TIMES = 30
 DISTANCE_UNIT = 0.1
 """Unit of distance in the constraints [m]."""
 
-MAX_NORMAL_DEPTH = 5e-3
-"""Penetration depth above which Coal's normals are not used [m]."""
-
-PULLBACK_STEPS = 7
-
 FIRST_OPTIONS: dict[str, Any] = {
     "ipopt.constr_viol_tol": 1e-8,
     "ipopt.mu_strategy": "adaptive",
@@ -85,8 +78,6 @@ NEAR_OPTIONS: dict[str, Any] = {
 
 PROGRAM_MARGIN = 3e-5
 """Relative margin to each limit, larger than the solver's tolerance."""
-MIN_SPAN_SHARE = 0.05
-"""Minimum duration in the scaling of a piece's equations, relative to the mean duration."""
 
 
 class Exchange:
@@ -119,7 +110,7 @@ class Exchange:
         self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
         self.tightening = Tightening(margin=PROGRAM_MARGIN)
         self.best = first
-        self._reference = sample_states(first, times, pieces, problem.limits.acceleration)
+        self._reference = states_of(first, np.repeat(np.diff(times) / pieces, pieces))
         self._improved = False
 
     def run(
@@ -182,36 +173,22 @@ class Exchange:
             options: IPOPT options.
         """
         near = self._reference
-        scale = _scale(self.problem, near)
-        # the durations of pieces differ more than in other sections, so each has its own scale
-        spans = np.maximum(near.span, MIN_SPAN_SHARE * near.duration / len(near.span))
-        program = SectionProgram(self.problem, self._units(near), self.tightening, scale, spans)
-        at, d = program.layout, program.layout.joints
+        program = SectionProgram(self.problem, near, self.tightening)
+        scale, at, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
         low[at.q], high[at.q] = (np.clip(bound, low[at.q], high[at.q]) for bound in nearest)
-        x = np.zeros(at.size)
-        x[at.tau] = guess.span / scale.time
-        for columns, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
-            x[columns] = values / scale.unit(order)
         piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
         plane_block = Block(
             _plane_kernel(d),
             piece[:, [plane.piece for plane in planes]],
-            _plane_parameters(planes, scale, d),
+            _plane_parameters(planes, scale.position, d),
             high=np.inf,
         )
         blocks = [*program.blocks(), plane_block]
-        start = np.clip(x, low, high)
+        start = np.clip(program.variables_of(guess), low, high)
         solution = solve_program(blocks, start, (low, high), options, reusable=False)
         return states_of(program.motion_of(solution.x)[1]) if solution.solved else None
-
-    def _units(self, near: States) -> Guess:
-        """The motion as a guess, which sets the scale of a section."""
-        span = near.span.reshape(len(self.problem.position) - 1, -1)
-        duration = span.sum(axis=1)
-        velocity = near.v[:: span.shape[1]]
-        return Guess(duration, span / duration[:, None], near.curve, velocity)
 
     def _planes_along(self, states: States) -> list[Plane]:
         """Planes at the constraint points of all pieces."""
@@ -258,24 +235,8 @@ class Exchange:
         planes = []
         for time in chosen:
             piece, fraction = states.piece_at(time)
-            q, clear = states.curve(time), self._reference.position_at(piece, fraction)
-            planes += self._planes_at(
-                piece, fraction, self._at_surface(q, clear), MAX_PAIRS_AT_CONTACT
-            )
+            planes += self._planes_at(piece, fraction, states.curve(time), MAX_PAIRS_AT_CONTACT)
         return planes
-
-    def _at_surface(self, q: FloatArray, clear: FloatArray) -> FloatArray:
-        """A configuration pulled back from deep inside a body, towards one that is clear."""
-        if self.space.worst(q)[0] > -MAX_NORMAL_DEPTH:
-            return q
-        low, high = 0.0, 1.0
-        for _ in range(PULLBACK_STEPS):
-            middle = 0.5 * (low + high)
-            gap = self.space.worst(clear + middle * (q - clear))[0]
-            if -MAX_NORMAL_DEPTH < gap < 0.0:
-                return np.asarray(clear + middle * (q - clear))
-            low, high = (middle, high) if gap >= 0.0 else (low, middle)
-        return np.asarray(clear + low * (q - clear))
 
 
 @lru_cache(maxsize=8)
@@ -293,20 +254,11 @@ def _plane_kernel(d: int) -> Kernel:
     )
 
 
-def _scale(problem: TimingProblem, near: States) -> Scale:
-    """Units that make all numbers of the program of order one."""
-    limits, time = problem.limits, 5.0 * float(np.median(near.span))
-    moves = limits.velocity * time, limits.acceleration * time**2, limits.jerk * time**3
-    return Scale(time, np.min(moves, axis=0))
-
-
-def _plane_parameters(planes: Sequence[Plane], scale: Scale, d: int) -> FloatArray:
+def _plane_parameters(planes: Sequence[Plane], unit: FloatArray, d: int) -> FloatArray:
     """Fractions of the pieces, normals and offsets of the planes."""
     parameters = np.empty((d + 2, len(planes)))
     for k, plane in enumerate(planes):
-        parameters[:, k] = np.concatenate(
-            ([plane.fraction], plane.normal * scale.unit(0), [plane.offset])
-        )
+        parameters[:, k] = np.concatenate(([plane.fraction], plane.normal * unit, [plane.offset]))
     return parameters
 
 

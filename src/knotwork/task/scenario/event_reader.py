@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import ends_wait
-from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
@@ -35,18 +35,15 @@ class EventReader:
     """Reads the events of a file.
 
     Attributes:
-        file: Content of the file, in SI.
-        places: Locations of its parts in the file, for errors.
-        units: Units of the file, for errors.
-        waypoints, paths, index: Waypoints, paths and indices of the scenario.
+        source: The task.
+        waypoints, paths: Waypoints and paths of the scenario.
+        task_index: Index in the task of each waypoint, increasing.
     """
 
-    file: PlainTask
-    places: Places
-    units: Units
+    source: TaskInSI
     waypoints: Sequence[ScenarioWaypoint]
     paths: Sequence[ScenarioPath]
-    index: tuple[int, ...]
+    task_index: Sequence[int]
 
     def events(self, *, timed: bool) -> tuple[RequestedEvent, ...]:
         """All events in order of time.
@@ -67,7 +64,7 @@ class EventReader:
             self._check_inside(where, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
-                raise self.places.error(
+                raise self.source.places.error(
                     where,
                     f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
                     f"{before.text} at {before.time:.6g} s, the previous one in the file",
@@ -77,74 +74,72 @@ class EventReader:
         in_file = (requested for _, requested in events)
         return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
-    @cached_property
-    def rows(self) -> dict[int, tuple[int, int]]:
-        """First and last index in the scenario of each waypoint of the file."""
-        last = {k: i for i, k in enumerate(self.index)}
-        first = {k: i for i, k in reversed(list(enumerate(self.index)))}
-        return {k: (first[k], last[k]) for k in last}
-
     def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
-        for k, waypoint in enumerate(self.file.waypoints):
+        for i, step in enumerate(self.source.task.waypoints):
             waited = 0.0
-            for j, action in enumerate(waypoint.actions):
-                item = () if isinstance(waypoint.do, Action) else (j,)
-                where: Location = ("waypoints", k, "do", *item)
+            for j, action in enumerate(step.actions):
+                item = () if isinstance(step.do, Action) else (j,)
+                where: Location = ("waypoints", i, "do", *item)
                 if action.wait is not None:
                     waited += action.wait
-                    continue
-                yield where, self._requested_event(k, action, waited, where)
+                else:
+                    yield where, self._requested_event(i, action, waited, where)
 
     def _requested_event(
-        self, k: int, action: Action, waited: float, where: Location
+        self, i: int, action: Action, waited: float, where: Location
     ) -> RequestedEvent:
-        arrival, leaving = self.rows[k]
-        waypoint = self.waypoints[arrival]
-        outputs = self.file.outputs
-        known = {number: name for name, number in outputs.items()}
-        name, value = next(
-            iter(action.signals.items()),
-            (known.get(action.output or 0, f"output {action.output}"), bool(action.value)),
-        )
+        """The event of an action at waypoint i of the task, after waits of a duration [s]."""
+        waypoint = self.waypoints[arrival := bisect_left(self.task_index, i)]
+        outputs = self.source.task.outputs
+        if action.output is None:
+            name, value = next(iter(action.signals.items()))
+        else:
+            name = _output_name(action.output, outputs) or f"output {action.output}"
+            value = bool(action.value)
         value = parse_switched(value)
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
-            raise self.places.error(
+            raise self.source.places.error(
                 where, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:
             return RequestedEvent(event, moment)
-        path, s = self._locate_on_path(leaving if action.at > 0.0 else arrival, action.at, where)
+        departure = bisect_right(self.task_index, i) - 1
+        path, s = self._locate_on_path(departure if action.at > 0.0 else arrival, action.at, where)
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
         return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
-    def _locate_on_path(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
+    def _locate_on_path(
+        self, waypoint: int, at: float, where: Location
+    ) -> tuple[ScenarioPath, float]:
         """The path through a waypoint, and an arc length along it [m]."""
         where = (*where, "at")
         onward = at > 0.0
         candidates = (
-            path for path in self.paths if path.first + (not onward) <= row <= path.last - onward
+            path
+            for path in self.paths
+            if path.first + (not onward) <= waypoint <= path.last - onward
         )
         path = next(candidates, None)
-        name = self.waypoints[row].name
+        name = self.waypoints[waypoint].name
         if path is None:
-            raise self.places.error(
+            raise self.source.places.error(
                 where,
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
             )
         lengths = path.requested.lengths
-        before, length = sum(lengths[: row - path.first]), sum(lengths)
+        before, length = sum(lengths[: waypoint - path.first]), sum(lengths)
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
             low, high = (
-                self.units.text(offset, "m", ".6g") for offset in (-before, length - before)
+                self.source.units.text(offset, "m", ".6g") for offset in (-before, length - before)
             )
-            raise self.places.error(
+            raise self.source.places.error(
                 where,
-                f"{self.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
+                f"{self.source.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
             )
         return path, min(max(s, 0.0), length)
@@ -152,7 +147,7 @@ class EventReader:
     def _check_inside(self, where: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
         if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
-            raise self.places.error(
+            raise self.source.places.error(
                 where,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a time from {start:.6g} s to {end:.6g} s",
@@ -163,27 +158,24 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
     """An event as an action of a task with given outputs, without delay."""
     if event.output is None:
         return {event.name: event.value}
-    name = next(
-        (output_name for output_name, number in outputs.items() if number == event.output), None
-    )
+    name = _output_name(event.output, outputs)
     if name is None:
         return {"output": event.output, "value": event.value}
     return {name: event.value}
 
 
+def _output_name(output: int, outputs: Mapping[str, int]) -> str | None:
+    """Name of a digital output, or `None`."""
+    return next((name for name, number in outputs.items() if number == output), None)
+
+
 def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
-    for run in scenario.given.chosen or ():
-        if run.way:
-            low, high = run.times[0] - EVENT_TOLERANCE, run.times[-1] + EVENT_TOLERANCE
-            yield (
-                [
-                    i
-                    for i, waypoint in enumerate(scenario.waypoints)
-                    if low <= waypoint.time <= high
-                ],
-                run,
-            )
+    times = scenario.expected_times
+    for motion in scenario.given.chosen or ():
+        if motion.way:
+            low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
+            yield np.flatnonzero((low <= times) & (times <= high)).tolist(), motion
 
 
 def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[Segment, ...]:
@@ -197,18 +189,17 @@ def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[S
     ['start to approach', 'approach to edge start']
     """
     along = {i for path in scenario.paths for i in range(path.first, path.last)}
-    points, index = scenario.waypoints, scenario.index
+    ends = [ends_wait(scenario.task_index, i) for i in range(len(scenario.waypoints))]
     parts = []
-    for i, (first, second) in enumerate(pairwise(points)):
-        waits = ends_wait(index, i + 1)
-        begin = points[i - 1].name if ends_wait(index, i) else first.name
-        name = f"wait at {begin}" if waits else f"{begin} to {second.name}"
+    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
+        begin = scenario.waypoints[i - ends[i]].name
         kind: SegmentKind = "free motion"
-        if waits:
+        if ends[i + 1]:
             kind = "wait"
         elif i in along:
             kind = "tool path"
         elif i in motion_starts:
             kind = "way"
+        name = f"wait at {begin}" if kind == "wait" else f"{begin} to {second.name}"
         parts.append(Segment(name, first.time, second.time, kind))
     return tuple(parts)

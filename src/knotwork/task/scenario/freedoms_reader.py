@@ -1,4 +1,4 @@
-"""Freedom of the poses of a scenario file."""
+"""Freedom of the poses of a task."""
 
 from __future__ import annotations
 
@@ -6,34 +6,33 @@ import math
 from collections.abc import Collection, Sequence
 
 from knotwork.files.documents import Location, Places
-from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint, Torch
-from knotwork.task.poses import Velocity
+from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch, Velocity
 from knotwork.task.scenario.scenario import ScenarioPath
-from knotwork.task.si_units import si_factors
+from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
-# Maximum turn of a range in each direction.
 MAX_FREE_TURNS = 2
+"""Maximum turn of a range in each direction."""
 
 
-def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()) -> Freedoms:
+def read_freedoms(source: TaskInSI, free_turns: Collection[int] = ()) -> Freedoms:
     """Freedom of the poses of all waypoints; `None` without freedom or without a pose.
 
     Args:
-        file: Content of the file, in SI.
-        places: Locations of its parts in the file, for errors.
-        normals: Waypoints, by index, at the end of paths with normals, which free the turn.
+        source: The task.
+        free_turns: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:
         DocumentError: A turn does not contain the pose or reaches beyond `MAX_FREE_TURNS`; a tilt
             is too large; or a velocity is given in free axes.
     """
-    tool = None if file.tool is None else file.tool.free
+    task, places = source.task, source.places
+    tool = None if task.tool is None else task.tool.free
     freedoms: Freedoms = []
-    for i, waypoint in enumerate(file.waypoints):
+    for i, waypoint in enumerate(task.waypoints):
         own_freedom = None if isinstance(waypoint, JointWaypoint) else waypoint.free
-        if own_freedom == "none" and i in normals:
+        if own_freedom == "none" and i in free_turns:
             raise places.error(
                 ("waypoints", i, "free"),
                 "is none, but normals leave the turn about the tool axis open",
@@ -41,27 +40,24 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
             )
         if isinstance(waypoint, JointWaypoint) or own_freedom == "none":
             freedoms.append(None)
-        elif own_freedom is None and tool is None:
-            freedoms.append(PoseFreedom((-math.inf, math.inf)) if i in normals else None)
+        elif own_freedom is not None:
+            freedoms.append(_read(source, i, own_freedom, ("waypoints", i, "free")))
+        elif tool is not None:
+            freedoms.append(_read(source, i, tool, ("tool", "free")))
         else:
-            place: Location = (
-                ("waypoints", i, "free") if own_freedom is not None else ("tool", "free")
-            )
-            freedom = _read(own_freedom or tool, places, place, file, _torch_at(file, i))  # type: ignore[arg-type]
-            if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.velocity, Velocity):
-                _check_velocity(waypoint.velocity, freedom, places, i)
-            freedoms.append(freedom)
+            freedoms.append(PoseFreedom((-math.inf, math.inf)) if i in free_turns else None)
     return freedoms
 
 
-def _check_velocity(velocity: Velocity, freedom: PoseFreedom, places: Places, i: int) -> None:
+def _check_velocity(source: TaskInSI, i: int, freedom: PoseFreedom) -> None:
     """Refuse a velocity in free axes of the tool, whose direction planning chooses."""
-    if velocity.axes != "tool":
+    velocity = getattr(source.task.waypoints[i], "velocity", None)
+    if not isinstance(velocity, Velocity) or velocity.axes != "tool":
         return
     across = [*velocity.linear[:2], *velocity.angular[:2]]
     is_tilted = freedom.tilt and any([*velocity.linear, *velocity.angular])
     if is_tilted or (freedom.turn[0] < freedom.turn[1] and any(across)):
-        raise places.error(
+        raise source.places.error(
             ("waypoints", i, "velocity", "in"),
             "is tool, whose axes are free at this pose",
             "base or a named frame, or free: none"
@@ -69,9 +65,9 @@ def _check_velocity(velocity: Velocity, freedom: PoseFreedom, places: Places, i:
         )
 
 
-def _torch_at(file: PlainTask, i: int) -> Torch | None:
+def _torch_at(task: PlainTask, i: int) -> Torch | None:
     """The angles to a seam of a pose, given there or by its path."""
-    waypoint, onward = file.waypoints[i], file.waypoints[i + 1 : i + 2]
+    waypoint, onward = task.waypoints[i], task.waypoints[i + 1 : i + 2]
     if isinstance(waypoint, JointWaypoint):
         return None
     if waypoint.pose.torch is not None:
@@ -81,18 +77,16 @@ def _torch_at(file: PlainTask, i: int) -> Torch | None:
         if isinstance(step, PathWaypoint) and isinstance(step.orientation, Torch):
             return step.orientation
     goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.turned and i > 0
-    return _torch_at(file, i - 1) if goes_on else None
+    return _torch_at(task, i - 1) if goes_on else None
 
 
-def _torch_ranges(
-    pose: FreePose, torch: Torch | None, places: Places, location: Location, file: PlainTask
-) -> TorchRanges:
+def _torch_ranges(source: TaskInSI, i: int, pose: FreePose, location: Location) -> TorchRanges:
     """Ranges of a torch's angles, relative to those of its pose."""
     from knotwork.curves.tool_paths.seam import TOOL_AXES
 
-    unit = si_factors(file.units)[1]
+    torch = _torch_at(source.task, i)
     if torch is None:
-        raise places.error(
+        raise source.places.error(
             location,
             "gives angles to a seam, and the pose has none",
             "torch: {seam, normal, …} in the pose, or orientation: {normal, …} along the path",
@@ -102,49 +96,51 @@ def _torch_ranges(
         angle = getattr(torch, name)
         low, high = getattr(pose, name) or (angle, angle)
         if not -0.5 * math.pi < low <= angle <= high < 0.5 * math.pi:
-            raise places.error(
+            (lower, _), (given, _), (upper, unit) = (
+                source.units.shown(value, "rad") for value in (low, angle, high)
+            )
+            raise source.places.error(
                 (*location, name),
-                f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",
-                f"a range with the pose's {angle / unit:g} in it, below a quarter of a turn",
+                f"is [{lower:g}, {upper:g}] {unit}",
+                f"a range with the pose's {given:g} in it, below a quarter of a turn",
             )
         ranges.append((low - angle, high - angle))
     axis_angle = TOOL_AXES[torch.tangent]
     return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, axis_angle)
 
 
-def _read(
-    pose: FreePose, places: Places, location: Location, file: PlainTask, own_torch: Torch | None
-) -> PoseFreedom:
-    unit = si_factors(file.units)[1]
-    if pose.tilt is not None and pose.tilt >= 0.5 * math.pi:
-        raise places.error(
+def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseFreedom:
+    """Freedom of the pose of a waypoint, which is given at a location."""
+    tilt, torch, box, units = pose.tilt or 0.0, None, PoseFreedom.box, source.units
+    if tilt >= 0.5 * math.pi:
+        quarter, _ = units.shown(0.5 * math.pi, "rad")
+        raise source.places.error(
             (*location, "tilt"),
-            f"is {pose.tilt / unit:.6g} {file.units.angle}",
-            f"an angle below a quarter of a turn, {0.5 * math.pi / unit:.6g}",
+            f"is {units.text(tilt, 'rad')}",
+            f"an angle below a quarter of a turn, {quarter:.6g}",
         )
-    box = PoseFreedom.box
     if pose.position is not None:
         ranges = (pose.position.x, pose.position.y, pose.position.z)
         box = tuple((0.0, 0.0) if bounds is None else (bounds[0], bounds[1]) for bounds in ranges)
-    torch, tilt = None, pose.tilt or 0.0
     if pose.work_angle is not None or pose.travel_angle is not None:
-        torch = _torch_ranges(pose, own_torch, places, location, file)
+        torch = _torch_ranges(source, i, pose, location)
         tilt = sum(max(-low, high) for low, high in (torch.work, torch.travel))
-    if pose.turn is None:
-        return PoseFreedom((0.0, 0.0), tilt, box, torch)
-    if pose.turn == "z":
-        return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
-    low, high = pose.turn
+    low, high = (-math.inf, math.inf) if pose.turn == "z" else pose.turn or (0.0, 0.0)
     max_turn = MAX_FREE_TURNS * 2.0 * math.pi
-    if not (low <= 0.0 <= high and max(-low, high) <= max_turn * (1.0 + 1e-12)):
-        half = f"{max_turn / unit:.6g}"
-        raise places.error(
-            (*location, "turn"),
-            f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",
-            f"turns from the pose: a lower bound from -{half} to 0, and an upper bound from 0 to "
-            f"{half}; or z, for any turn",
+    is_in_range = low <= 0.0 <= high and max(-low, high) <= max_turn * (1.0 + 1e-12)
+    if pose.turn != "z" and not is_in_range:
+        (lower, _), (upper, unit), (limit, _) = (
+            units.shown(angle, "rad") for angle in (low, high, max_turn)
         )
-    return PoseFreedom((low, high), tilt, box, torch)
+        raise source.places.error(
+            (*location, "turn"),
+            f"is [{lower:g}, {upper:g}] {unit}",
+            f"turns from the pose: a lower bound from -{limit:.6g} to 0, and an upper bound from 0 "
+            f"to {limit:.6g}; or z, for any turn",
+        )
+    freedom = PoseFreedom((low, high), tilt, box, torch)
+    _check_velocity(source, i, freedom)
+    return freedom
 
 
 def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFreedom | None:

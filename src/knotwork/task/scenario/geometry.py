@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import numpy as np
@@ -132,45 +133,44 @@ class Frames:
     def __init__(self, frames: Mapping[str, Frame], places: Places) -> None:
         self._places = places
         self.moving = {"base": MovingFrame((), pin.SE3.Identity())}
-        self._placements = {"base": pin.SE3.Identity()}
         for reserved in ("base", "tool"):
             if reserved in frames:
                 raise places.error(
                     ("frames", reserved), "is a reserved name", "any other name for a frame"
                 )
-        for name in frames:
-            for link in reversed(self._unplaced_chain(name, frames)):
-                frame = frames[link]
-                moving = self.moving[frame.parent].inside(
-                    read_placement(frame, places, ("frames", link))
-                )
-                if frame.on is not None:
-                    moving = replace(moving, link=frame.on)
-                if frame.moves is not None:
-                    moving = move_frame(moving, frame.moves, places, ("frames", link, "moves"))
-                self.moving[link], self._placements[link] = moving, moving.rest_placement
-
-    def _unplaced_chain(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
-        """List a frame and its parents up to the first one that is placed already."""
-        chain: dict[str, None] = {}
-        while name not in self._placements:
-            location: Location = ("frames", name, "in")
-            if name in chain:
-                links = list(chain)
-                circle = " in ".join((*links[links.index(name) :], name))
-                raise self._places.error(location, f"frames placed in a circle: {circle}")
-            chain[name] = None
-            parent = frames[name].parent
-            if parent != "base" and parent not in frames:
+        for name, frame in frames.items():
+            if frame.parent != "base" and frame.parent not in frames:
                 choices = ["base", *(choice for choice in frames if choice != name)]
-                raise self._places.error(
-                    location, f"unknown frame {parent!r}", suggest_name(parent, choices)
+                raise places.error(
+                    ("frames", name, "in"),
+                    f"unknown frame {frame.parent!r}",
+                    suggest_name(frame.parent, choices),
                 )
-            name = parent
-        return list(chain)
+        parents = {name: [frame.parent] for name, frame in frames.items()}
+        try:
+            ordered = [*TopologicalSorter(parents).static_order()]
+        except CycleError as error:
+            circle = error.args[1][::-1]  # each frame before its parent
+            raise places.error(
+                ("frames", circle[0], "in"), f"frames placed in a circle: {' in '.join(circle)}"
+            ) from error
+        for name in ordered:
+            if name in frames:
+                self.moving[name] = self._moving(name, frames[name])
+
+    def _moving(self, name: str, frame: Frame) -> MovingFrame:
+        """A frame, whose parent is placed already."""
+        location: Location = ("frames", name)
+        placement = read_placement(frame, self._places, location)
+        moving = self.moving[frame.parent].inside(placement)
+        if frame.on is not None:
+            moving = replace(moving, link=frame.on)
+        if frame.moves is not None:
+            moving = move_frame(moving, frame.moves, self._places, (*location, "moves"))
+        return moving
 
     def __getitem__(self, name: str) -> pin.SE3:
-        return self._placements[name]
+        return self.moving[name].rest_placement
 
     def find(self, name: str, location: Location, *also: str) -> str:
         """Check that a name is a frame, or one of the other names, and return it.
@@ -178,9 +178,9 @@ class Frames:
         Raises:
             DocumentError: The frame does not exist.
         """
-        if name in self._placements or name in also:
+        if name in self.moving or name in also:
             return name
-        choices = [*self._placements, *also]
+        choices = [*self.moving, *also]
         raise self._places.error(location, f"unknown frame {name!r}", suggest_name(name, choices))
 
 

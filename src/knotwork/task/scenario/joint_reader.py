@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import suggest_name
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
-from knotwork.task import ChosenMotion, PoseWaypoint
+from knotwork.task import ChosenMotion
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import si_factors
@@ -88,7 +88,7 @@ class JointReader:
 
     def requirements(self) -> dict[str, Any]:
         """The attributes of a `JointSpace` for the requirements on the joints."""
-        task, index = self.scenario.given, self.scenario.index
+        task = self.scenario.given
         targets = [
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in self.scenario.waypoints
@@ -101,7 +101,14 @@ class JointReader:
         if isinstance(presets, tuple):
             place = "planner_options", "accelerations"
             presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
-        chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
+        solutions = {}
+        for waypoint, i in enumerate(self.scenario.task_index):
+            near = getattr(task.waypoints[i], "near", None) if i >= 0 else None
+            if near is not None:
+                solutions[waypoint] = self.array(near, "waypoints", i, "near")
+        chosen = tuple(
+            self._chosen_section(motion, i) for i, motion in enumerate(task.chosen or ())
+        )
         return {
             "targets": tuple(targets),
             "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
@@ -110,17 +117,11 @@ class JointReader:
             "end_acceleration": self._ends(),
             "accelerations": presets,
             "chosen": chosen or None,
-            "solutions": {
-                i: self.array(waypoint.near, "waypoints", k, "near")
-                for i, k in enumerate(index)
-                if k >= 0
-                and isinstance(waypoint := task.waypoints[k], PoseWaypoint)
-                and waypoint.near is not None
-            },
+            "solutions": solutions,
             "shown_in": self.scenario.units,
         }
 
-    def _chosen_run(self, motion: ChosenMotion, i: int) -> ChosenSection:
+    def _chosen_section(self, motion: ChosenMotion, i: int) -> ChosenSection:
         names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
@@ -17,14 +17,13 @@ from knotwork.curves.tool_paths.curve import SAME_POINT
 from knotwork.curves.tool_paths.rotations import rotation_vector, transport_axes
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.errors import InputError, PathError
-from knotwork.files.documents import Places
-from knotwork.task import AlongArc, AlongPoints, PathWaypoint, PoseWaypoint, Torch
+from knotwork.files.documents import Location
+from knotwork.task import AlongArc, AlongPoints, Arc, PathWaypoint, PoseWaypoint, Torch
+from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin
-
-    from knotwork.task import PlainTask
 
 SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
 """Distance of points [m] and orientations [rad] of a file from those of a waypoint within which
@@ -43,33 +42,35 @@ BLEND_ROUNDING = 1e-6
 """Fraction by which a blend may exceed half a line."""
 
 
-@dataclass(frozen=True, eq=False)
-class PathCurves:
-    """Makes the curves and orientations of a file's paths.
+class StretchGeometry(NamedTuple):
+    """Geometry of a stretch of a path.
 
     Attributes:
-        file: Content of the file, in SI.
-        places: Locations of its parts in the file, for errors.
-        length: The file's unit of length [m].
-        frames: Placement of the frame of each waypoint's path, by index.
-        axes: Axes of the orientations of each waypoint's path, shape (3, 3), by index.
-        poses: Poses of waypoints, by index; paths correct the poses on them.
-        rotations: Rotations of the tool at the points of paths whose file has orientations.
-        normals: Paths, by index, with normals in their file, which free the turn.
+        curve: Positions of the tool.
+        orientation: Orientation of the tool along the curve.
+        turn_is_free: Whether its points have normals, which leave the turn about them open.
     """
 
-    file: PlainTask
-    places: Places
-    length: float
-    frames: Mapping[int, pin.SE3]
-    axes: Mapping[int, FloatArray]
-    poses: dict[int, pin.SE3]
-    rotations: dict[int, FloatArray] = field(default_factory=dict)
-    normals: set[int] = field(default_factory=set)
+    curve: Curve
+    orientation: OrientationCurve
+    turn_is_free: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PathCurves:
+    """Makes the curves and orientations of a task's paths.
+
+    Attributes:
+        source: The task.
+        poses: Poses of its waypoints by index, with all frames at rest.
+    """
+
+    source: TaskInSI
+    poses: Mapping[int, pin.SE3]
 
     def waypoint(self, i: int) -> PathWaypoint:
-        """Waypoint i of the file, the end of a path."""
-        return cast(PathWaypoint, self.file.waypoints[i])
+        """Waypoint i of the task, the end of a path."""
+        return cast(PathWaypoint, self.source.task.waypoints[i])
 
     @contextmanager
     def errors(self, i: int, *key: str) -> Iterator[None]:
@@ -82,215 +83,208 @@ class PathCurves:
                 if isinstance(error, PathError)
                 else str(error)
             )
-            raise self.places.error(("waypoints", i, *(key or ("along",))), message) from error
+            place: Location = ("waypoints", i, *(key or ("along",)))
+            raise self.source.places.error(place, message) from error
 
-    def text(self, value: float, per: str = "", digits: int = 9) -> str:
-        """Write a length, speed or acceleration in the file's unit.
-
-        Args:
-            value: Value in m, m/s or m/s².
-            per: `"/s"` or `"/s²"` for speeds and accelerations.
-            digits: Number of significant digits.
-        """
-        number = round(value / self.length, MESSAGE_DECIMALS)
-        return f"{number:.{digits}g} {self.file.units.length}{per}"
+    def text(self, length: float, digits: int = 9) -> str:
+        """Write a length [m] in the file's unit, with a number of significant digits."""
+        number = round(length / self.source.length, MESSAGE_DECIMALS)
+        return f"{number:.{digits}g} {self.source.units.length}"
 
     def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
-        local = (
-            np.round(self.frames[i].actInv(np.array(point)) / self.length, MESSAGE_DECIMALS) + 0.0
-        )
-        return f"({', '.join(f'{value:.9g}' for value in local)}) {self.file.units.length}"
+        local = self.source.frame(i).actInv(np.array(point)) / self.source.length
+        values = np.round(local, MESSAGE_DECIMALS) + 0.0
+        return f"({', '.join(f'{value:.9g}' for value in values)}) {self.source.units.length}"
 
-    def _in_base(self, i: int, point: Sequence[float]) -> FloatArray:
-        return np.asarray(self.frames[i].act(np.array(point)))
+    def stretch(self, i: int, start_rotation: FloatArray) -> StretchGeometry:
+        """The stretch from the previous waypoint to waypoint i.
 
-    def curve(self, i: int) -> Curve:
-        """The curve from the previous waypoint to waypoint i."""
+        Args:
+            i: The waypoint.
+            start_rotation: Rotation of the tool at the start, shape (3, 3). It has no effect where
+                the start has no orientation and the stretch defines one.
+
+        Raises:
+            DocumentError: The stretch is infeasible as given.
+        """
+        waypoint, start = self.waypoint(i), self.source.task.waypoints[i - 1]
+        requested = waypoint.orientation
+        place: Location = ("waypoints", i)
+        with self.errors(i):
+            curve, rotations, axes = self._curve(i, start_rotation)
+            if axes is not None and requested is None:
+                rotations = transport_axes(start_rotation, axes)
+        if requested is not None and rotations is not None:
+            raise self.source.places.error(
+                (*place, "orientation"),
+                "is given together with points that have orientations",
+                "orientation: tangent, or columns of orientations or normals, not both",
+            )
+        start_place = place if rotations is None else (*place, "along", "points")
+        if isinstance(requested, Torch) or (requested is not None and axes is not None):
+            torch = requested if isinstance(requested, Torch) else Torch()
+            rotations = self._torch_rotations(i, torch, curve, axes)
+            if isinstance(start, PoseWaypoint) and not start.pose.turned:
+                start_rotation = rotations[0]
+        if rotations is not None:
+            self._check_rotation(
+                float(np.linalg.norm(rotation_vector(start_rotation.T @ rotations[0]))),
+                start_place,
+                "at the first point the tool is rotated by {} degrees from the start of the path",
+                "the orientation of the previous waypoint; or a point between the two",
+            )
+            rotations[0] = start_rotation
+        orientation = self._orientation(i, curve, start_rotation, rotations)
+        turn_is_free = axes is not None and requested is None
+        if waypoint.pose.turned:
+            end = orientation.rotations[-1].T @ self.poses[i].rotation
+            angle = np.linalg.norm(rotation_vector(end))
+            if turn_is_free:
+                angle = np.arctan2(np.linalg.norm(end[:2, 2]), end[2, 2])
+            self._check_rotation(
+                float(angle),
+                (*place, "pose"),
+                "is rotated by {} degrees from the end of the path",
+                "no orientation if the path has its own, or that of its end",
+            )
+        return StretchGeometry(curve, orientation, turn_is_free)
+
+    def _orientation(
+        self, i: int, curve: Curve, start_rotation: FloatArray, rotations: FloatArray | None
+    ) -> OrientationCurve:
+        """Orientation along the stretch to waypoint i, through rotations at its points, if any.
+
+        A single rotation, at the start, turns with the path.
+        """
+        waypoint = self.waypoint(i)
+        with self.errors(i, "pose" if waypoint.pose.turned else "along"):
+            if rotations is not None and len(rotations) > 1:
+                s = cast(tool_paths.ThroughPoints, curve).arc_lengths
+                return OrientationCurve.through(s, rotations)
+            if waypoint.orientation is not None:
+                return tool_paths.tangent_orientation(curve, start_rotation)
+            if waypoint.pose.turned:
+                end_rotation = self.poses[i].rotation
+                return OrientationCurve.even_turning(start_rotation, end_rotation, curve.length)
+            return OrientationCurve.constant(start_rotation, curve.length)
+
+    def _check_rotation(self, angle: float, location: Location, fault: str, accepted: str) -> None:
+        """Refuse an orientation at an angle [rad] to that of a waypoint."""
+        if angle > SAME_WAYPOINT_ANGLE:
+            raise self.source.places.error(
+                location, fault.format(f"{np.degrees(angle):.4g}"), accepted
+            )
+
+    def _curve(
+        self, i: int, start_rotation: FloatArray
+    ) -> tuple[Curve, FloatArray | None, FloatArray | None]:
+        """The curve to waypoint i, and rotations or z axes of the tool at its points, if any.
+
+        Rotations have shape (k, 3, 3), axes (k, 3).
+        """
         start, end = self.poses[i - 1].translation, self.poses[i].translation
         along = self.waypoint(i).along
-        with self.errors(i):
-            if isinstance(along, AlongArc):
-                curve: Curve = self._arc(i, along, start, end)
-            elif isinstance(along, AlongPoints):
-                curve = self._through_points(i, along, start, end)
-            else:
-                curve = tool_paths.Line(start, end)
-        return curve
+        if isinstance(along, AlongPoints):
+            return self._through_points(i, along, start_rotation)
+        if isinstance(along, AlongArc):
+            return self._arc(i, along.arc), None, None
+        return tool_paths.Line(start, end), None, None
 
-    def _arc(self, i: int, along: AlongArc, start: FloatArray, end: FloatArray) -> Curve:
-        arc = along.arc
-        normal = None
+    def _arc(self, i: int, arc: Arc) -> Curve:
+        start, end = self.poses[i - 1].translation, self.poses[i].translation
+        frame, normal = self.source.frame(i), None
         if arc.normal is not None:
-            normal = self.frames[i].rotation @ np.array(arc.normal)
+            normal = frame.rotation @ np.array(arc.normal)
         if arc.through is not None:
-            return tool_paths.Arc.through(start, self._in_base(i, arc.through), end)
+            return tool_paths.Arc.through(start, frame.act(np.array(arc.through)), end)
         if arc.centre is not None:
-            centre = self._in_base(i, arc.centre)
+            centre = frame.act(np.array(arc.centre))
             return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
-        radius = arc.radius or 0.0
         axis = np.zeros(3) if normal is None else normal
-        return tool_paths.Arc.of_radius(start, end, radius, axis, large=bool(arc.large))
+        return tool_paths.Arc.of_radius(start, end, arc.radius or 0.0, axis, large=bool(arc.large))
 
     def _through_points(
-        self, i: int, along: AlongPoints, start: FloatArray, end: FloatArray
-    ) -> Curve:
-        points, rotations = self._points(i, along)
-        self._check_ends(i, points, start, end)
-        if np.linalg.norm(points[0] - start) > SAME_WAYPOINT_POINT:
-            points = np.vstack((start, points))
-            if rotations is not None:
-                before = self._turned_before(i, rotations[0, :, 2])
-                rotations = np.concatenate((before[None], rotations))
-        if np.linalg.norm(points[-1] - end) > SAME_WAYPOINT_POINT:
-            points = np.vstack((points, end))
-            if rotations is not None:
-                end_is_given = self.waypoint(i).orientation is None and self.waypoint(i).pose.turned
-                rotation = self.poses[i].rotation if end_is_given else rotations[-1]
-                if i in self.normals:
-                    rotation = transport_axes(rotations[-1], rotation[None, :, 2])[0]
-                rotations = np.concatenate((rotations, rotation[None]))
-        points[0], points[-1] = start, end
+        self, i: int, along: AlongPoints, start_rotation: FloatArray
+    ) -> tuple[Curve, FloatArray | None, FloatArray | None]:
+        """As `_curve`; waypoints that are not among the points are added at the ends."""
+        waypoint, start, end = self.waypoint(i), self.poses[i - 1], self.poses[i]
+        points, rotations, axes = self._points(i, along)
+        self._check_ends(i, points)
+        adds_start = np.linalg.norm(points[0] - start.translation) > SAME_WAYPOINT_POINT
+        adds_end = np.linalg.norm(points[-1] - end.translation) > SAME_WAYPOINT_POINT
+        rows = [*([0] if adds_start else []), *range(len(points)), *([-1] if adds_end else [])]
+        points = points[rows]
+        points[0], points[-1] = start.translation, end.translation
         if rotations is not None:
-            self.rotations[i] = rotations
-        curve: Curve = tool_paths.ThroughPoints(points)
-        return curve
+            rotations = rotations[rows]
+            if adds_start:
+                rotations[0] = start_rotation
+            if adds_end and waypoint.pose.turned:
+                rotations[-1] = end.rotation
+        if axes is not None:
+            axes = axes[rows]
+            if adds_start and waypoint.orientation is None:
+                axes[0] = start_rotation[:, 2]
+            if adds_end and waypoint.orientation is None and waypoint.pose.turned:
+                axes[-1] = end.rotation[:, 2]
+        return tool_paths.ThroughPoints(points), rotations, axes
 
-    def _torch_rotations(self, i: int, curve: Curve) -> FloatArray | None:
-        """Rotations at the file's angles to seam and surface; `None` without them.
+    def _points(
+        self, i: int, along: AlongPoints
+    ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
+        """Points in the base frame, and the tool's rotations or z axes there, if any."""
+        frame, axes = self.source.frame(i), self.source.axes(i)
+        rotations = z_axes = None
+        if isinstance(along.points, str):
+            file = self.source.places.file
+            path = (file.parent if file is not None else Path()) / along.points
+            read = tool_paths.read_points(path, self.source.length)
+            points = read.points
+            rotations = None if read.rotations is None else axes @ read.rotations
+            z_axes = None if read.normals is None else -read.normals @ axes.T
+        else:
+            points = np.array(along.points)
+        return points @ frame.rotation.T + frame.translation, rotations, z_axes
 
-        Shape (k, 3, 3): at the points of a path with normals, else at its start.
+    def _torch_rotations(
+        self, i: int, torch: Torch, curve: Curve, axes: FloatArray | None
+    ) -> FloatArray:
+        """Rotations at a torch's angles to seam and surface, shape (k, 3, 3).
+
+        They are at the points of a path whose z axes are given, else at its start.
         """
-        requested, axes = self.waypoint(i).orientation, None
-        if i in self.normals and requested is not None:
-            self.normals.remove(i)
-            axes = -self.rotations.pop(i)[:, :, 2]
-        elif not isinstance(requested, Torch):
-            return None
-        torch = requested if isinstance(requested, Torch) else Torch()
         if (torch.normal is None) == (axes is None):
-            raise self.places.error(
+            raise self.source.places.error(
                 ("waypoints", i, "orientation"),
                 "gives no normal" if axes is None else "gives a normal, and so do the points",
                 "normal: out of the surface at the path's start, or columns nx, ny, nz of points",
             )
         with self.errors(i, "orientation"):
-            s = curve.arc_lengths if isinstance(curve, tool_paths.ThroughPoints) else np.zeros(1)
             if axes is None:
-                s, axes = s[:1], self.axes[i] @ np.array(torch.normal)
+                s, normals = np.zeros(1), self.source.axes(i) @ np.array(torch.normal)
+            else:
+                s, normals = cast(tool_paths.ThroughPoints, curve).arc_lengths, -axes
             turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
-            return np.asarray(seam_frames(curve.position(s, 1), axes) @ turned)
+            return np.asarray(seam_frames(curve.position(s, 1), normals) @ turned)
 
-    def _points(self, i: int, along: AlongPoints) -> tuple[FloatArray, FloatArray | None]:
-        """Points in the base frame, and the tool's rotations there if the file has them."""
-        placed = self.frames[i]
-        rotations = None
-        if isinstance(along.points, str):
-            file = Path(along.points)
-            folder = self.places.file.parent if self.places.file is not None else Path()
-            read = tool_paths.read_points(folder / file, self.length)
-            points = read.points
-            if read.rotations is not None:
-                rotations = self.axes[i] @ read.rotations
-            elif read.normals is not None:
-                self.normals.add(i)
-                axes = -read.normals @ np.array(self.axes[i]).T
-                rotations = transport_axes(self._turned_before(i, axes[0]), axes)
-        else:
-            points = np.array(along.points)
-        return points @ placed.rotation.T + placed.translation, rotations
-
-    def _turned_before(self, i: int, axis: FloatArray) -> FloatArray:
-        """Rotation at the start of a path.
-
-        It is any rotation about its first z axis if that is sufficient.
-        """
-        import pinocchio as pin
-
-        if self.waypoint(i).orientation is None:
-            return np.array(self.poses[i - 1].rotation)
-        return np.array(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis).matrix())
-
-    def _check_ends(self, i: int, points: FloatArray, start: FloatArray, end: FloatArray) -> None:
+    def _check_ends(self, i: int, points: FloatArray) -> None:
         """Refuse points that are far from a waypoint of the path, relative to their spacing."""
         spacing = np.linalg.norm(np.diff(points, axis=0), axis=1)
         if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
         allowed = MAX_SPACINGS * float(spacing.max())
-        ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
-        for end_name, point, waypoint, position in ends:
-            gap = float(np.linalg.norm(point - position))
+        for name, point, waypoint in (("first", points[0], i - 1), ("last", points[-1], i)):
+            gap = float(np.linalg.norm(point - self.poses[waypoint].translation))
             if gap > allowed:
                 raise PathError(
-                    f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
-                    f"[{waypoint}]; the points must begin and end at the waypoints, or at most "
-                    f"this far from them: {self.text(allowed, digits=6)}, {MAX_SPACINGS:g} "
-                    "times their spacing"
+                    f"its {name} point is {self.text(gap, 6)} from waypoints[{waypoint}]; the "
+                    "points must begin and end at the waypoints, or at most this far from them: "
+                    f"{self.text(allowed, 6)}, {MAX_SPACINGS:g} times their spacing"
                 )
 
-    def _angle_between(self, i: int, first: FloatArray, second: FloatArray) -> float:
-        """Angle between two rotations on a path, or with normals between their z axes [rad]."""
-        if i not in self.normals:
-            return float(np.linalg.norm(rotation_vector(first.T @ second)))
-        across = np.linalg.norm(np.cross(first[:, 2], second[:, 2]))
-        return float(np.arctan2(across, first[:, 2] @ second[:, 2]))
-
-    def _check_begin(self, i: int, rotation: FloatArray) -> None:
-        angle = self._angle_between(i, self.poses[i - 1].rotation, rotation)
-        if angle > SAME_WAYPOINT_ANGLE:
-            raise self.places.error(
-                ("waypoints", i, *(("along", "points") if i in self.rotations else ())),
-                f"at the first point the tool is rotated by {np.degrees(angle):.4g} degrees from "
-                "the start of the path",
-                "the orientation of the previous waypoint; or a point between the two",
-            )
-
-    def orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
-        """Orientation of the tool on the path to waypoint i, whose pose gets its rotation."""
-        leaning = self._torch_rotations(i, curve)
-        rotations = self.rotations.get(i) if leaning is None else leaning
-        first, requested = self.file.waypoints[i - 1], waypoint.pose.turned
-        if leaning is not None and isinstance(first, PoseWaypoint) and not first.pose.turned:
-            self.poses[i - 1].rotation = leaning[0]
-        before, end = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)
-        if rotations is not None:
-            self._check_begin(i, rotations[0])
-            rotations[0] = before
-            rotations = rotations if len(rotations) > 1 else None
-        tangent = waypoint.orientation is not None and (leaning is None or rotations is None)
-        with self.errors(i, "pose" if requested else "along"):
-            if rotations is not None and isinstance(curve, tool_paths.ThroughPoints):
-                turn = OrientationCurve.through(curve.arc_lengths, rotations)
-            elif tangent:
-                turn = tool_paths.tangent_orientation(curve, before)
-            elif requested:
-                turn = OrientationCurve.even_turning(before, end, curve.length)
-            else:
-                turn = OrientationCurve.constant(before, curve.length)
-        if tangent and rotations is not None:
-            raise self.places.error(
-                ("waypoints", i, "orientation"),
-                "is given together with points that have orientations",
-                "orientation: tangent, or columns of orientations or normals, not both",
-            )
-        if requested and (tangent or rotations is not None):
-            self._check_end(i, turn.rotations[-1], end)
-        pose = self.poses[i].copy()
-        pose.rotation = turn.rotations[-1]
-        self.poses[i] = pose
-        return turn
-
-    def _check_end(self, i: int, turned: FloatArray, end: FloatArray) -> None:
-        angle = self._angle_between(i, turned, end)
-        if angle > SAME_WAYPOINT_ANGLE:
-            raise self.places.error(
-                ("waypoints", i, "pose"),
-                f"is rotated by {np.degrees(angle):.4g} degrees from the end of the path",
-                "no orientation if the path has its own, or that of its end",
-            )
-
     def round_corners(
-        self, first: int, curves: list[Curve], steps: list[PathWaypoint]
+        self, first: int, curves: Sequence[Curve], steps: Sequence[PathWaypoint]
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
         pieces: list[Curve] = []
@@ -316,21 +310,21 @@ class PathCurves:
             begin = blend.position([blend.length])[0]
         return pieces, np.array(ends)
 
-    def _blend(self, i: int, curves: list[Curve], distance: float) -> Curve:
+    def _blend(self, i: int, curves: Sequence[Curve], distance: float) -> Curve:
         """The curve that rounds the corner between two lines."""
         lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
         if len(lines) < 2:
-            raise self.places.error(
+            raise self.source.places.error(
                 ("waypoints", i, "blend"),
                 "rounds the corner between two lines, and this waypoint is not between two lines",
                 "no blend; or along: line here and at the next waypoint",
             )
         longest = 0.5 * min(line.length for line in lines)
         if distance > longest * (1.0 + BLEND_ROUNDING):
-            raise self.places.error(
+            raise self.source.places.error(
                 ("waypoints", i, "blend"),
-                f"is {self.text(distance, digits=6)}, more than half of the shorter line",
-                f"at most {self.text(longest, digits=6)}",
+                f"is {self.text(distance, 6)}, more than half of the shorter line",
+                f"at most {self.text(longest, 6)}",
             )
         with self.errors(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)

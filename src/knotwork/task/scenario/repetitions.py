@@ -12,9 +12,10 @@ import numpy as np
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.errors import suggest_name
 from knotwork.files.documents import Location, Places
-from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
+from knotwork.task import Frame, Grid, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.scenario.unknowns import ends_wait
+from knotwork.task.task_waypoints import Waypoint
 
 PLACE_FRAME = "place"
 """Name of the frame of the current location, in a repeated block."""
@@ -51,9 +52,9 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block of a scenario, by index."""
     starts: dict[Location, list[int]] = {}
-    for i, k in enumerate(scenario.index):
+    for i, k in enumerate(scenario.task_index):
         location = scenario.places.given(("waypoints", k))
-        if location[2:] == ("repeat", 0) and not ends_wait(scenario.index, i):
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
             starts.setdefault(location[:2], []).append(i)
     return list(starts.values())
 
@@ -99,47 +100,40 @@ class _Expansion:
         return expanded_task, replace(self.places, origins=self.origins)
 
     def _add_block(self, block: Repeat, place: Location) -> None:
-        frames = list(self._places(block, (*place, "over")))
+        frames = [*self._frames_of(block, (*place, "over"))]
         if len(self.waypoints) + len(frames) * len(block.repeat) > MAX_REPEATED_WAYPOINTS:
             raise self.places.error(
                 (*place, "over"),
                 f"makes {len(frames)} repetitions of {len(block.repeat)} waypoints",
                 f"at most {MAX_REPEATED_WAYPOINTS} waypoints in all",
             )
-        names = {step.name for step in block.repeat}
-        known = [PLACE_FRAME, "base", *self.task.frames]
+        choices = [PLACE_FRAME, "base", *self.task.frames]
         for j, template in enumerate(block.repeat):
-            frame_name = getattr(template, "frame", None)
-            if frame_name is not None and frame_name not in (*known, *self.frames):
-                raise self._unknown_frame(frame_name, (*place, "repeat", j, "frame"), known)
-        for turn, frame in enumerate(frames, start=1):
+            name = getattr(template, "frame", None)
+            if name is not None and name not in (*choices, *self.frames):
+                raise self._unknown_frame(name, (*place, "repeat", j, "frame"), choices)
+        names = {template.name for template in block.repeat}
+        for number, frame in enumerate(frames, start=1):
             for j, template in enumerate(block.repeat):
-                changes: dict[str, Any] = {}
-                if template.name is not None:
-                    changes["name"] = f"{template.name} {turn}"
-                for key in ("frame", "orientation_in"):
-                    if getattr(template, key, None) == PLACE_FRAME:
-                        changes[key] = frame
-                velocity: Any = getattr(template, "velocity", None)
-                if getattr(velocity, "axes", None) == PLACE_FRAME:
-                    changes["velocity"] = velocity.model_copy(update={"axes": frame})
-                self._add(template.model_copy(update=changes), (*place, "repeat", j))
+                self._add(_repeated(template, number, frame), (*place, "repeat", j))
             for name, held in block.holds.items():
-                ends = {key: getattr(held, key) for key in ("take", "leave", "appears")}
                 changes = {
-                    key: f"{waypoint} {turn}" for key, waypoint in ends.items() if waypoint in names
+                    key: f"{waypoint} {number}"
+                    for key in ("take", "leave", "appears")
+                    if (waypoint := getattr(held, key)) in names
                 }
-                self._add_held(name, turn, held.model_copy(update=changes), (*place, "holds", name))
+                held = held.model_copy(update=changes)
+                self._add_held(name, number, held, (*place, "holds", name))
 
     def _add(self, waypoint: Any, place: Location) -> None:
         self.origins["waypoints", len(self.waypoints)] = place
         self.waypoints.append(waypoint)
 
-    def _add_held(self, name: str, turn: int, held: HeldObject, place: Location) -> None:
-        numbered = f"{name} {turn}"
+    def _add_held(self, name: str, number: int, held: HeldObject, place: Location) -> None:
+        numbered = f"{name} {number}"
         if numbered in self.holds:
             raise self.places.error(
-                place, f"{numbered!r} of repetition {turn} is held twice", "a unique name"
+                place, f"{numbered!r} of repetition {number} is held twice", "a unique name"
             )
         self.holds[numbered] = held
         self.objects.setdefault(name, []).append(numbered)
@@ -158,55 +152,55 @@ class _Expansion:
         )
         return item.model_copy(update={"allow": tuple(names)})
 
-    def _places(self, block: Repeat, where: Location) -> Iterator[str]:
-        """The names of the frames of all repetitions; missing frames are made."""
-        over = block.over
-        if isinstance(over, str):
-            yield from self._grid_frames(over, where)
-        elif isinstance(over, PlacesFile):
-            path = self.places.named_file(over.file, (*where, "file"))
-            points, quaternions, normals = read_points(path, 1.0)
-            if normals is not None:
-                raise self.places.error(
-                    (*where, "file"),
-                    f"{path} has normals, which leave the turn at a place open",
-                    "columns qx, qy, qz, qw, or positions alone",
-                )
-            for k, point in enumerate(points):
-                turn = {} if quaternions is None else {"quaternion_xyzw": quaternions[k].tolist()}
-                frame = Frame(position=point.tolist(), parent=over.parent, **turn)
-                yield self._add_place(frame, (*where, "file"))
+    def _frames_of(self, block: Repeat, where: Location) -> Iterator[str]:
+        """The frame of each repetition; missing frames are made."""
+        over, frames = block.over, self.task.frames
+        grids = {name: frame.grid for name, frame in frames.items() if frame.grid is not None}
+        if isinstance(over, PlacesFile):
+            yield from self._frames_in_file(over, (*where, "file"))
+        elif isinstance(over, str):
+            if over not in grids:
+                raise self._unknown_frame(over, where, list(grids))
+            yield from self._grid_frames(over, grids[over])
         else:
-            for k, spot in enumerate(over):
-                if isinstance(spot, str) and spot not in self.task.frames:
-                    raise self._unknown_frame(spot, (*where, k), list(self.task.frames))
-                if not isinstance(spot, str):
-                    yield self._add_place(spot, (*where, k))
-                elif self.task.frames[spot].grid is not None:
-                    yield from self._grid_frames(spot, (*where, k))
+            for k, frame in enumerate(over):
+                if not isinstance(frame, str):
+                    yield self._add_place(frame, (*where, k))
+                elif frame not in frames:
+                    raise self._unknown_frame(frame, (*where, k), list(frames))
+                elif frame in grids:
+                    yield from self._grid_frames(frame, grids[frame])
                 else:
-                    yield spot
+                    yield frame
 
-    def _grid_frames(self, name: str, where: Location) -> Iterator[str]:
-        grids = {
-            key: frame.grid for key, frame in self.task.frames.items() if frame.grid is not None
-        }
-        grid = grids.get(name)
-        if grid is None:
-            raise self._unknown_frame(name, where, list(grids))
-        counts = (*grid.counts, 1, 1)[:3]
-        pitches = (*grid.pitches, 0.0, 0.0)[:3]
-        steps = (step[::-1] for step in product(*map(range, counts[::-1])))
-        for k, step in enumerate(steps, start=1):
-            position = (np.multiply(step, pitches) + 0.0).tolist()
-            numbered = f"{name} {k}"
+    def _frames_in_file(self, over: PlacesFile, where: Location) -> Iterator[str]:
+        path = self.places.named_file(over.file, where)
+        points = read_points(path)
+        if points.normals is not None:
+            raise self.places.error(
+                where,
+                f"{path} has normals, which leave the turn at a place open",
+                "columns qx, qy, qz, qw, or positions alone",
+            )
+        for k, position in enumerate(points.points.tolist()):
+            frame = Frame(position=position, parent=over.parent)
+            if points.rotations is not None:
+                frame = frame.replace(rotation_matrix=points.rotations[k])
+            yield self._add_place(frame, where)
+
+    def _grid_frames(self, name: str, grid: Grid) -> Iterator[str]:
+        # counted along x first
+        for number, steps in enumerate(np.ndindex(*grid.counts[::-1]), start=1):
+            position = np.zeros(3)
+            position[: len(steps)] += np.multiply(steps[::-1], grid.pitches)
+            numbered = f"{name} {number}"
             if numbered in self.task.frames:
                 raise self.places.error(
                     ("frames", numbered),
                     f"is the name of a place of the grid in {name!r}",
                     "another",
                 )
-            self.frames[numbered] = Frame(position=position, parent=name)
+            self.frames[numbered] = Frame(position=position.tolist(), parent=name)
             self.origins["frames", numbered] = ("frames", name)
             yield numbered
 
@@ -227,3 +221,18 @@ class _Expansion:
             )
         fault = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
         return self.places.error(where, fault, suggest_name(name, names) if names else "")
+
+
+def _repeated(template: Waypoint, number: int, frame: str) -> Waypoint:
+    """A waypoint of a block in one repetition, whose place is a frame."""
+    changes: dict[str, Any] = {
+        key: frame
+        for key in ("frame", "orientation_in")
+        if getattr(template, key, None) == PLACE_FRAME
+    }
+    if template.name is not None:
+        changes["name"] = f"{template.name} {number}"
+    velocity: Any = getattr(template, "velocity", None)
+    if getattr(velocity, "axes", None) == PLACE_FRAME:
+        changes["velocity"] = velocity.model_copy(update={"axes": frame})
+    return template.model_copy(update=changes)

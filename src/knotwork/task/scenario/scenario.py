@@ -144,7 +144,8 @@ class Scenario:
             passed to `plan` replaces the task's own here.
         given: The task as it was given, in its own units, for changing, planning and saving it
             again.
-        index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
+        task_index: Index in the task of each waypoint, -1 for the start; one with a wait appears
+            twice.
         units: Units of the file, for output.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         pose_frame_link: Link that carries the frame of poses, if it is not the robot's base frame.
@@ -166,7 +167,7 @@ class Scenario:
     waypoints: tuple[ScenarioWaypoint, ...]
     task: PlainTask = field(repr=False, compare=False)
     given: PlainTask = field(repr=False, compare=False)
-    index: tuple[int, ...] = ()
+    task_index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     pose_frame_link: str = ""

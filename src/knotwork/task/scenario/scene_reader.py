@@ -23,9 +23,9 @@ from knotwork.task.scenario.scene_model import (
     PlacedShape,
     Scene,
 )
-from knotwork.task.scenario.waypoint_reader import WaypointReader
+from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scene_shapes import (
-    SHAPES,
+    FIXED_SHAPES,
     HeldObject,
     OtherRobot,
     SceneObject,
@@ -40,30 +40,35 @@ RESERVED_NAME = "tool"
 """Common name of all tool shapes, next to those of links and objects."""
 
 
-def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) -> Scene:
-    """Read the scene of a scenario file.
+def read_scene(
+    source: TaskInSI, waypoints: Sequence[ScenarioWaypoint], task_index: Sequence[int]
+) -> Scene:
+    """Read the scene of a task.
 
     Args:
-        reader: Reader of the same file.
-        waypoints: Waypoints in order of time.
+        source: The task.
+        waypoints: Waypoints of its scenario, in order of time.
+        task_index: Index in the task of each of them.
 
     Raises:
         DocumentError: A frame or a waypoint does not exist, or a name is given twice.
     """
-    return _SceneReader(reader, [waypoint.name for waypoint in waypoints], waypoints).scene()
+    names = [waypoint.name for waypoint in waypoints]
+    return _SceneReader(source, names, waypoints, task_index).scene()
 
 
 @dataclass(frozen=True, eq=False)
 class _SceneReader:
     """Reads a scene; `names` has the names of all waypoints."""
 
-    reader: WaypointReader
+    source: TaskInSI
     names: Sequence[str]
     waypoints: Sequence[ScenarioWaypoint]
+    task_index: Sequence[int]
 
     def scene(self) -> Scene:
-        file = self.reader.file
-        scene, tool = file.scene, file.tool or Tool()
+        task = self.source.task
+        scene, tool = task.scene, task.tool or Tool()
         objects = tuple(self._object(name, item) for name, item in scene.objects.items())
         if RESERVED_NAME in scene.objects:
             raise self._error(
@@ -73,23 +78,22 @@ class _SceneReader:
             )
         place: Location = ("tool", "shape")
         if isinstance(tool.shape, ToolShape):
-            shapes = [self._shape(tool.shape, place, moves=True)]
+            shapes = [self._shape(tool.shape, place)]
         else:
-            numbered = enumerate(tool.shape or ())
-            shapes = [self._shape(shape, (*place, i), moves=True) for i, shape in numbered]
-        frames = ((name, self._frame(name)) for name in file.frames)
+            shapes = [self._shape(item, (*place, i)) for i, item in enumerate(tool.shape or ())]
+        frames = ((name, self._frame(name)) for name in task.frames)
         return Scene(
             objects=objects,
             tool=tuple(shapes),
             held=tuple(self._held(name, held) for name, held in tool.holds.items()),
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
-            collisions=file.collisions,
+            collisions=task.collisions,
             margin=scene.margin,
             moving={name: frame for name, frame in frames if frame is not None},
         )
 
     def _error(self, place: Location, fault: str, accepted: str) -> DocumentError:
-        return self.reader.places.error(place, fault, accepted)
+        return self.source.places.error(place, fault, accepted)
 
     def _waypoint(self, name: str, place: Location) -> int:
         """Index of a waypoint by name."""
@@ -106,7 +110,7 @@ class _SceneReader:
 
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
         place: Location = ("scene", "objects", name)
-        shape = self._shape(item, place, item.parent)
+        shape = self._shape(item, place)
         frame = self._frame(item.parent)
         if frame is not None and item.half_space is not None:
             raise self._error(
@@ -119,7 +123,7 @@ class _SceneReader:
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
         place: Location = ("tool", "holds", name)
-        if name == RESERVED_NAME or name in self.reader.file.scene.objects:
+        if name == RESERVED_NAME or name in self.source.task.scene.objects:
             raise self._error(place, f"{name!r} is the name of something else", "a unique name")
         take = self._waypoint(held.take, (*place, "from"))
         leave = self._waypoint(held.leave, (*place, "to"))
@@ -140,32 +144,32 @@ class _SceneReader:
             raise self._error(
                 (*place, "appears"), f"{held.appears!r} is after {held.take!r}", "a waypoint before"
             )
-        carriers, base = self.reader.carriers, self.reader.frames.moving["base"]
+        source, base = self.source, self.source.frames.moving["base"]
         taken_from, left_on = (
-            replace(base, link=FIXED_CARRIER) if carriers.is_fixed(i) else carriers.frame_of(i)
-            for i in (self.reader.indices[take], self.reader.indices[leave])
+            replace(base, link=FIXED_CARRIER) if source.is_fixed(i) else source.carrier(i)
+            for i in (self.task_index[take], self.task_index[leave])
         )
         return GraspedObject(
             name=name,
-            shape=self._shape(held, place, moves=True),
+            shape=self._shape(held, place),
             take=take,
             leave=leave,
             allow=tuple(held.allow),
             carriers=(taken_from, left_on),
             appears=appears,
-            payload=read_payload(held, self.reader.places, place),
+            payload=read_payload(held, self.source.places, place),
         )
 
     def _frame(self, name: str) -> MovingFrame | None:
         """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
-        frame = self.reader.frames.moving[name]
-        if frame.link != self.reader.carriers.link:
+        frame = self.source.frames.moving[name]
+        if frame.link != self.source.carrying_link:
             return replace(frame, link=frame.link or FIXED_CARRIER)
         return replace(frame, link="") if frame.is_moving else None
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         place: Location = ("scene", "robots", name)
-        places, frames = self.reader.places, self.reader.frames
+        places, frames = self.source.places, self.source.frames
         base = frames.moving[frames.find(robot.parent, (*place, "in"))]
         if base.is_moving or base.link:
             raise self._error(
@@ -178,46 +182,35 @@ class _SceneReader:
         motion = robot.motion and places.named_file(robot.motion, (*place, "motion"))
         return PlacedRobot(
             name=name,
-            placement=base.rest_placement * self.reader.placement(robot, place),
+            placement=base.rest_placement * self.source.placement(robot, *place),
             scenario=path if path.is_file() else robot.scenario,
             motion=motion or None,
             delay=robot.delay,
             carrier=self._frame(robot.parent),
         )
 
-    def _shape(
-        self,
-        item: ToolShape | SceneObject | HeldObject,
-        place: Location,
-        frame: str | None = None,
-        *,
-        moves: bool = False,
-    ) -> PlacedShape:
-        """A shape, placed in the frame that carries it, or in the base if a frame is named."""
-        if moves and item.half_space is not None:
-            raise self._error(
-                (*place, "half_space"), "moves with the tool, which a half space must not", "a box"
-            )
-        places, frames = self.reader.places, self.reader.frames
-        placement = self.reader.placement(item, place)
-        if frame is not None:
-            placement = frames[frames.find(frame, (*place, "in"))] * placement
-        kind = next(name for name in SHAPES if getattr(item, name) is not None)
+    def _shape(self, item: ToolShape | SceneObject | HeldObject, place: Location) -> PlacedShape:
+        """A shape, placed in the frame that carries it, or in the base if it is an object."""
+        places, placement = self.source.places, self.source.placement(item, *place)
+        if isinstance(item, SceneObject):
+            frames = self.source.frames
+            placement = frames[frames.find(item.parent, (*place, "in"))] * placement
+        kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
             path = places.named_file(item.points.file, (*place, "points", "file"))
-            scale = item.points.scale * self.reader.length
+            scale = item.points.scale * self.source.length
             resolution = item.points.resolution
         if item.mesh is not None:
             path = places.named_file(item.mesh, (*place, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
-            scale = (item.scale or 1.0) * (1.0 if has_unit else self.reader.length)
+            scale = (item.scale or 1.0) * (1.0 if has_unit else self.source.length)
         scales, size = (scale, scale, scale), _shape_size(item)
         return PlacedShape(kind, size, placement, path, scales, bool(item.exact), resolution, place)
 
 
 def _shape_size(item: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:
-    if item.half_space is not None:
+    if isinstance(item, SceneObject) and item.half_space is not None:
         normal = np.array(item.half_space.normal)
         normal /= np.abs(normal).max()
         return (*(normal / np.linalg.norm(normal)).tolist(), item.half_space.offset)

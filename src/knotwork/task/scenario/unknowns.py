@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 from knotwork.waypoints import FloatArray
@@ -89,35 +88,35 @@ class Unknowns:
         return unknown
 
 
-def ends_wait(index: Sequence[int], i: int) -> bool:
-    """Whether waypoint i of a scenario is the end of a wait: the second of its two waypoints.
+def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
+    """Whether a waypoint of a scenario is the end of a wait: the second of its two waypoints.
 
     Args:
-        index: Index in the file of each waypoint of the scenario.
-        i: Index in the scenario.
+        task_index: Index in the task of each waypoint of the scenario.
+        waypoint: Index in the scenario.
     """
-    return i > 0 and index[i] == index[i - 1]
+    return waypoint > 0 and task_index[waypoint] == task_index[waypoint - 1]
 
 
-def min_time(file: PlainTask, i: int) -> float | None:
+def min_time(task: PlainTask, i: int) -> float | None:
     """Lower bound of the chosen time to a waypoint [s], 0 without one; `None` for a given time."""
-    waypoint = file.waypoints[i]
+    waypoint = task.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
         return None
     if isinstance(waypoint.after, Fastest):
         return waypoint.after.at_least or 0.0
-    first = i == 0 and file.start is None
+    first = i == 0 and task.start is None
     unstated = waypoint.after is None and waypoint.time is None and not first
-    chosen = file.times is not None or clear_way(file, i) is not None
+    chosen = task.times is not None or clear_way(task, i) is not None
     return 0.0 if waypoint.after == "fastest" or (unstated and chosen) else None
 
 
-def clear_way(file: PlainTask, i: int) -> ClearWay | None:
-    """Options of a collision-free motion to a waypoint, or `None`; in SI as the file is."""
-    waypoint = file.waypoints[i]
-    if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
+def clear_way(task: PlainTask, i: int) -> ClearWay | None:
+    """Options of a collision-free motion to a waypoint, or `None`; in SI as the task is."""
+    waypoint = task.waypoints[i]
+    if isinstance(waypoint, PathWaypoint) or (i == 0 and task.start is None):
         return None
-    given = waypoint.way or file.ways
+    given = waypoint.way or task.ways
     return ClearWay.model_construct(clear=True) if given == "clear" else given
 
 
@@ -128,113 +127,101 @@ def max_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_unknowns(file: PlainTask, places: Places, index: tuple[int, ...]) -> Unknowns | None:
-    """Read the unknowns of a file, or `None` without any.
+def read_unknowns(task: PlainTask, places: Places, task_index: Sequence[int]) -> Unknowns | None:
+    """Read the unknowns of a task, or `None` without any.
 
     Args:
-        file: Content of the file.
+        task: The task, in SI.
         places: Locations of its parts in the file, for errors.
-        index: Index in the file of each waypoint of the scenario; -1 for the start.
+        task_index: Index in the task of each waypoint of the scenario; -1 for the start.
 
     Raises:
         DocumentError: A key is about choices although no value is chosen, or the value can't be
             chosen.
     """
-    lower_bounds = [
-        None if k < 0 or ends_wait(index, i) else min_time(file, k)
-        for i, k in enumerate(index[1:], 1)
-    ]
-    speed: list[SpeedKind] = ["given"] * len(index)
-    at_most = np.full(len(index), np.inf)
+    n = len(task_index)
+    duration, at_least = np.zeros(n - 1, dtype=bool), np.zeros(n - 1)
+    speed: list[SpeedKind] = ["given"] * n
+    at_most = np.full(n, np.inf)
     paths: dict[int, float] = {}
     ways: dict[int, ClearWay] = {}
     timed: list[int] = []
-    for i, k in enumerate(index):
-        if k < 0 or ends_wait(index, i):  # k < 0 is the start
+    for waypoint, i in enumerate(task_index):
+        if i < 0 or ends_wait(task_index, waypoint):  # i < 0 is the start
             continue
-        waypoint = file.waypoints[k]
-        maximum = max_speed(getattr(waypoint, "speed", None))
-        if isinstance(waypoint, PathWaypoint) and maximum is not None:
-            paths[i] = maximum
+        step, minimum, way = task.waypoints[i], min_time(task, i), clear_way(task, i)
+        if waypoint and minimum is not None:
+            duration[waypoint - 1], at_least[waypoint - 1] = True, minimum
+        maximum = max_speed(getattr(step, "speed", None))
+        if isinstance(step, PathWaypoint) and maximum is not None:
+            paths[waypoint] = maximum
         elif maximum is not None:
-            speed[i], at_most[i] = "along", maximum
-        elif getattr(waypoint, "velocity", None) == "free":
-            speed[i] = "free"
-        if i and (way := clear_way(file, k)):
-            ways[i] = way
-        if waypoint.time is not None:
-            timed.append(i)
+            speed[waypoint], at_most[waypoint] = "along", maximum
+        elif getattr(step, "velocity", None) == "free":
+            speed[waypoint] = "free"
+        if way is not None:
+            ways[waypoint] = way
+        if step.time is not None:
+            timed.append(waypoint)
+    has_free_times, knots_are_given = bool(duration.any()), "knots" in task.model_fields_set
     unknowns = Unknowns(
-        duration=np.array([bound is not None for bound in lower_bounds], dtype=bool),
-        at_least=np.array([bound or 0.0 for bound in lower_bounds]),
+        duration=duration,
+        at_least=at_least,
         speed=tuple(speed),
         at_most=at_most,
         path_speed=paths,
         ways=ways,
-        objective=_objective(file),
-        total=file.duration,
-        optimal_knots=_optimal_knots(file),
+        objective=_objective(task, has_free_times=has_free_times),
+        total=task.duration,
+        optimal_knots=task.knots == "optimal" or (has_free_times and not knots_are_given),
     )
-    dependent = tuple(i for i in timed if i >= unknowns.first_unknown_time)
-    unknowns.duration[[i - 1 for i in dependent]] = True
+    dependent = tuple(waypoint for waypoint in timed if waypoint >= unknowns.first_unknown_time)
+    duration[[waypoint - 1 for waypoint in dependent]] = True
     unknowns = replace(unknowns, time_dependent=dependent)
-    for location, message, accepted in _misused(file, unknowns):
+    for location, message, accepted in _misused(task, unknowns):
         raise places.error(location, message, accepted)
-    if dependent and file.duration is not None:
+    if dependent and task.duration is not None:
+        number = task_index[dependent[0]] + 1
         raise places.error(
             ("duration",),
-            f"is given together with the time at waypoint {index[dependent[0]] + 1}, after chosen "
-            "ones",
+            f"is given together with the time at waypoint {number}, after chosen ones",
             "one of them",
         )
     return unknowns if unknowns.anything else None
 
 
-def _optimal_knots(file: PlainTask) -> bool:
-    """Whether knots are chosen for given times; by default they are if other times are free."""
-    return file.knots == "optimal" or (
-        "knots" not in file.model_fields_set and _free_anywhere(file)
-    )
-
-
-def _objective(file: PlainTask) -> dict[str, float]:
-    given = file.objective
+def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
+    given = task.objective
     if isinstance(given, Weights):
         return {name: value for name, value in given if value}
     if given is not None:
         return {given: 1.0}
-    smooth = file.duration is not None or not _free_anywhere(file)
-    return {"jerk": 1.0} if smooth else {"time": 1.0}
+    return {"time": 1.0} if has_free_times and task.duration is None else {"jerk": 1.0}
 
 
-def _free_anywhere(file: PlainTask) -> bool:
-    return any(min_time(file, i) is not None for i in range(len(file.waypoints)))
-
-
-def check_places(file: PlainTask, places: Places) -> None:
+def check_open_values(task: PlainTask, places: Places) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
         DocumentError: One of these is given.
     """
-    last_chosen = ""
-    for i, waypoint in enumerate(file.waypoints):
-        for key, message, accepted in _misplaced(file, i, last_chosen):
+    is_chosen = False
+    for i, waypoint in enumerate(task.waypoints):
+        for key, message, accepted in _misplaced(task, i, after_chosen=is_chosen):
             raise places.error(("waypoints", i, key), message, accepted)
-        chosen = max_speed(getattr(waypoint, "speed", None)) is not None
-        if min_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
-            last_chosen = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
+        is_chosen |= min_time(task, i) is not None
+        is_chosen |= isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
 
 
-def _misplaced(file: PlainTask, i: int, last_chosen: str) -> Iterator[tuple[str, str, str]]:
+def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
-        file: Content of the file.
+        task: The task, in SI.
         i: Index of the waypoint.
-        last_chosen: Name of the last earlier waypoint with a chosen time; empty without one.
+        after_chosen: Whether an earlier time is chosen.
     """
-    waypoint, at_start = file.waypoints[i], i == 0 and file.start is None
+    waypoint, at_start = task.waypoints[i], i == 0 and task.start is None
     fastest = isinstance(waypoint.after, str | Fastest)
     if at_start and fastest:
         message = "the first waypoint has no previous one, so no time to it can be chosen"
@@ -242,51 +229,45 @@ def _misplaced(file: PlainTask, i: int, last_chosen: str) -> Iterator[tuple[str,
     if at_start and waypoint.way is not None:
         message = "the first waypoint has no previous one, so there is no motion to it"
         yield "way", message, "way at a later waypoint, or start: the start of the motion"
-    if getattr(waypoint, "velocity", None) == "free" and (at_start or i == len(file.waypoints) - 1):
+    if getattr(waypoint, "velocity", None) == "free" and (at_start or i == len(task.waypoints) - 1):
         message = "the velocity is free at an end of the motion"
         yield "velocity", message, "a velocity, or none: the arm is at rest there"
     if not isinstance(waypoint, PathWaypoint):
         return
-    if waypoint.time is not None and last_chosen:
-        message = (
-            f"the time since 0 can't be given, because the earlier time to {last_chosen} is chosen"
-        )
+    if waypoint.time is not None and after_chosen:
+        message = "the time since 0 can't be given, because an earlier time is chosen"
         yield "time", message, "speed, or after: the time since the previous waypoint [s]"
     if waypoint.way is not None:
         yield "way", "the motion to here follows a tool path", "way at a waypoint without along"
     if fastest:
         message = "the time along a path follows from its speed"
         yield "after", message, "speed: fastest, or seconds"
-    for key in ("time", "after"):
-        if max_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
-            message = "is given together with a speed that is chosen"
-            yield key, message, f"speed: fastest, or {key}, not both"
 
 
-def _misused(file: PlainTask, unknowns: Unknowns) -> Iterator[tuple[Location, str, str]]:
+def _misused(task: PlainTask, unknowns: Unknowns) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices although no value is chosen, and choices that exclude each other."""
-    timed, objective = bool(unknowns.duration.any()), file.objective is not None
+    timed, objective = bool(unknowns.duration.any()), task.objective is not None
     weighs_time = unknowns.objective.get("time", 0.0) > 0.0
-    if file.duration is not None and not timed:
+    if task.duration is not None and not timed:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
     if objective and not (timed or unknowns.optimal_knots or set(unknowns.speed) - {"given"}):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
-    if objective and weighs_time and (not timed or file.duration is not None):
+    if objective and weighs_time and (not timed or task.duration is not None):
         message = "the time is given, so it can't be minimised"
         yield ("objective",), message, "jerk, effort or acceleration"
-    if timed and file.duration is None and not weighs_time:
+    if timed and task.duration is None and not weighs_time:
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted
-    if file.chosen is not None and unknowns.anything:
+    if task.chosen is not None and unknowns.anything:
         message = "gives the motion between waypoints, but times or speeds are free"
         yield ("chosen",), message, "numbers for all of them, or no chosen"
-    if isinstance(file.knots, tuple) and unknowns.anything:
+    if isinstance(task.knots, tuple) and unknowns.anything:
         yield ("knots",), "knot times are given, but waypoint times are free", "no knots"
-    if file.planner != "modified-hermite" and unknowns.anything:
+    if task.planner != "modified-hermite" and unknowns.anything:
         accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
-        yield ("planner",), f"{file.planner!r} needs given times, and some are free", accepted
-    if unknowns.objective.get("effort", 0.0) > 0.0 and file.robot is None:
+        yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
+    if unknowns.objective.get("effort", 0.0) > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""

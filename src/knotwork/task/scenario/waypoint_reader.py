@@ -1,38 +1,33 @@
-"""The waypoints of a scenario file: names, times, poses and velocities in SI in the base frame."""
+"""The waypoints of a task: names, times, poses and velocities in SI in the base frame."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from knotwork.errors.plain_text import default_waypoint_name
-from knotwork.files.documents import Location, Places
-from knotwork.task import (
-    JointWaypoint,
-    PathWaypoint,
-    Placement,
-    PlainTask,
-    PoseWaypoint,
-    Torch,
-    Velocity,
-)
+from knotwork.files.documents import Location
+from knotwork.task import JointWaypoint, PathWaypoint, PoseWaypoint, Torch, Velocity
 from knotwork.task.poses import ORIENTATIONS
+from knotwork.task.scenario.carriers import (
+    axes_in_frame,
+    check_requests,
+    check_smooth,
+    neighbours_in_frame,
+)
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
-from knotwork.task.scenario.unknowns import check_places, max_speed, min_time
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.unknowns import check_open_values, max_speed, min_time
+from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.curves.tool_paths import TimedPath
-    from knotwork.task.scenario.carriers import Carriers
-    from knotwork.task.scenario.geometry import Frames
-    from knotwork.task.scenario.path_reader import PathReader
 
 START, WAITED = "start", "{}, after the wait"
 
@@ -40,301 +35,290 @@ EXPECTED_DURATION = 1.0
 """Expected time to a waypoint whose time is chosen later [s]."""
 
 
-class WaypointReader:
-    """Reads the waypoints of a scenario file, and their frames.
+class ReadWaypoints(NamedTuple):
+    """The waypoints of a scenario.
 
-    Args:
-        file: Content of the file, in SI but for joint values.
-        places: Locations of its parts in the file, for errors.
-        length: The file's unit of length [m].
-        angle: The file's unit of angle [rad].
-        expected: Expected times of waypoints with a chosen time [s], by index.
+    Attributes:
+        waypoints: All waypoints in order, the start first if there is one. One with `wait` appears
+            twice: at the start and the end of the wait. Free times are expected ones.
+        paths: The paths between them.
+        task_index: Index in the task of each; -1 for the start.
     """
 
-    def __init__(
-        self,
-        file: PlainTask,
-        places: Places,
-        length: float,
-        angle: float,
-        expected: Mapping[int, float],
-    ) -> None:
-        self.file, self.places, self.length, self.angle = file, places, length, angle
-        self.expected = expected
-        self.indices: tuple[int, ...] = ()
-        self.poses: dict[int, pin.SE3] = {}
-        self.times: list[float] = []
-        self.freedoms: Freedoms = []
-        self._normals: set[int] = set()
+    waypoints: tuple[ScenarioWaypoint, ...]
+    paths: tuple[ScenarioPath, ...]
+    task_index: tuple[int, ...]
 
-    def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
-        """All waypoints in order, the start first if there is one, and the paths between them.
 
-        A waypoint with `wait` appears twice: at the start and the end of the wait. Free times are
-        expected ones. `indices` has the index in the file of each.
+def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypoints:
+    """Read the waypoints of a task, and the paths between them.
 
-        Raises:
-            DocumentError: A time, frame, pose or velocity is missing or wrong.
-        """
-        steps = self.file.waypoints
-        names = self._names()
-        if len(steps) + (self.file.start is not None) < 2:
-            raise self.places.error(
-                ("waypoints",),
-                "a motion needs at least two waypoints, and there is one",
-                "two or more, or one with start: the start of the motion",
+    Args:
+        source: The task.
+        expected: Expected times of waypoints with a chosen time [s], by index in the task.
+
+    Raises:
+        DocumentError: A time, frame, pose or velocity is missing or wrong.
+    """
+    task, places = source.task, source.places
+    names = _names(source)
+    if len(names) + (task.start is not None) < 2:
+        raise places.error(
+            ("waypoints",),
+            "a motion needs at least two waypoints, and there is one",
+            "two or more, or one with start: the start of the motion",
+        )
+    check_open_values(task, places)
+    arrivals = _read_arrivals(source, expected, _rest_poses(source))
+    freedoms = read_freedoms(source, arrivals.free_turns)
+    paths = [replace(path, freedom=freedom_of(path, freedoms, places)) for path in arrivals.paths]
+    motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
+    reader = _WaypointReader(source, arrivals, motions, freedoms)
+    waits: list[ScenarioPath] = []
+    waypoints: list[ScenarioWaypoint] = []
+    task_index: list[int] = []
+    if task.start is not None:
+        where = places.where(("start",))
+        waypoints.append(JointTarget(START, 0.0, task.start, {}, ("start",), where))
+        task_index.append(-1)
+    for i, name in enumerate(names):
+        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].wait
+        waypoints.append(waypoint)
+        task_index.append(i)
+        if wait is None:
+            continue
+        end, carrier = waypoint.time + wait, source.carrier(i)
+        departure = replace(waypoint, name=WAITED.format(name), time=end)
+        if carrier is not None and isinstance(waypoint, CartesianWaypoint):
+            from knotwork.task.scenario.path_reader import wait_on
+
+            check_smooth(source, i, carrier, (waypoint.time, end))
+            path = wait_on(carrier, arrivals.poses[i], len(waypoints) - 1, waypoint, end)
+            waits.append(path)
+            departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
+        waypoints.append(departure)
+        task_index.append(i)
+    departures = {i: waypoint for waypoint, i in enumerate(task_index)}
+    paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
+    paths.sort(key=lambda path: path.first)
+    return ReadWaypoints(tuple(waypoints), tuple(paths), tuple(task_index))
+
+
+def _names(source: TaskInSI) -> list[str]:
+    """Names of the task's waypoints, each once."""
+    task = source.task
+    names = [step.name or default_waypoint_name(i) for i, step in enumerate(task.waypoints)]
+    used_names = {START} if task.start is not None else set()
+    used_names |= {
+        WAITED.format(name)
+        for name, step in zip(names, task.waypoints, strict=True)
+        if step.wait is not None
+    }
+    for i, name in enumerate(names):
+        if name in used_names:
+            raise source.places.error(
+                ("waypoints", i, "name"),
+                f"{name!r} is the name of another waypoint",
+                "a unique name",
             )
-        check_places(self.file, self.places)
-        self._read_poses()
-        paths = self._read_times()
-        self.freedoms = read_freedoms(self.file, self.places, self._normals)
-        paths = [
-            replace(path, freedom=freedom_of(path, self.freedoms, self.places)) for path in paths
-        ]
-        motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
-        waits: list[ScenarioPath] = []
-        last: dict[int, int] = {}
-        indices: list[int] = []
-        waypoints: list[ScenarioWaypoint] = []
-        if self.file.start is not None:
-            where = self.places.where(("start",))
-            waypoints.append(JointTarget(START, 0.0, self.file.start, {}, ("start",), where))
-            indices.append(-1)
-        for i, step in enumerate(steps):
-            waypoint = self._waypoint(i, names[i], motions.get(i))
-            waypoints.append(waypoint)
-            indices.append(i)
-            if step.wait is not None:
-                end = self.times[i] + step.wait
-                departure = replace(waypoint, name=WAITED.format(names[i]), time=end)
-                carrier = self.carriers.frame_of(i)
-                if carrier is not None and isinstance(waypoint, CartesianWaypoint):
-                    from knotwork.task.scenario.path_reader import wait_on
+        used_names.add(name)
+    return names
 
-                    self.carriers.check_smooth(i, carrier, (waypoint.time, end))
-                    wait = wait_on(carrier, self.poses[i], len(waypoints) - 1, waypoint, end)
-                    waits.append(wait)
-                    pose, twist = wait.motion.pose(end), wait.motion.twist(end)
-                    departure = replace(departure, pose=pose, twist=twist)
-                waypoints.append(departure)
-                indices.append(i)
-            last[i] = len(waypoints) - 1
-        self.indices = tuple(indices)
-        waits += [replace(path, first=last[path.first]) for path in paths]
-        return tuple(waypoints), tuple(sorted(waits, key=lambda path: path.first))
 
-    def _waypoint(self, i: int, name: str, motion: TimedPath | None) -> ScenarioWaypoint:
+def _rest_poses(source: TaskInSI) -> dict[int, pin.SE3]:
+    """Poses in the base frame by index in the task, with all frames at rest."""
+    poses = {}
+    for i, waypoint in enumerate(source.task.waypoints):
+        if isinstance(waypoint, JointWaypoint):
+            continue
+        check_requests(source, i, waypoint)
+        if isinstance(waypoint, PoseWaypoint):
+            _check_turned(source, i, waypoint)
+        placed = source.placement(waypoint.pose, "waypoints", i, "pose")
+        poses[i] = source.frame(i) * placed
+        poses[i].rotation = source.axes(i) @ placed.rotation
+    return poses
+
+
+def _check_turned(source: TaskInSI, i: int, waypoint: PoseWaypoint) -> None:
+    """Refuse a pose without orientation unless a path with an orientation begins there."""
+    onward = source.task.waypoints[i + 1 : i + 2]
+    if not waypoint.pose.turned and not any(
+        isinstance(following, PathWaypoint) and isinstance(following.orientation, Torch)
+        for following in onward
+    ):
+        raise source.places.error(
+            ("waypoints", i, "pose"),
+            f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Arrivals:
+    """Times of all waypoints of a task, and the paths between them.
+
+    Attributes:
+        times: Time of arrival at each [s].
+        poses: Poses by index in the task, with all frames at rest.
+        paths: The paths; their first waypoints are those of the task.
+        free_turns: Waypoints at the end of stretches with normals, by index in the task.
+    """
+
+    times: list[float]
+    poses: dict[int, pin.SE3]
+    paths: list[ScenarioPath]
+    free_turns: set[int]
+
+
+def _read_arrivals(
+    source: TaskInSI, expected: Mapping[int, float], rest_poses: Mapping[int, pin.SE3]
+) -> _Arrivals:
+    """Read times, and the paths between waypoints, which correct the poses on them."""
+    arrivals = _Arrivals([], dict(rest_poses), [], set())
+    before = 0.0 if source.task.start is not None else None
+    is_chosen = False
+    for i, waypoint in enumerate(source.task.waypoints):
+        is_chosen |= min_time(source.task, i) is not None
+        if isinstance(waypoint, PathWaypoint):
+            is_chosen |= max_speed(waypoint.speed) is not None
+            if not arrivals.paths or arrivals.paths[-1].last < i:
+                from knotwork.task.scenario.path_reader import read_path
+
+                path, poses, free_turns = read_path(source, i - 1, before or 0.0, arrivals.poses)
+                arrivals.paths.append(path)
+                arrivals.poses.update(poses)
+                arrivals.free_turns.update(free_turns)
+            path = arrivals.paths[-1]
+            time = path.stretches[i - 1 - path.first].end
+        else:
+            time = _arrival(source, i, before, expected.get(i), is_chosen=is_chosen)
+        arrivals.times.append(time)
+        before = time + (waypoint.wait or 0.0)
+    return arrivals
+
+
+def _arrival(
+    source: TaskInSI, i: int, before: float | None, expected: float | None, *, is_chosen: bool
+) -> float:
+    """Time of a waypoint at which no path ends [s].
+
+    Args:
+        source: The task.
+        i: Index in the task.
+        before: Time at which the previous waypoint is left [s], or `None`.
+        expected: Its expected time if it is chosen [s], or `None`.
+        is_chosen: Whether this or an earlier time is chosen.
+    """
+    waypoint, at_least = source.task.waypoints[i], min_time(source.task, i)
+    location: Location = ("waypoints", i)
+    if waypoint.time is not None:
+        time = waypoint.time
+        location = (*location, "time")
+        if is_chosen and time <= (before or 0.0):  # only the expected time before is late
+            time = (before or 0.0) + EXPECTED_DURATION
+    elif at_least is not None:
+        duration = max(at_least, EXPECTED_DURATION)
+        time = (before or 0.0) + duration if expected is None else expected
+    elif isinstance(waypoint.after, float):
+        time = (before or 0.0) + waypoint.after
+        location = (*location, "after")
+    elif before is None:
+        time = 0.0
+    else:
+        raise source.places.error(
+            location,
+            "has no time",
+            "time (since 0), after (since the previous one) [s], or after: fastest",
+        )
+    if before is not None and time <= before:
+        earlier = "start" if i == 0 else "the previous waypoint"
+        raise source.places.error(
+            location,
+            f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
+            f"a time greater than {before:g} s",
+        )
+    return time
+
+
+@dataclass(frozen=True, eq=False)
+class _WaypointReader:
+    """Reads the waypoints one by one, by their index in the task.
+
+    Attributes:
+        source: The task.
+        arrivals: Their times and poses.
+        motions: Motions along paths, by index of the waypoints on them.
+        freedoms: Freedoms of their poses.
+    """
+
+    source: TaskInSI
+    arrivals: _Arrivals
+    motions: Mapping[int, TimedPath]
+    freedoms: Freedoms
+
+    def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        step, where = self.file.waypoints[i], self.places.where(("waypoints", i))
-        time, freedom = self.times[i], self.freedoms[i]
+        step, where = self.source.task.waypoints[i], self.source.places.where(("waypoints", i))
+        time, freedom = self.arrivals.times[i], self.freedoms[i]
         if isinstance(step, JointWaypoint):
             if step.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
             velocity = step.velocity if isinstance(step.velocity, dict) else {}
             location = ("waypoints", i, "joints")
             return JointTarget(name, time, step.joints, velocity, location, where)
-        pose, twist = self._state(i, step, motion)
-        rides = step.wait is not None and self.carriers.frame_of(i) is not None
+        pose, twist = self._state(i, step)
+        rides = step.wait is not None and self.source.carrier(i) is not None
         if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
-            raise self.places.error(
+            raise self.source.places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        is_fixed = bool(self.file.frames) and self.carriers.is_fixed(i)
+        is_fixed = bool(self.source.task.frames) and self.source.is_fixed(i)
         return CartesianWaypoint(name, time, pose, twist, where, freedom, is_fixed)
 
-    def _state(
-        self, i: int, step: PoseWaypoint | PathWaypoint, motion: TimedPath | None
-    ) -> tuple[pin.SE3, pin.Motion]:
+    def _state(self, i: int, step: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
-        frame, pose, time = self.carriers.frame_of(i), self.poses[i], self.times[i]
-        if motion is not None and not self._stops(i):
+        carrier, pose, time = self.source.carrier(i), self.arrivals.poses[i], self.arrivals.times[i]
+        motion = self.motions.get(i)
+        if motion is not None and not self.source.stops(i):
             twist = motion.twist(time)
             if motion.carrier is not None:
                 return motion.pose(time), twist
         else:
             twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
-            if frame is not None:
-                twist = frame.carried_twist(pose, twist, time)
-        return (pose if frame is None else frame.pose_at(pose, time)), twist
-
-    @cached_property
-    def carriers(self) -> Carriers:
-        """Moving frames of the waypoints' poses."""
-        from knotwork.task.scenario.carriers import Carriers
-
-        return Carriers(self.file, self.places, self.frames, self.frame)
-
-    def _names(self) -> list[str]:
-        steps = self.file.waypoints
-        names = [waypoint.name or default_waypoint_name(i) for i, waypoint in enumerate(steps)]
-        used_names = {START} if self.file.start is not None else set()
-        used_names |= {
-            WAITED.format(names[i]) for i, waypoint in enumerate(steps) if waypoint.wait is not None
-        }
-        for i, name in enumerate(names):
-            if name in used_names:
-                raise self.places.error(
-                    ("waypoints", i, "name"),
-                    f"{name!r} is the name of another waypoint",
-                    "a unique name",
-                )
-            used_names.add(name)
-        return names
-
-    def _read_times(self) -> list[ScenarioPath]:
-        """Read times, and the paths between waypoints, which correct the poses on them."""
-        paths: list[ScenarioPath] = []
-        reader = self._path_reader()
-        before: float | None = 0.0 if self.file.start is not None else None
-        is_chosen = False
-        for i, waypoint in enumerate(self.file.waypoints):
-            location: Location = ("waypoints", i)
-            at_least = min_time(self.file, i)
-            is_chosen |= at_least is not None
-            if reader is not None and isinstance(waypoint, PathWaypoint):
-                if not paths or paths[-1].last < i:
-                    paths.append(reader.read(i - 1, before or 0.0))
-                is_chosen |= max_speed(waypoint.speed) is not None
-                self.times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
-                before = self.times[-1] + (waypoint.wait or 0.0)
-                continue
-            if waypoint.time is not None:
-                time = waypoint.time
-                location = (*location, "time")
-                if is_chosen and time <= (before or 0.0):  # only the expected time before is late
-                    time = (before or 0.0) + EXPECTED_DURATION
-            elif at_least is not None:
-                duration = max(at_least, EXPECTED_DURATION)
-                time = self.expected.get(i, (before or 0.0) + duration)
-            elif isinstance(waypoint.after, float):
-                time = (before or 0.0) + waypoint.after
-                location = (*location, "after")
-            elif before is None:
-                time = 0.0
-            else:
-                raise self.places.error(
-                    location,
-                    "has no time",
-                    "time (since 0), after (since the previous one) [s], or after: fastest",
-                )
-            if before is not None and time <= before:
-                earlier = "start" if i == 0 else "the previous waypoint"
-                raise self.places.error(
-                    location,
-                    f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
-                    f"a time greater than {before:g} s",
-                )
-            self.times.append(time)
-            before = time + (waypoint.wait or 0.0)
-        return paths
-
-    def _path_reader(self) -> PathReader | None:
-        frames = {
-            i: self.frames[self.frame(i, waypoint)]
-            for i, waypoint in enumerate(self.file.waypoints)
-            if isinstance(waypoint, PathWaypoint)
-        }
-        if not frames:
-            return None
-        from knotwork.task.scenario.path_curves import PathCurves
-        from knotwork.task.scenario.path_reader import PathReader
-
-        axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        arguments = self.file, self.places, self.length, frames, axes, self.poses
-        return PathReader(PathCurves(*arguments, normals=self._normals), self._stops, self.carriers)
-
-    def _read_poses(self) -> None:
-        """Read the poses in the base frame of the waypoints that have one."""
-        for i, waypoint in enumerate(self.file.waypoints):
-            if isinstance(waypoint, PoseWaypoint | PathWaypoint):
-                self.carriers.check(i, waypoint)
-                if isinstance(waypoint, PoseWaypoint):
-                    self._check_turned(i, waypoint)
-                placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
-                frame = self.frame(i, waypoint)
-                self.poses[i] = self.frames[frame] * placed
-                self.poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
-
-    def _check_turned(self, i: int, waypoint: PoseWaypoint) -> None:
-        """Refuse a pose without orientation unless a path with an orientation begins there."""
-        onward = self.file.waypoints[i + 1 : i + 2]
-        if not waypoint.pose.turned and not any(
-            isinstance(following, PathWaypoint) and isinstance(following.orientation, Torch)
-            for following in onward
-        ):
-            raise self.places.error(
-                ("waypoints", i, "pose"),
-                f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
-            )
-
-    def _axes(self, i: int, frame: pin.SE3) -> FloatArray:
-        """Axes of the orientation of a waypoint, whose pose is in a frame."""
-        requested = getattr(self.file.waypoints[i], "orientation_in", None)
-        if requested is None:
-            return np.array(frame.rotation)
-        where: Location = ("waypoints", i, "orientation_in")
-        return np.array(self.frames[self.frames.find(requested, where)].rotation)
-
-    def placement(self, placement: Placement, location: Location) -> pin.SE3:
-        """A placement of the file, in its parent frame, in SI."""
-        from knotwork.task.scenario.geometry import read_placement
-
-        return read_placement(placement, self.places, location)
-
-    @cached_property
-    def frames(self) -> Frames:
-        """The named frames, placed in the base."""
-        from knotwork.task.scenario.geometry import Frames
-
-        return Frames(self.file.frames, self.places)
-
-    def frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
-        """Name of the frame of a waypoint's pose."""
-        if waypoint.frame is not None:
-            return self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
-        if self.file.frame is not None:
-            return self.frames.find(self.file.frame, ("frame",))
-        return "base"
-
-    def _stops(self, i: int) -> bool:
-        """Whether the tool stops at a waypoint where a path begins or ends."""
-        waypoint = self.file.waypoints[i]
-        at_start = i == 0 and self.file.start is None
-        return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.file.waypoints) - 1
+            if carrier is not None:
+                twist = carrier.carried_twist(pose, twist, time)
+        return (pose if carrier is None else carrier.pose_at(pose, time)), twist
 
     def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:
         """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
-        poses = self.carriers.neighbours_in_frame(i, self.poses, self.times)
+        source, times = self.source, self.arrivals.times
+        poses = neighbours_in_frame(source, i, self.arrivals.poses, times)
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):
-            axes = velocity.axes or self.frame(i, waypoint)
-            self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-            turn = (
-                poses[i].rotation
-                if axes == "tool"
-                else self.carriers.frame_axes(i, axes, self.times[i])
-            )
-            linear, angular = np.array(velocity.linear), np.array(velocity.angular)
-            return pin.Motion(turn @ linear, turn @ angular)
+            name = velocity.axes or source.pose_frames[i]
+            source.frames.find(name, ("waypoints", i, "velocity", "in"), "tool")
+            is_tool = name == "tool"
+            axes = poses[i].rotation if is_tool else axes_in_frame(source, i, name, times[i])
+            return pin.Motion(axes @ np.array(velocity.linear), axes @ np.array(velocity.angular))
         if velocity is None and speed is not None:
             from knotwork.task.scenario.speed import neighbours_twist
 
             # of a chosen speed the direction alone is known
             given = speed if isinstance(speed, float) else 1.0
-            return neighbours_twist(self.places, i, given, poses)
+            return neighbours_twist(source.places, i, given, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
     def _check_stop(self, i: int, accepted: str) -> None:
-        if not self._stops(i):
-            raise self.places.error(
+        if not self.source.stops(i):
+            raise self.source.places.error(
                 ("waypoints", i),
                 "is passed without a stop and gives no speed",
                 f"{accepted}, or stop: true",

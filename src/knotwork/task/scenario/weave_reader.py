@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from knotwork.curves.tool_paths.weave import (
     weave_offsets,
 )
 from knotwork.errors import DocumentError
-from knotwork.task import AtMost, PathWaypoint, Weave
+from knotwork.task import PathWaypoint, Weave
 from knotwork.task.scenario.path_curves import PathCurves
+from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import FloatArray
 
 MIN_PERIODS, MAX_PERIODS = 2, 10_000
@@ -34,8 +36,8 @@ class WeaveReader:
     """Reads the weaves of a path.
 
     Attributes:
-        curves: Content of the file, and curves of the paths.
-        first: Index of the waypoint at the start of the path.
+        curves: The task, and the curves of its paths.
+        first: Index in the task of the waypoint at the start of the path.
         steps: The other waypoints of the path.
     """
 
@@ -58,39 +60,32 @@ class WeaveReader:
         Raises:
             DocumentError: A weave is too short, fast or narrow, or along the seam.
         """
-        weaves: list[WeavePattern | None] = [None] * len(self.steps)
+        for k, step in enumerate(self.steps):
+            if max_speed(step.speed) is not None:
+                raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
+        weaves: list[WeavePattern | None] = []
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
-        for low, high, requested in self._runs():
-            begin, end = (float(timing.times[k]) for k in (low, high))
-            weave, normal = self._weave(low, requested, end - begin)
-            weaves[low:high] = [weave] * (high - low)
-            with self.curves.errors(self.first + 1 + low, "weave", "normal"):
-                t, state = weave_offsets(weave, path, timing, begin, normal)
-            skipped = int(t[0] <= times[-1][-1] + SAME_BREAK_TIME)
-            times.append(t[skipped:])
-            states.append(state[:, skipped:])
-            breaks.append(begin + weave.breaks())
+        for requested, steps in groupby(step.weave for step in self.steps):
+            low, high = len(weaves), len(weaves) + len([*steps])
+            weave = None
+            if requested is not None:
+                begin, end = (float(timing.times[k]) for k in (low, high))
+                weave, normal = self._weave(low, requested, end - begin)
+                with self.curves.errors(self.first + 1 + low, "weave", "normal"):
+                    t, state = weave_offsets(weave, path, timing, begin, normal)
+                skipped = int(t[0] <= times[-1][-1] + SAME_BREAK_TIME)
+                times.append(t[skipped:])
+                states.append(state[:, skipped:])
+                breaks.append(begin + weave.breaks())
+            weaves += [weave] * (high - low)
         x, states_at_x = np.concatenate(times), np.concatenate(states, axis=1)
         curve = PiecewisePolynomial(
             two_point_coefficients(x, (states_at_x[0], states_at_x[1], states_at_x[2])), x
         )
         return weaves, ExtendedCurve(curve, delay=start), np.concatenate(breaks)
 
-    def _runs(self) -> list[tuple[int, int, Weave]]:
-        """Ranges of consecutive stretches with one weave."""
-        runs: list[tuple[int, int, Weave]] = []
-        for k, step in enumerate(self.steps):
-            if isinstance(step.speed, str | AtMost):
-                raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
-            if step.weave is None:
-                continue
-            goes_on = bool(runs) and runs[-1][1:] == (k, step.weave)
-            low = runs.pop()[0] if goes_on else k
-            runs.append((low, k + 1, step.weave))
-        return runs
-
     def _error(self, k: int, fault: str, accepted: str, *key: str) -> DocumentError:
-        return self.curves.places.error(
+        return self.curves.source.places.error(
             ("waypoints", self.first + 1 + k, *(key or ("weave",))), fault, accepted
         )
 
@@ -109,7 +104,7 @@ class WeaveReader:
                 "weave",
                 "frequency",
             )
-        allowed = self.curves.file.tolerances.path
+        allowed = self.curves.source.task.tolerances.path
         if requested.width <= 2.0 * allowed:
             raise self._error(
                 k,
@@ -130,4 +125,6 @@ class WeaveReader:
         )
         if requested.normal is None:
             return weave, None
-        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(requested.normal)
+        return weave, self.curves.source.frame(self.first + 1 + k).rotation @ np.array(
+            requested.normal
+        )

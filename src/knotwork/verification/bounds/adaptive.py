@@ -49,6 +49,7 @@ allow.
 """
 
 MIN_EXCESS = np.finfo(float).tiny
+"""Replacement of a zero excess, by which others are divided."""
 
 BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""

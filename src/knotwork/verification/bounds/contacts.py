@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
@@ -39,10 +37,9 @@ def contact_intervals(
     contact = _violations(model, curve, k, steps)
     contact[i] = True
     edges = [low] if contact[0] else []
-    for before, after in pairwise(range(len(steps))):
-        if contact[before] != contact[after]:
-            free, touching = (before, after) if contact[after] else (after, before)
-            edges.append(_contact_end(model, curve, k, steps[free], steps[touching]))
+    for before in np.flatnonzero(np.diff(contact)).tolist():
+        free, touching = (before + 1, before) if contact[before] else (before, before + 1)
+        edges.append(_contact_end(model, curve, k, steps[free], steps[touching]))
     edges += [high] if contact[-1] else []
     return tuple(zip(edges[::2], edges[1::2], strict=True))
 

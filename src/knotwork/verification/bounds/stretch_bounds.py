@@ -44,7 +44,10 @@ BOUND_SHARE = 0.05
 """Tightness of a bound, relative to the tolerance."""
 
 MAX_DIVISION = 16
+"""Maximum number of parts of an interval in one round."""
+
 MAX_ROUNDS = 12
+"""Maximum number of rounds of division. A verdict that is then undecided is not proved."""
 
 
 class PathProgress(NamedTuple):
@@ -161,7 +164,7 @@ def _first_times(
 
 
 def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
-    """Divide intervals into parts, those with the largest need first if the budget is limited."""
+    """Divide intervals into parts. A limited budget serves the largest need first."""
     count = parts.astype(np.intp)
     if count.sum() > budget:
         order = np.argsort(-needed, kind="stable")

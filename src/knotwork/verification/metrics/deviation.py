@@ -15,6 +15,7 @@ from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 DEVIATION_SAMPLES = 40
+"""Number of intervals between two waypoints at whose ends the deviation is measured."""
 RADIAN_LENGTH = 0.1
 """Length equivalent to a radian where the tool moves and turns simultaneously [m]."""
 

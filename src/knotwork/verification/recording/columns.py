@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from knotwork.files.foreign.header import HeadingError, column, quantity_named, words
 
 PREFERRED_TOPIC = "joint_states"
+"""Last part of the topic that is read if several topics have all joints, as ROS names it."""
 
 _INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
 _STAMP = re.compile(r"(?P<prefix>.*)header/stamp(/(?P<part>s(?=ec)|n(?=sec|anosec))\w+)?")
@@ -186,7 +187,7 @@ def _choose_topic(
 
 
 def _rank(topic: str) -> int:
-    """Preference of a topic, the best one first: joint states, measured, other, requested."""
+    """Rank of a topic: 0 for joint states, then measured, other and requested positions."""
     last = topic.rpartition("/")[2]
     if last == PREFERRED_TOPIC:
         return 0

@@ -42,9 +42,10 @@ JUMP_DEVIATIONS = 8.0
 """Residual in standard deviations beyond which a sample is a jump or wrong."""
 GAP_PERIODS = 5.5
 """Number of periods without a sample beyond which there is a gap."""
-MOVING_GAP_PERIODS, MOVING_GAP_RANGE = 1.75, 0.1
-"""Number of periods without a sample beyond which there is a gap if a joint of the plan moves
-meanwhile by more than this fraction of its whole range."""
+MOVING_GAP_PERIODS = 1.75
+"""Number of periods without a sample beyond which there is a gap while the plan moves far."""
+MOVING_GAP_RANGE = 0.1
+"""Fraction of the whole range of a joint's motion that is far for a gap."""
 REST_DEVIATIONS = 4.0
 """Motion of a plan, in standard deviations of the noise, below which it is at rest."""
 _UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}

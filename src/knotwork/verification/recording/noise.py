@@ -1,8 +1,8 @@
 """The noise of a log, estimated from the log itself.
 
 Each sample is compared with the cubic through its four neighbours, two on each side, at recorded
-times. A smooth motion has no residual; the residual comes from the noise of
-the five values and from errors of their times. With independent errors its variance is
+times. A smooth motion has no residual. The residual comes from the noise of the five values and
+from errors of their times. With independent errors its variance is
 
     (1 + sum w²) (σ² + v² τ²)
 
@@ -24,6 +24,7 @@ from knotwork.verification.recording.log_reading import Recording
 from knotwork.waypoints import FloatArray
 
 SPEED_GROUPS = 8
+"""Maximum number of groups of samples of a joint by speed."""
 MIN_IN_GROUP = 8
 """Minimum number of samples of a group."""
 WEIGHT_ROUNDS = 10
@@ -31,6 +32,7 @@ WEIGHT_ROUNDS = 10
 MEDIAN_RATIO = 1.4826
 """Ratio of standard deviation and median magnitude of normal numbers."""
 DIGIT_ERROR = 12.0**-0.5
+"""Standard deviation of rounding to a digit, relative to the digit."""
 MIN_NOISE = 1e-12
 """Lower bound of the noise [rad or m]."""
 

@@ -96,7 +96,7 @@ def _moves(task: Task, frame: str) -> bool:
 
 def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
     """Move a pose onto the line between two waypoints, if it is near."""
-    ends = (scenario.waypoints[scenario.index.index(i)] for i in (after, after + 1))
+    ends = (scenario.waypoints[scenario.task_index.index(i)] for i in (after, after + 1))
     start, end = (cast(CartesianWaypoint, end).pose.translation for end in ends)
     along = (end - start) / np.linalg.norm(end - start)
     nearest = start + along * (along @ (pose.translation - start))

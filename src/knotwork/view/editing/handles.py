@@ -114,7 +114,7 @@ def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Ite
     axes = parent.rotation
     if waypoint.orientation_in is not None:
         axes = frame(waypoint.orientation_in).rotation
-    shown = cast(CartesianWaypoint, scenario.waypoints[scenario.index.index(i)])
+    shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
     at = scenario.places.given(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.given.waypoints[i])

@@ -282,7 +282,7 @@ def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
 def _names(scenario: Scenario) -> dict[str, str]:
     """Names of waypoints in the scene, by location in the file; only the first repetition."""
     named: dict[str, str] = {}
-    for i, waypoint in zip(scenario.index, scenario.waypoints, strict=True):
+    for i, waypoint in zip(scenario.task_index, scenario.waypoints, strict=True):
         if i >= 0:
             named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), waypoint.name)
     return named
@@ -293,9 +293,9 @@ def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:
     times = np.array(scenario.times)
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))
     if i + 1 == len(times):
-        return scenario.index[i], 1.0
+        return scenario.task_index[i], 1.0
     fraction = (time - times[i]) / (times[i + 1] - times[i])
-    return scenario.index[i], float(np.clip(fraction, 0.2, 0.8))
+    return scenario.task_index[i], float(np.clip(fraction, 0.2, 0.8))
 
 
 def draft_of(source: Path, copy: Path | None = None) -> Draft:

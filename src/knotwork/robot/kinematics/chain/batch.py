@@ -18,6 +18,7 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
+    HALVED_SQUARE,
     HASTY_EFFORT,
     MAX_FACTOR,
     MAX_STEP,
@@ -29,25 +30,6 @@ from knotwork.waypoints import FloatArray
 # others take as long as two new starts, so they are stopped.
 STRAGGLER_ITERATIONS = 20
 STRAGGLER_ERROR = 0.03
-
-
-class BatchEffort(NamedTuple):
-    """The effort of the searches of a batch.
-
-    Attributes:
-        patience: Number of steps in which the square of the error must decrease to a fraction.
-        decrease: This fraction.
-        min_factor: Minimum factor of the damping.
-    """
-
-    patience: int
-    decrease: float
-    min_factor: float
-
-
-BATCH_EFFORT = BatchEffort(8, 0.5, USUAL_EFFORT.min_factor)
-# For searches for any solution.
-HASTY_BATCH_EFFORT = BatchEffort(5, 0.25, HASTY_EFFORT.min_factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +106,7 @@ def solve_batch(
         max_iterations: Maximum number of steps.
         hasty: Whether searches stop early, because others may find a solution.
     """
-    effort = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
+    effort = HASTY_EFFORT if hasty else USUAL_EFFORT
     n, limits = len(start), infinite_limits(robot) if limits is None else limits
     q = clip_to_limits(start, limits)
     position, orientation = np.full((2, n), np.inf)
@@ -138,7 +120,7 @@ def solve_batch(
         converged = np.maximum(states.distance, states.angle) <= tolerance
         leaving = converged | (factor > MAX_FACTOR) | (iterations >= max_iterations)
         if iterations % effort.patience == effort.patience - 1:
-            leaving |= states.square > effort.decrease * checkpoint
+            leaving |= states.square > HALVED_SQUARE * checkpoint
             checkpoint = states.square
         if iterations == STRAGGLER_ITERATIONS:
             leaving |= states.square > STRAGGLER_ERROR**2

@@ -22,6 +22,8 @@ FIRST_FACTOR = 1e-2
 MAX_FACTOR = 1e8
 # Error below which a search gets the usual effort, because the solution is near [m, rad].
 CLOSE_ERROR = 0.3
+# Ratio of the square of an error that has halved.
+HALVED_SQUARE = 0.25
 # Fraction of the tolerances that searches must reach, so that rounding does not decide.
 TOLERANCE_MARGIN = 0.9
 # Within the tolerances, a search continues until the error is this fraction of them, or for this
@@ -211,7 +213,7 @@ class PoseSearch:
                     break
                 polished += 1
             if iteration % patience == patience - 1:
-                if square > 0.25 * checkpoint:
+                if square > HALVED_SQUARE * checkpoint:
                     break
                 checkpoint = square
             iteration += 1

@@ -9,6 +9,7 @@ from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.errors import LimitingConstraint
 from knotwork.robot import Robot
+from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
 from knotwork.robot.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
@@ -75,10 +76,7 @@ class JointsOnPath:
         if np.isfinite(continuation.blocked_time[0]):
             self._refuse(continuation.limiting_constraint(robot, 0, np.zeros(robot.dof)))
         time, q = continuation.time, continuation.position[:, 0]
-        a = np.empty(q.shape)
-        ends = np.append(np.diff(time) == 0.0, True)  # of pieces of the path
-        for side, rows in (("right", ~ends), ("left", ends)):
-            _, a[rows] = compute_rates_on_path(robot, path, q[rows], time[rows], side, pull=pull)
+        _, a = self._one_sided_rates(time, q, np.append(np.diff(time) == 0.0, True))
         self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
 
     def _is_fine(self, continuation: Continuation) -> bool:
@@ -134,17 +132,20 @@ class JointsOnPath:
 
     def rates(self, times: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Velocities and accelerations; at a jump of the acceleration the mean of both sides."""
-        robot, path, pull = self.robot, self.path, self.pull
+        v, a = self._one_sided_rates(times, q, times == self.path.end_time)
+        inner = np.isin(times, self.path.breaks[1:-1])
+        _, before = self._one_sided_rates(times[inner], q[inner], np.ones(inner.sum(), dtype=bool))
+        a[inner] = 0.5 * (a[inner] + before)
+        return v, a
+
+    def _one_sided_rates(
+        self, times: FloatArray, q: FloatArray, at_end: BoolArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Velocities and accelerations, limits from the left at the ends of pieces of the path."""
         v, a = np.empty(q.shape), np.empty(q.shape)
-        for side, rows in (("left", times == path.end_time), ("right", times < path.end_time)):
+        for side, rows in (("left", at_end), ("right", ~at_end)):
             if rows.any():
                 v[rows], a[rows] = compute_rates_on_path(
-                    robot, path, q[rows], times[rows], side, pull=pull
+                    self.robot, self.path, q[rows], times[rows], side, pull=self.pull
                 )
-        inner = np.isin(times, path.breaks[1:-1])
-        if inner.any():
-            _, before = compute_rates_on_path(
-                robot, path, q[inner], times[inner], "left", pull=pull
-            )
-            a[inner] = 0.5 * (a[inner] + before)
         return v, a

@@ -172,13 +172,27 @@ def _move_nearest_samples(
 ) -> list[FloatArray]:
     """Move the nearest of some solutions along their self-motion, to be nearer still.
 
-    Distances of joints are relative to their velocity limits and weights.
+    The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
+    speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
+    short moves.
     """
-    robot, scale = search.robot, joint_scales(search.robot)
-    gaps = joint_difference(samples, near, joint_axes(robot).revolute) / scale
-    order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
-    starts = (nearest_turns(robot, q, near) for q in samples[order[:NEARBY_SAMPLES]])
-    return [minimise_by_self_motion(search, q, near, scale=scale)[0] for q in starts]
+    robot, speed = search.robot, search.robot.velocity_limit
+    acceleration = robot.limits["acceleration"]
+    scales = [joint_scales(robot)]
+    if np.isfinite((speed + acceleration)[~robot.virtual]).all():
+        with np.errstate(invalid="ignore"):  # virtual joints have no limits
+            ramped = speed / (1.0 + speed / acceleration)
+        for limit in (ramped, acceleration):
+            usual = limit[~robot.virtual].mean()
+            scales.append(np.where(robot.virtual, scales[0], limit / usual))
+    result = []
+    for scale in scales:
+        gaps = joint_difference(samples, near, joint_axes(robot).revolute) / scale
+        order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
+        for q in samples[order[:NEARBY_SAMPLES]]:
+            start = nearest_turns(robot, q, near)
+            result.append(minimise_by_self_motion(search, start, near, scale=scale)[0])
+    return result
 
 
 def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:

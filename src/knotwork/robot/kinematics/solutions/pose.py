@@ -23,7 +23,7 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.robot.kinematics.chain.null_space import minimise_by_self_motion
-from knotwork.robot.kinematics.pose_arguments import check_count, check_request
+from knotwork.robot.kinematics.pose_arguments import check_request
 from knotwork.robot.kinematics.solutions.all_within_limits import find_solutions_within_limits
 from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
@@ -86,7 +86,6 @@ def solve_pose_ik(
     *,
     position_tolerance: float = 1e-8,
     orientation_tolerance: float = 1e-8,
-    max_restarts: int = MAX_RESTARTS,
     near: ArrayLike | None = None,
     nearest: bool = True,
     waypoint: str = "",
@@ -106,7 +105,6 @@ def solve_pose_ik(
         start: Joint positions to search from [rad or m], shape (d,).
         position_tolerance: Tolerance of the position [m].
         orientation_tolerance: Orientation tolerance [rad].
-        max_restarts: With `nearest=False`, maximum number of restarts for a first solution.
         near: Preferred configuration [rad or m], shape (d,); by default the start.
         nearest: Search for the nearest solution; otherwise return the first one found.
         waypoint: Name of the waypoint, for errors.
@@ -124,7 +122,6 @@ def solve_pose_ik(
     array([1., 1., 1., 1., 1., 1.])
     """
     check_request(pose, position_tolerance, orientation_tolerance)
-    check_count(max_restarts, "max_restarts")
     first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     margin = TOLERANCE_MARGIN
@@ -132,7 +129,7 @@ def solve_pose_ik(
     best = _NearestSolution(search, goal, nearest)
     best.search_from(first, HASTY_EFFORT)
     hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
-    if not hopeless and (best.is_nearest() if nearest else best.find_any(max_restarts)):
+    if not hopeless and (best.is_nearest() if nearest else best.find_any()):
         return best.result(f"{'nearest' if nearest else 'first'} solution")
     every = np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, goal)
     best.keep_nearest(every)
@@ -158,9 +155,9 @@ class _NearestSolution:
         if solution.converged:
             self.keep(solution.q)
 
-    def find_any(self, max_restarts: int) -> bool:
+    def find_any(self) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
-        for start in spread_starts(self.search.robot, self.limits, max_restarts):
+        for start in spread_starts(self.search.robot, self.limits, MAX_RESTARTS):
             if self.best is not None:
                 break
             self.search_from(start, HASTY_EFFORT)

@@ -15,9 +15,9 @@ class States:
     """A motion by the states at its breaks.
 
     Attributes:
-        span: Durations of the pieces [s], shape (n,).
+        span: Durations between the breaks [s], shape (n,).
         q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
-        curve: The motion with these states, which a first guess only follows roughly.
+        curve: The motion with these states. It may have other pieces.
     """
 
     span: FloatArray
@@ -43,22 +43,17 @@ class States:
         return piece, float((time - x[piece]) / self.span[piece])
 
 
-def states_of(curve: PiecewisePolynomial) -> States:
-    """The states at the breaks of a cubic motion that begins at time 0."""
-    return States(np.diff(curve.x), curve(curve.x), curve(curve.x, 1), curve(curve.x, 2), curve)
+def states_of(curve: PiecewisePolynomial, span: FloatArray | None = None) -> States:
+    """The states of a motion that begins at time 0.
 
-
-def sample_states(
-    curve: PiecewisePolynomial, times: FloatArray, pieces: int, max_acceleration: FloatArray
-) -> States:
-    """Sample the states of a few pieces that roughly follow a motion, as a first guess.
-
-    The pieces with these states are not a continuous motion.
+    Args:
+        curve: The motion.
+        span: Durations between the breaks of the states [s], shape (n,); by default those of the
+            curve.
     """
-    fractions = np.arange((len(times) - 1) * pieces + 1) / pieces
-    t = np.interp(fractions, np.arange(len(times)), times)
-    q = curve(t)
-    v = np.gradient(q, t, axis=0)
-    a = np.clip(np.gradient(v, t, axis=0), -0.5 * max_acceleration, 0.5 * max_acceleration)
-    v[[0, -1]], a[[0, -1]] = curve(t[[0, -1]], 1), curve(t[[0, -1]], 2)
-    return States(np.diff(t), q, v, a, curve)
+    breaks = curve.x
+    if span is None:
+        span = np.diff(breaks)
+    else:
+        breaks = np.minimum(np.append(0.0, np.cumsum(span)), breaks[-1])
+    return States(span, curve(breaks), curve(breaks, 1), curve(breaks, 2), curve)

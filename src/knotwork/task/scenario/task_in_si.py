@@ -1,0 +1,129 @@
+"""`TaskInSI`: a task in SI, with the frames of its poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.files.documents import Places
+from knotwork.task import JointWaypoint, Placement, PlainTask
+from knotwork.task.si_units import si_factors
+from knotwork.units import Units
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.curves.tool_paths.moving_frame import MovingFrame
+    from knotwork.task.scenario.geometry import Frames
+
+
+@dataclass(frozen=True, eq=False)
+class TaskInSI:
+    """A task in SI with its frames: all that the readers of its parts share.
+
+    Moving frames carry poses, and the robot follows them. Waypoints have their index in the task.
+
+    Attributes:
+        task: The task, in SI but for joint values.
+        places: Locations of its parts in its file, for errors.
+    """
+
+    task: PlainTask
+    places: Places
+
+    @property
+    def units(self) -> Units:
+        """Units of the file, for messages."""
+        return Units(self.task.units.length, self.task.units.angle)
+
+    @property
+    def length(self) -> float:
+        """The file's unit of length [m]."""
+        return si_factors(self.task.units)[0]
+
+    @cached_property
+    def frames(self) -> Frames:
+        """The named frames, placed in the base."""
+        from knotwork.task.scenario.geometry import Frames
+
+        return Frames(self.task.frames, self.places)
+
+    @cached_property
+    def pose_frames(self) -> dict[int, str]:
+        """Name of the frame of each pose, by index of the waypoint."""
+        names = {}
+        for i, waypoint in enumerate(self.task.waypoints):
+            if isinstance(waypoint, JointWaypoint):
+                continue
+            if waypoint.frame is not None:
+                names[i] = self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
+            else:
+                names[i] = self.frames.find(self.task.frame or "base", ("frame",))
+        return names
+
+    @cached_property
+    def carrying_link(self) -> str:
+        """Link of the robot that carries poses, else the file's frame; empty for the base.
+
+        Raises:
+            DocumentError: Several links carry poses.
+        """
+        moving = self.frames.moving
+        if not self.pose_frames:
+            return moving[self.task.frame or "base"].link
+        posed = [*self.pose_frames.items()]
+        first, *further = [item for item in posed if moving[item[1]].link] or posed
+        carrying_link = moving[first[1]].link
+        for i, name in further:
+            if moving[name].link != carrying_link:
+                raise self.places.error(
+                    ("waypoints", i),
+                    f"is in frame {name!r}, {link_text(moving[name].link)}, and earlier poses are "
+                    f"in frame {first[1]!r}, {link_text(carrying_link)}",
+                    "poses in frames on one link or in the base",
+                )
+        return carrying_link
+
+    def frame(self, i: int) -> pin.SE3:
+        """Frame of a pose, at rest in the base."""
+        return self.frames[self.pose_frames[i]]
+
+    def carrier(self, i: int) -> MovingFrame | None:
+        """The moving frame of a pose; `None` for a fixed pose or joint values."""
+        if i not in self.pose_frames:
+            return None
+        frame = self.frames.moving[self.pose_frames[i]]
+        return replace(frame, link="") if frame.is_moving else None
+
+    def is_fixed(self, i: int) -> bool:
+        """Whether a pose is fixed in the base while joints move other poses."""
+        if i not in self.pose_frames or not self.carrying_link:
+            return False
+        return not self.frames.moving[self.pose_frames[i]].link
+
+    def axes(self, i: int) -> FloatArray:
+        """Axes of the orientation of a pose at rest, shape (3, 3)."""
+        name = getattr(self.task.waypoints[i], "orientation_in", None) or self.pose_frames[i]
+        self.frames.find(name, ("waypoints", i, "orientation_in"))
+        return np.array(self.frames[name].rotation)
+
+    def placement(self, placement: Placement, *location: str | int) -> pin.SE3:
+        """A placement at a location of the task, in its parent frame."""
+        from knotwork.task.scenario.geometry import read_placement
+
+        return read_placement(placement, self.places, location)
+
+    def stops(self, i: int) -> bool:
+        """Whether the tool stops at a waypoint where a path begins or ends."""
+        waypoint = self.task.waypoints[i]
+        at_start = i == 0 and self.task.start is None
+        return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.task.waypoints) - 1
+
+
+def link_text(link: str) -> str:
+    """Name the link that carries a frame, for messages."""
+    return f"on link {link!r}" if link else "in the base"
