@@ -73,24 +73,6 @@ def test_meets_places_on_turning_belt() -> None:
     assert at["low"] - at["over"] < 2.0
 
 
-def test_path_before_belt_has_its_maximum_speed() -> None:
-    def task(speed: Any) -> dict[str, Any]:
-        still = {"frame": "base", "stop": True}
-        stroke = {"along": "line", "pose": down(0.4, 0.3, 0.3), "speed": speed, **still}
-        given = picking({"after": "fastest"}, limits={"acceleration": 6})
-        given["waypoints"][:0] = [
-            {"pose": down(0.4, 0.1, 0.3), "after": "fastest", **still},
-            stroke,
-        ]
-        return given
-
-    plan = kw.plan(task("fastest"))
-    check_places(plan)
-    speed = plan.scenario.paths[0].stretches[0].speed
-    assert speed == pytest.approx(np.sqrt(0.2 / 1.5), rel=2e-4)  # there is room for its ramps
-    assert "changes of speed" in refused(task(1.01 * speed))
-
-
 def test_keeps_given_time_after_chosen_ones() -> None:
     """The arm does something as fast as it can, and is over the part when that comes by."""
     task = picking({"time": 3.0})

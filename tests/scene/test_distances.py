@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,61 +36,86 @@ MESHES = {
         ]
     ),
 }
-CONVEX = [
-    ("box", (0.1, 0.05, 0.2)),
-    ("capsule", (0.04, 0.3)),
-    ("cylinder", (0.02, 0.1)),
-    ("ellipsoid", (0.05, 0.1, 0.02)),
-]
+HERE = pin.SE3.Identity()
+
+
+def made(kind: str, *size: float, **more: Any) -> Solid:
+    return make_solid(PlacedShape(kind, size, HERE, **more), HERE)
+
+
+CONVEX = (
+    made("box", 0.1, 0.05, 0.2),
+    made("sphere", 0.04),
+    made("capsule", 0.04, 0.3),
+    made("cylinder", 0.02, 0.1),
+    made("cone", 0.05, 0.1),
+    made("ellipsoid", 0.02, 0.1, 0.05),
+)
 
 
 def exact(path: Path, name: str) -> Solid:
     MESHES[name].export(path / f"{name}.ply")
-    place = pin.SE3.Identity()
-    return make_solid(PlacedShape("mesh", (), place, path / f"{name}.ply", exact=True), place)
+    return made("mesh", path=path / f"{name}.ply", exact=True)
 
 
-def somewhere(one: Solid, rng: np.random.Generator, reach: float) -> Placed:
-    return Placed(one, pin.exp3(rng.uniform(-3, 3, 3)), rng.uniform(-reach, reach, 3))
+def pieces(placed: Placed) -> list[tuple[Any, Any]]:
+    """What a solid is made of, as Coal has it: the boxes of a cloud one by one."""
+    cells = placed.solid.cells
+    if cells is None:
+        return [(placed.solid.geometry, coal.Transform3s(placed.rotation, placed.origin))]
+    box = coal.Box(*(3 * [cells.edge]))
+    centres = cells.centres @ placed.rotation.T + placed.origin
+    return [(box, coal.Transform3s(placed.rotation, centre)) for centre in centres]
 
 
 def truth(first: Placed, second: Placed) -> float:
-    """Distance of all triangles, without any bound."""
-    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    """Distance of the nearest two of all triangles and boxes, without any bound."""
+    request = coal.DistanceRequest()
     request.enable_signed_distance, request.gjk_tolerance = True, 1e-8
-    places: list[Any] = [coal.Transform3s(one.rotation, one.origin) for one in (first, second)]
-    return float(
-        coal.distance(
-            first.solid.geometry, places[0], second.solid.geometry, places[1], request, result
+    pairs = itertools.product(pieces(first), pieces(second))
+    return min(float(coal.distance(*a, *b, request, coal.DistanceResult())) for a, b in pairs)
+
+
+def compare(solid: Solid, others: Sequence[Solid], rounds: int) -> tuple[int, int]:
+    """Compare distances at random places with the truth.
+
+    Returns how many of them are neither 0 nor of hulls alone, and how many measurements end at
+    their upper bound.
+    """
+    rng, meter = np.random.default_rng(7), DistanceMeter()
+    apart = cut = 0
+    for i, other in itertools.product(range(rounds), others):
+        first, second = (
+            Placed(one, pin.exp3(rng.uniform(-3, 3, 3)), rng.uniform(-0.3, 0.3, 3))
+            for one in (solid, other)
         )
-    )
+        if i % 2:
+            first, second = second, first
+        right, found, what = truth(first, second), meter.distance(first, second), other.shape.kind
+        for most in (-0.1, 0.0, *rng.uniform(0.1, 1.5, 3) * max(right, 0.0)):
+            bounded = meter.distance(first, second, most)
+            assert bounded <= max(right, 0.0) + DISTANCE_ERROR, what
+            assert right <= 0.0 or bounded >= min(right, most) - DISTANCE_ERROR, what
+            cut += bounded < right - DISTANCE_ERROR
+        if right <= DISTANCE_ERROR:
+            assert found <= DISTANCE_ERROR, what
+            continue
+        assert found == pytest.approx(right, abs=DISTANCE_ERROR), what
+        near = meter.nearest(first, second)
+        assert math.dist(*near.points) == pytest.approx(right, abs=DISTANCE_ERROR), what
+        off = (near.points[0] - near.points[1]) @ near.normal
+        assert off == pytest.approx(right, abs=DISTANCE_ERROR), what
+        for one, point in zip((second, first), near.points, strict=True):
+            ball = Placed(made("sphere", right / 2), np.eye(3), point)
+            assert truth(one, ball) == pytest.approx(right / 2, abs=3 * DISTANCE_ERROR), what
+        apart += 1
+    return apart, cut
 
 
 @pytest.mark.parametrize("name", MESHES)
 def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_path: Path) -> None:
-    rng, meter, mesh = np.random.default_rng(7), DistanceMeter(), exact(tmp_path, name)
-    others = [
-        make_solid(PlacedShape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX
-    ]
-    others.append(exact(tmp_path, "torus"))
-    cut = 0
-    for i in range(120):
-        pair = somewhere(mesh, rng, 0.3), somewhere(others[i % len(others)], rng, 0.3)
-        if i % 2:
-            pair = pair[::-1]
-        right = truth(*pair)
-        found = meter.distance(*pair)
-        if right <= DISTANCE_ERROR:
-            assert found <= DISTANCE_ERROR
-        else:
-            assert found == pytest.approx(right, abs=DISTANCE_ERROR)
-            near = meter.nearest(*pair)
-            assert math.dist(*near.points) == pytest.approx(right, abs=DISTANCE_ERROR)
-        for most in (-0.1, 0.0, *rng.uniform(0.1, 1.5, 3) * max(right, 0.0)):
-            found = meter.distance(*pair, most)
-            assert found <= max(right, 0.0) + DISTANCE_ERROR
-            assert found >= min(right, most) - DISTANCE_ERROR
-            cut += found < right - DISTANCE_ERROR
+    others = *CONVEX, exact(tmp_path, "torus")
+    _, cut = compare(exact(tmp_path, name), others, rounds=30)
     assert cut > 10
 
 
@@ -158,13 +185,13 @@ def widest(first: Placed, second: Placed, normal: Any, rng: np.random.Generator)
 def largest_error(count: int, rng: np.random.Generator) -> float:
     """By how much measured distances of random pairs are too large at most [m]."""
     kinds = {"box": 3, "sphere": 1, "cylinder": 2, "cone": 2, "ellipsoid": 3, "capsule": 2}
-    meter, worst, here = DistanceMeter(), 0.0, pin.SE3.Identity()
+    meter, worst = DistanceMeter(), 0.0
     for _ in range(count):
         pair = []
         for kind in rng.choice(list(kinds), 2):
             size = np.exp(rng.uniform(np.log(0.003), 0.0, kinds[kind])).tolist()
-            made = make_solid(PlacedShape(str(kind), tuple(size), here), here)
-            pair.append(Placed(made, pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10))
+            turn, origin = pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10
+            pair.append(Placed(made(str(kind), *size), turn, origin))
         first, second = pair
         toward = rng.normal(size=3)
         toward /= np.linalg.norm(toward)
@@ -271,9 +298,9 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
     """Against the distances of a ball from all triangles, without Coal."""
     mesh = trimesh.creation.cone(0.2, 0.3, sections=edges)
     mesh.export(tmp_path / "cone.ply")
-    here, rng, meter = pin.SE3.Identity(), np.random.default_rng(edges), DistanceMeter()
-    cone = make_solid(PlacedShape("mesh", (), here, tmp_path / "cone.ply"), here)
-    still, ball = np.eye(3), make_solid(PlacedShape("sphere", (0.02,), here), here)
+    rng, meter = np.random.default_rng(edges), DistanceMeter()
+    cone, ball = made("mesh", path=tmp_path / "cone.ply"), made("sphere", 0.02)
+    still = np.eye(3)
     corners = trimesh.load(tmp_path / "cone.ply", process=False).triangles
     for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
         near = trimesh.triangles.closest_point(corners, np.tile(at, (len(corners), 1)))
@@ -284,11 +311,10 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
 
 
 def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
-    place = pin.SE3.Identity()
     for mesh in (
         trimesh.creation.cone(1.0, 1.0, 600),
         trimesh.creation.cylinder(1.0, 0.1, 900),
     ):
         mesh.export(tmp_path / "part.stl")
-        made = make_solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
-        assert len(made.triangles) == len(mesh.faces)
+        part = made("mesh", path=tmp_path / "part.stl", exact=True)
+        assert len(part.triangles) == len(mesh.faces)

@@ -3,106 +3,38 @@
 from __future__ import annotations
 
 import itertools
-import math
 from pathlib import Path
 from typing import Any
 
-import coal
 import numpy as np
-import pinocchio as pin
 import pytest
 import trimesh
 from test_checked_pairs import run
+from test_distances import CONVEX, compare, made
 
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
 from knotwork.scene.containment import is_one_inside_other
-from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
-from knotwork.scene.solids import Placed, Solid, make_solid
-from knotwork.task.scenario import PlacedShape
+from knotwork.scene.solids import Placed, Solid
 
 EDGE = 0.03
-OTHERS = [
-    ("box", (0.1, 0.05, 0.2)),
-    ("sphere", (0.04,)),
-    ("capsule", (0.04, 0.3)),
-    ("cylinder", (0.02, 0.1)),
-    ("cone", (0.05, 0.1)),
-    ("ellipsoid", (0.02, 0.1, 0.05)),
-]
-HERE = pin.SE3.Identity()
 
 
 def cloud(path: Path, points: Any, edge: float = EDGE) -> Solid:
     rows = [f"{x!r},{y!r},{z!r}" for x, y, z in np.asarray(points, dtype=float).tolist()]
     path.write_text("\n".join(["x,y,z", *rows]))
-    return make_solid(PlacedShape("points", (), HERE, path, resolution=edge), HERE)
+    return made("points", path=path, resolution=edge)
 
 
 def others(folder: Path) -> list[Solid]:
     """One solid of every kind that Coal tells from others, a cloud too."""
-    made = [make_solid(PlacedShape(kind, size, HERE), HERE) for kind, size in OTHERS]
     trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(folder / "ball.stl")
-    for exact in (False, True):
-        made.append(
-            make_solid(PlacedShape("mesh", (), HERE, folder / "ball.stl", exact=exact), HERE)
-        )
-    made.append(make_solid(PlacedShape("half_space", (0.0, 0.6, 0.8, -0.3), HERE), HERE))
-    made.append(cloud(folder / "other.csv", [(0, 0, 0), (0.04, 0, 0), (0.1, 0.1, 0.1)], 0.02))
-    return made
-
-
-def boxes(placed: Placed) -> list[tuple[Any, Any]]:
-    """What a solid is made of, as Coal has it, one by one and not known to be a cloud."""
-    cells = placed.solid.cells
-    if cells is None:
-        return [(placed.solid.geometry, coal.Transform3s(placed.rotation, placed.origin))]
-    box = coal.Box(*(3 * [cells.edge]))
-    centres = cells.centres @ placed.rotation.T + placed.origin
-    return [(box, coal.Transform3s(placed.rotation, centre)) for centre in centres]
-
-
-def truth(first: Placed, second: Placed) -> float:
-    """The distance of the nearest two of all boxes."""
-    request = coal.DistanceRequest()
-    request.enable_signed_distance, request.gjk_tolerance = True, 1e-8
-    pairs = itertools.product(boxes(first), boxes(second))
-    return min(float(coal.distance(*a, *b, request, coal.DistanceResult())) for a, b in pairs)
-
-
-def compare(folder: Path, rounds: int, points: int) -> int:
-    """Measure distances at random places; how many of them are neither 0 nor of hulls alone."""
-    rng, meter = np.random.default_rng(5), DistanceMeter()
-    scanned = cloud(folder / "cloud.csv", rng.uniform(-0.3, 0.3, (points, 3)))
-    apart = 0
-    for i, other in itertools.product(range(rounds), others(folder)):
-        first, second = (
-            Placed(one, pin.exp3(rng.uniform(-3, 3, 3)), rng.uniform(-0.3, 0.3, 3))
-            for one in (scanned, other)
-        )
-        if i % 2:
-            first, second = second, first
-        right, found = truth(first, second), meter.distance(first, second)
-        what = other.shape.kind
-        if right <= DISTANCE_ERROR:
-            assert found <= DISTANCE_ERROR, what
-            continue
-        assert found == pytest.approx(right, abs=DISTANCE_ERROR), what
-        near = meter.nearest(first, second)
-        assert math.dist(*near.points) == pytest.approx(right, abs=DISTANCE_ERROR), what
-        for one, point in zip((second, first), near.points, strict=True):
-            ball = Placed(
-                make_solid(PlacedShape("sphere", (right / 2,), HERE), HERE), np.eye(3), point
-            )
-            assert truth(one, ball) == pytest.approx(right / 2, abs=3 * DISTANCE_ERROR), what
-        assert (near.points[0] - near.points[1]) @ near.normal == pytest.approx(
-            right, abs=DISTANCE_ERROR
-        )
-        most = rng.uniform(0.1, 1.5) * right
-        assert min(right, most) - DISTANCE_ERROR <= meter.distance(first, second, most), what
-        assert meter.distance(first, second, most) <= right + DISTANCE_ERROR, what
-        apart += 1
-    return apart
+    return [
+        *CONVEX,
+        *(made("mesh", path=folder / "ball.stl", exact=exact) for exact in (False, True)),
+        made("half_space", 0.0, 0.6, 0.8, -0.3),
+        cloud(folder / "other.csv", [(0, 0, 0), (0.04, 0, 0), (0.1, 0.1, 0.1)], 0.02),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -110,7 +42,9 @@ def compare(folder: Path, rounds: int, points: int) -> int:
     [(4, 40, 15), pytest.param(300, 150, 1000, marks=pytest.mark.exhaustive)],
 )
 def test_cloud_is_as_far_as_a_cell(rounds: int, points: int, apart: int, tmp_path: Path) -> None:
-    assert compare(tmp_path, rounds=rounds, points=points) >= apart
+    places = np.random.default_rng(5).uniform(-0.3, 0.3, (points, 3))
+    scanned = cloud(tmp_path / "cloud.csv", places)
+    assert compare(scanned, others(tmp_path), rounds)[0] >= apart
 
 
 def test_every_point_is_in_a_cell_and_every_cell_in_hull_and_box(tmp_path: Path) -> None:
@@ -135,7 +69,7 @@ def test_every_point_is_in_a_cell_and_every_cell_in_hull_and_box(tmp_path: Path)
 
 def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None:
     trimesh.creation.box([0.5, 0.5, 0.5]).export(tmp_path / "box.stl")
-    box = make_solid(PlacedShape("mesh", (), HERE, tmp_path / "box.stl", exact=True), HERE)
+    box = made("mesh", path=tmp_path / "box.stl", exact=True)
     two = cloud(tmp_path / "two.csv", [(1, 1, 1), (1.02, 1.02, 1.02), (0.1, 0.1, 0.1)])
     assert len(two.cells.one_of_each_part) == 2
     still, nothing = np.eye(3), np.zeros(3)
