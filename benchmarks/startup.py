@@ -72,7 +72,7 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     timed(
         "import knotwork", imported("knotwork.planning.planning", "knotwork.planning.task_to_joint")
     )
-    from knotwork.cli.short_report import print_short_plan
+    from knotwork.cli.short_report import print_short
     from knotwork.curves.interpolation import get_planner
     from knotwork.planning import Plan
     from knotwork.planning.planner_options import planner_options
@@ -88,13 +88,13 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     trajectory = timed("interpolate", lambda: get_planner(task.planner)(waypoints, options))
     report = timed("check", lambda: check(trajectory, task, space=space))
     plan = Plan(task, space, waypoints, trajectory, report)
-    timed("print", lambda: _printed(print_short_plan, plan))
+    timed("print", lambda: _printed(print_short, plan.report))
     return rows
 
 
-def _printed(show: Callable[[Any], None], plan: Any) -> None:
+def _printed(show: Callable[[Any], None], report: Any) -> None:
     with redirect_stdout(StringIO()):
-        show(plan)
+        show(report)
 
 
 @click.command()

@@ -159,23 +159,6 @@ def test_options_that_are_refused(options: dict[str, Any], said: str) -> None:
         kw.sweep(LIFT, VARY, **options)
 
 
-def test_the_best_row_is_frozen_with_its_comments(tmp_path: Path) -> None:
-    file = tmp_path / "lift.yaml"
-    file.write_text(
-        "name: lift # a comment\nlimits: {velocity: 1.2}\nwaypoints:\n"
-        "  - joints: {lift: 0}\n  - joints: {lift: 1}\n    after: 1\n",
-        encoding="utf-8",
-    )
-    study = kw.sweep(file, {"waypoints[1].after": [1, 1.5, 2]}, workers=0)
-    frozen = study.freeze(study.best("duration")["row"], tmp_path / "best.yaml")
-    assert "# a comment" in frozen.read_text(encoding="utf-8")
-    assert kw.plan(frozen).trajectory.duration == 1.5
-    file.write_text(file.read_text(encoding="utf-8").replace("1.2", "0.1"), encoding="utf-8")
-    assert kw.plan(study.freeze(1, frozen)).report.ok
-    with pytest.raises(kw.InputError, match=r"there is no row 3; accepted: 0 to 2"):
-        study.freeze(3, frozen)
-
-
 def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) -> None:
     file = tmp_path / "swing.yaml"
     file.write_text(
@@ -196,23 +179,17 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert again.duration == made.trajectory.duration == study["duration"][row]
         made.freeze(tmp_path / "same.yaml")
         assert kw.plan(tmp_path / "same.yaml").trajectory.duration == again.duration
+    with pytest.raises(kw.InputError, match=r"there is no row 4; accepted: 0 to 3"):
+        study.freeze(4, tmp_path / "best.yaml")
+    file.write_text("# the study has its own copy", encoding="utf-8")
+    assert kw.plan(study.freeze(3, tmp_path / "best.yaml")).trajectory.duration == again.duration
 
 
-def test_rows_out_of_reach_are_no_motions() -> None:
-    vary = {"frames.block.position[0]": [450, 1500, 2500]}
-    study = kw.sweep("ur5_deburring", vary, workers=0)
-    assert study["reason"] == ["", "out of reach", "out of reach"]
-    assert "the pose is out of reach" in study["message"][1]
-    assert study["clearance"][0] > 0.01
-    assert study["path_deviation"][0] < 5e-5
-    assert study["clearance"][1:] == [None, None]
-
-
-def test_rows_that_are_wrong_and_out_of_reach_are_wrong(tmp_path: Path) -> None:
+def test_rows_without_motion_are_wrong_or_out_of_reach(tmp_path: Path) -> None:
     file = tmp_path / "rows.csv"
     file.write_text(
         "frames.block.position[0],frames.block.rpy[2],frames.block.in,planner\n"
-        "450,0,base,cubic\n"
+        "450,0,base,modified-hermite\n"
         "2500,0,base,nonsense\n"
         "450,much,base,cubic\n"
         "450,0,nowhere,cubic\n"
@@ -220,7 +197,11 @@ def test_rows_that_are_wrong_and_out_of_reach_are_wrong(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     study = kw.sweep("ur5_deburring", rows=file, workers=0)
-    assert study["reason"][1:] == [*["wrong input"] * 3, "out of reach"]
+    assert study["reason"] == ["", *["wrong input"] * 3, "out of reach"]
+    assert "the pose is out of reach" in study["message"][4]
+    assert study["clearance"][0] > 0.01
+    assert study["path_deviation"][0] < 5e-5
+    assert study["clearance"][1:] == [None] * 4
 
 
 FAULTY = """

@@ -40,12 +40,6 @@ def move(**rest: Any) -> dict[str, Any]:
     return {"robot": "ur5", "waypoints": waypoints, **rest}
 
 
-def written(tmp_path: Path, data: dict[str, Any]) -> Path:
-    path = tmp_path / "move.yaml"
-    path.write_text(json.dumps(data, indent=1), encoding="utf-8")  # JSON is YAML too
-    return path
-
-
 def peak_speed(plan: kw.Plan, frame: str | None = None) -> float:
     robot = plan.space.robot
     index = robot.tcp_frame_id if frame is None else robot.model.getFrameId(frame, pin.BODY)
@@ -206,7 +200,9 @@ def test_all_outputs_mark_sampled_verdict(knotwork: Command, tmp_path: Path) -> 
     assert "sampled" in row
     assert 'data-label="margin"></td>' in row
     assert "width: 0%" in row
-    full = knotwork("plan", written(tmp_path, even_turn()), "--full").out
+    task = tmp_path / "turn.yaml"
+    task.write_text(json.dumps(even_turn()), encoding="utf-8")  # JSON is YAML too
+    full = knotwork("plan", task, "--full").out
     last = full.strip().splitlines()[-1]
     assert last == f"PASSED turn: {met} of {required} requirements met, 1 sampled only"
 

@@ -74,10 +74,10 @@ def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: s
     if one_urdf and not set(space.joint_names) & set(theirs.joint_names):
         return
     why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
-    known = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
+    frames = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
     raise InputError(
         f"--with {other}: its robot has no placement, and {why}; accepted: --in with a "
-        f"frame of {source}, one of {known}"
+        f"frame of {source}, one of {frames}"
     )
 
 

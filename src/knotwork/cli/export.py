@@ -182,8 +182,8 @@ def export(
         trajectory = replace(trajectory, events=())
     if form.tabular and labels:
         chosen["labels"] = True
-    aside = bool(trajectory.events or labels) and not form.events
-    if aside and out is None:
+    needs_side_file = bool(trajectory.events or labels) and not form.events
+    if needs_side_file and out is None:
         raise InputError(
             f"format {form.name!r} can't hold the events and segments of the motion; give a file "
             "with -o FILE, and they go into a second file, or --without-events"
@@ -196,15 +196,13 @@ def export(
     content, note = result
     if out is None:
         echo_data(content)
-    else:
-        side_content = side_file(trajectory) if aside else None
-        exporting.write(out, content, force=force, side_content=side_content)
-    where = f"wrote {out}" if out is not None else ""
-    if out is not None and aside:
-        where += f" and {side_path(Path(out))}"
-    text = "; ".join(part for part in (where, note) if part)
-    if text:
-        echo(text, err=out is None)
+        if note:
+            echo(note, err=True)
+        return PASSED
+    side_content = side_file(trajectory) if needs_side_file else None
+    exporting.write(out, content, force=force, side_content=side_content)
+    files = f"{out} and {side_path(Path(out))}" if needs_side_file else out
+    echo("; ".join(filter(None, (f"wrote {files}", note))))
     return PASSED
 
 

@@ -21,6 +21,9 @@ from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
 from knotwork.units import Units, readable
 
+SHOWN_UNITS = Units("mm", "deg")
+"""Units of limits and configurations on a terminal."""
+
 
 @click.command()
 @click.argument("name", required=False)
@@ -38,9 +41,7 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
     """
     if pairs:
         return _collisions(name, as_json)
-    shown = (
-        [load_robot(name)] if name is not None else [load_robot(known) for known in robot_names()]
-    )
+    shown = list(map(load_robot, robot_names() if name is None else [name]))
     rows = [robot_to_dict(robot) for robot in shown]
     if as_json:
         echo_json(rows[0] if name else rows)
@@ -105,9 +106,6 @@ def schema() -> int:
     """Print the JSON Schema of scenario files."""
     echo(json.dumps(Task.model_json_schema(), indent=2))
     return PASSED
-
-
-SHOWN_UNITS = Units("mm", "deg")
 
 
 def print_robot(robot: Robot) -> None:

@@ -81,18 +81,18 @@ def _renew(server: LiveServer, files: Files, make: Made) -> None:
     start = time.perf_counter()
     server.start()
     try:
-        built = make()
+        renewed = make()
     except Exception as error:
-        known = isinstance(error, KnotworkError)
-        if not known and os.environ.get("KNOTWORK_TRACEBACK"):
+        is_input_error = isinstance(error, KnotworkError)
+        if not is_input_error and os.environ.get("KNOTWORK_TRACEBACK"):
             raise
-        text = str(error) if known else internal_error(error)
+        text = str(error) if is_input_error else internal_error(error)
         server.refuse(text)
-        echo(f"{time.strftime('%H:%M:%S')} {'error: ' if known else ''}{text}", err=True)
+        echo(f"{time.strftime('%H:%M:%S')} {'error: ' if is_input_error else ''}{text}", err=True)
         return
-    if built is None:
+    if renewed is None:
         return
-    scene, paths, line = built
+    scene, paths, line = renewed
     files.follow(paths)
     server.show(scene)
     echo(f"{time.strftime('%H:%M:%S')} {line} ({time.perf_counter() - start:.2f} s)")

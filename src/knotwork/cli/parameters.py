@@ -172,13 +172,13 @@ def bundle_options(name: str, make: Callable[..., Any], options: Sequence[Comman
     def add(command: Command) -> Command:
 
         @functools.wraps(command)
-        def run(*arguments: Any, **options_given: Any) -> Any:
+        def wrapped(*arguments: Any, **options_given: Any) -> Any:
             inputs = {key: options_given.pop(key) for key in inspect.signature(make).parameters}
             return command(*arguments, **options_given, **{name: make(**inputs)})
 
         for option in options:
-            run = option(run)
-        return run  # type: ignore[return-value]
+            wrapped = option(wrapped)
+        return wrapped  # type: ignore[return-value]
 
     return add  # type: ignore[return-value]
 

@@ -22,7 +22,7 @@ from knotwork.cli.parameters import (
     planner_option,
 )
 from knotwork.cli.progress_display import show_planning
-from knotwork.cli.short_report import print_next, print_short_plan
+from knotwork.cli.short_report import describe_left_out, print_next, print_short
 from knotwork.cli.terminal import echo, echo_json, echo_line
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files.storage import trajectory_to_dict
@@ -107,7 +107,9 @@ def print_plan(result: Plan | KnotworkError, written: list[Path], full: bool) ->
 
         report_tables.print_plan(result)
     else:
-        print_short_plan(result)
+        print_short(result.report)
+        if result.unsupported_options:
+            echo(f"planned {describe_left_out(result)}")
     for path in written:
         echo(f"wrote {path}")
 

@@ -106,9 +106,9 @@ def _draw(state: Callable[[], State], ended: threading.Event, console: Console) 
     bar = BarColumn(bar_width=12, table_column=Column(min_width=12))
     with Progress(bar, line, console=console, transient=True) as progress:
         progress.add_task("", total=None)
-        task, going = progress.tasks[0], True
-        while going:
-            going = not ended.wait(BAR_PERIOD)
+        task, is_running = progress.tasks[0], True
+        while is_running:
+            is_running = not ended.wait(BAR_PERIOD)
             share, text = state()
             task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
             task.description = to_one_line(text)

@@ -26,13 +26,6 @@ _WORD_STYLES: dict[str, dict[str, Any]] = {
 """Styles of the words at the start of a line."""
 
 
-def print_short_plan(plan: Plan) -> None:
-    """Print the verdict on a plan and the tightest cases."""
-    print_short(plan.report)
-    if plan.unsupported_options:
-        echo(f"planned {describe_left_out(plan)}")
-
-
 def describe_left_out(plan: Plan) -> str:
     """Name the options of the scenario that its replaced planner ignores."""
     options = ", ".join(plan.unsupported_options)

@@ -214,8 +214,8 @@ def print_best(study: Study, figure: str, best: dict[str, Any] | None) -> None:
             f"{name} = {readable(value, '.6g') if isinstance(value, float) else value}"
             for name, value in pairs
         )
-        known = study.figures[figure]
-        shown = study.units.text(best[figure], known.unit)
+        best_figure = study.figures[figure]
+        shown = study.units.text(best[figure], best_figure.unit)
         tables.print_wrapped(
-            f"best {known.title}: {shown} in row {best['row']}, {values}", "", "  "
+            f"best {best_figure.title}: {shown} in row {best['row']}, {values}", "", "  "
         )

@@ -220,11 +220,11 @@ def _file(name: str) -> Path:
 def source_files(motion: Any) -> list[Path]:
     """Files that a plan or a checked file depends on."""
     robot, source = motion.space.robot, motion.scenario.source
-    known: list[Path | None] = []
+    robot_files: list[Path | None] = []
     if robot is not None:
-        known = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]
+        robot_files = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]
     named = named_files(motion.scenario.given.to_dict(), source.parent) if source else {}
-    return [path for path in (source, *known, *named.values()) if path is not None]
+    return [path for path in (source, *robot_files, *named.values()) if path is not None]
 
 
 def _serve(server: PageServer, title: str, no_open: bool) -> int:

@@ -71,12 +71,12 @@ def suggest_name(name: object, available: Iterable[object]) -> str:
 
     written = {choice.casefold(): choice for choice in names}
     near = difflib.get_close_matches(str(name).casefold(), written, n=1, cutoff=0.6)
-    listed, more = names, ""
+    listed, rest = names, ""
     if len(names) > MAX_LISTED:  # the most similar ones
         alike = difflib.get_close_matches(str(name).casefold(), written, MAX_LISTED, cutoff=0.0)
         listed = [written[name] for name in alike]
-        more = f" and {len(names) - MAX_LISTED} more"
-    listing = f"accepted: {', '.join(listed)}{more}" if names else "none is available"
+        rest = f" and {len(names) - MAX_LISTED} more"
+    listing = f"accepted: {', '.join(listed)}{rest}" if names else "none is available"
     meant = f"did you mean {written[near[0]]!r}? " if near else ""
     return f"{meant}{listing[:1].upper()}{listing[1:]}" if near else listing
 

@@ -89,7 +89,7 @@ class Action(TaskPart):
         return self.__pydantic_extra__ or {}
 
     @model_validator(mode="after")
-    def _one_thing(self) -> Action:
+    def _check_action(self) -> Action:
         actions = [key for key in ("output", "wait") if getattr(self, key) is not None]
         names = [*self.signals, *actions]
         if len(names) != 1:

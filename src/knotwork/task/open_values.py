@@ -136,7 +136,7 @@ class Weights(TaskPart):
     )
 
     @model_validator(mode="after")
-    def _one_at_least(self) -> Weights:
+    def _check_weights(self) -> Weights:
         if not any(weight for _, weight in self):
             raise ValueError(f"has no weight; give one of {', '.join(type(self).model_fields)}")
         return self

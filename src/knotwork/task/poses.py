@@ -136,7 +136,7 @@ class Grid(TaskPart):
     )
 
     @model_validator(mode="after")
-    def _of_some_size(self) -> Grid:
+    def _check_counts(self) -> Grid:
         if len(self.counts) != len(self.pitches):
             raise ValueError(
                 f"gives {len(self.counts)} counts and {len(self.pitches)} pitches; give one of "
@@ -160,7 +160,7 @@ class Frame(Placement):
     parent: Text = optional("base or the name of another frame", "base", key="in")
 
     @model_validator(mode="after")
-    def _one_carrier(self) -> Frame:
+    def _check_carrier(self) -> Frame:
         if self.on is not None and self.parent != "base":
             raise ValueError("gives in and on; give one of the two")
         return self

@@ -173,7 +173,7 @@ class HeldObject(_Appearing):
     inertia: Inertia | None = optional("Inertia in the axes of the TCP; left out: a point mass")
 
     @model_validator(mode="after")
-    def _mass_of_it(self) -> HeldObject:
+    def _check_mass(self) -> HeldObject:
         if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
             raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
         return self

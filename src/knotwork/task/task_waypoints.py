@@ -50,7 +50,7 @@ class _Waypoint(TaskPart):
         return (self.do,) if isinstance(self.do, Action) else tuple(self.do or ())
 
     @model_validator(mode="after")
-    def _one_wait(self) -> _Waypoint:
+    def _check_waits(self) -> _Waypoint:
         excluded = [
             "wait",
             *(key for names in self.ALTERNATIVES if "wait" in names for key in names),
@@ -282,7 +282,7 @@ class Weave(TaskPart):
         return self.shape in ("circle", "eight")
 
     @model_validator(mode="after")
-    def _fits_its_shape(self) -> Weave:
+    def _check_shape(self) -> Weave:
         loop = self.loop
         if loop and self.dwell is not None:
             raise ValueError(f"gives dwell, but a {self.shape} has no edges; leave it out")

@@ -46,7 +46,7 @@ class Tool(TaskPart):
     )
 
     @model_validator(mode="after")
-    def _mass_and_its_place(self) -> Tool:
+    def _check_mass(self) -> Tool:
         if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
             raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
         if self.mass and self.centre_of_mass is None:

@@ -46,9 +46,9 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     motion = Motion(shown.trajectory, shown.space)
     model = motion_model(motion, scenario, robot)
     nearest = nearest_around(shown.findings)
-    also = [] if nearest is None or nearest.time is None else [nearest.time]
+    worst = [] if nearest is None or nearest.time is None else [nearest.time]
     start, end = shown.trajectory.start_time, shown.trajectory.end_time
-    time = np.unique([*np.linspace(start, end, CLEARANCE_SAMPLES - len(also)), *also])
+    time = np.unique([*np.linspace(start, end, CLEARANCE_SAMPLES - len(worst)), *worst])
     q = motion.curve(time)
     if not (np.ptp(q, axis=0).any() or model.known):
         return None

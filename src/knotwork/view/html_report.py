@@ -90,14 +90,14 @@ def report_page(plan: PlanLike) -> Page:
 def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
     failing = worst_failures(report.failures)[:MAX_ROWS]
-    used = [
+    tight = [
         finding
         for finding in report.tightest
         if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
     ]
     unused = [finding for group in report.groups.values() for finding in without_utilisation(group)]
     rows: dict[tuple[str, str], Finding] = {}
-    for finding in (*failing, *used[:MAX_ROWS], *unused):
+    for finding in (*failing, *tight[:MAX_ROWS], *unused):
         rows.setdefault((finding.subject, finding.quantity), finding)
     failed = {(finding.subject, finding.quantity) for finding in failing}
     return [*failing, *(finding for key, finding in rows.items() if key not in failed)]

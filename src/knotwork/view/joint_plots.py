@@ -199,10 +199,10 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
     """Mark the given values at the waypoints, once for each joint."""
     for item in {item.joint: item for item in reversed(series)}.values():
         times, value = item.motion.times, item.motion.given_values[order][:, item.component]
-        known = np.isfinite(value)
+        is_known = np.isfinite(value)
         look: dict[str, Any] = {"ms": 6.0 if len(times) * len(series) <= MAX_LARGE_MARKS else 3.5}
         look |= {"mec": colour(item.index)} if one_motion else {}
-        panel.mark("given", item.joint, times[known], panel.factor * value[known], **look)
+        panel.mark("given", item.joint, times[is_known], panel.factor * value[is_known], **look)
 
 
 def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:
@@ -220,6 +220,9 @@ def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tup
         limits = f"limit {rounded_text(factor * (use.limit or 0.0))} {unit}"
     value = rounded_text(factor * (use.value or 0.0)) if np.isfinite(use.value or 0.0) else "a jump"
     broken = sum(not item.ok for item in uses.values())
-    more = f", and {broken - 1} more beyond" if broken > 1 else ""
+    others = f", and {broken - 1} more beyond" if broken > 1 else ""
     proof = ", sampled only" if use.only_sampled else ""
-    return f"{name}{value} at {rounded_text(use.time or 0.0)} s, {limits}{more}{proof}", broken > 0
+    return (
+        f"{name}{value} at {rounded_text(use.time or 0.0)} s, {limits}{others}{proof}",
+        broken > 0,
+    )

@@ -60,8 +60,8 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().__init__((HOST, port), PageHandler)
         except OSError as error:
-            used = error.errno == errno.EADDRINUSE
-            why = "is in use" if used else f"can't be used: {error.strerror}"
+            is_in_use = error.errno == errno.EADDRINUSE
+            why = "is in use" if is_in_use else f"can't be used: {error.strerror}"
             raise InputError(
                 f"port {port} {why}; give another with --port, or leave it out for a free one"
             ) from error

@@ -26,6 +26,15 @@ SPEED_COLOURS = (
 )
 MAX_MARKS = 3
 """Largest number of given speeds that are marked on the scale."""
+STEEL = (0.35, 0.36, 0.4, 1.0)
+GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
+# Half the period of the dashes along a path, relative to the scene's size; number of points of a
+# dash, and largest number of dashes of a path.
+DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
+# Length of a dash in half periods: the path's colours must be visible between dashes.
+DASHED = 0.3
+# Radius of dashes relative to the scene's size.
+WIDTH = 0.0045
 
 
 def speed_colours(
@@ -39,7 +48,9 @@ def speed_colours(
     """
     high = max(max_speed(shown), fastest)
     marks = sorted(_given_speeds(shown) - {0.0}, reverse=True)
-    colours = mix_colours(path.speed / max(high, 1e-9), SPEED_COLOURS)
+    shares = path.speed / max(high, 1e-9)
+    scale = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
+    colours = np.stack([np.interp(shares, scale, part) for part in SPEED_COLOURS.T], axis=1)
     css = ["#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)]
     return colours, {"high": high, "colours": css, "marks": marks[:MAX_MARKS]}
 
@@ -55,15 +66,6 @@ def _given_speeds(shown: ShownMotion) -> set[float]:
     """Given speeds at waypoints and along paths [m/s]."""
     along = {part.speed for _, part, *_ in full_speeds(shown)}
     return along | {float(np.linalg.norm(target.linear)) for target in given_velocities(shown)}
-
-
-def mix_colours(position: FloatArray, colours: FloatArray) -> FloatArray:
-    """Colours for positions in 0 … 1 on a scale, shape (n, 3)."""
-    at = np.linspace(0.0, 1.0, len(colours))
-    return np.stack([np.interp(position, at, column) for column in colours.T], axis=1)
-
-
-STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
 def draw_paths(
@@ -99,8 +101,8 @@ def draw_paths(
 def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
     """The parts of a tool's path with exceeded limits."""
     red: list[Mesh] = []
-    for run in _runs(trace.broken):
-        part = trace.position[max(run.start - 1, 0) : run.stop + 1]
+    for span in _runs(trace.broken):
+        part = trace.position[max(span.start - 1, 0) : span.stop + 1]
         # the tool may be at rest while the limit is exceeded
         ball = sphere(0.012 * size, RED).shift(part[0])
         red.append(_line_mesh(part, RED[:3], 0.0065 * size) or ball)
@@ -140,16 +142,6 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
     return tube(points, colours, radius) if len(points) > 1 else None
 
 
-GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
-# Half the period of the dashes along a path, relative to the scene's size; number of points of a
-# dash, and largest number of dashes of a path.
-DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
-# Length of a dash in half periods: the path's colours must be visible between dashes.
-DASHED = 0.3
-# Radius of dashes relative to the scene's size.
-WIDTH = 0.0045
-
-
 def given_path_points(
     shown: ShownMotion, size: float, *, at_rest: bool = False
 ) -> Iterator[tuple[int | None, list[FloatArray]]]:
@@ -180,8 +172,8 @@ def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mes
         if finding.quantity == "way" and finding.interval is not None:
             start, end = finding.interval
             on = dashed & (trace.time >= start) & (trace.time <= end)
-            for run in _runs(on):
-                lines.append(_line_mesh(trace.position[run], WAY, WIDTH * size))
+            for span in _runs(on):
+                lines.append(_line_mesh(trace.position[span], WAY, WIDTH * size))
     return _merged_lines(lines)
 
 

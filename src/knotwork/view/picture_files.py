@@ -18,6 +18,15 @@ SUFFIXES = {"picture": (".png", ".svg", ".pdf"), "page": (".html", ".htm")}
 """Accepted suffixes by kind of file."""
 # Without the date, equal figures give equal files.
 _UNDATED: dict[str, Any] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+# What is left out of a picture in a page, and what is changed in it.
+_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+_LEFT_OUT = re.compile(
+    r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|(?<=<g) id=\"(?!xtick)[^\":]*_\d+\"",
+    re.DOTALL,
+)
+_PART = re.compile(r'(?<=<g) id="')
+_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
+_COLOUR = re.compile(r": #([0-9a-f]{6})\b")
 
 
 def checked_path(kind: str, path: str | Path) -> Path:
@@ -58,16 +67,6 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     with settings():
         figure.savefig(picture, format=suffix[1:], metadata=_UNDATED[suffix])
     return write_file(path, picture.getvalue(), kind="a picture")
-
-
-_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
-_LEFT_OUT = re.compile(
-    r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|(?<=<g) id=\"(?!xtick)[^\":]*_\d+\"",
-    re.DOTALL,
-)
-_PART = re.compile(r'(?<=<g) id="')
-_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
-_COLOUR = re.compile(r": #([0-9a-f]{6})\b")
 
 
 def inline_svg(figure: Figure) -> str:

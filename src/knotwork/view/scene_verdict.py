@@ -63,12 +63,12 @@ def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, An
         line = waypoint_text(finding.name) + line.removeprefix(finding.name)
     elif at is not None and (finding.label or finding.value is not None):
         line += _where(scenario, at if finding.time is not None else sum(finding.spans[0]) / 2)
-    also = [
+    further = [
         {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
         for low, high in finding.spans
         if at is None or not low <= at <= high
     ]
-    return {"line": line, "remedy": finding.remedy, "fact": finding.fact, "at": at, "also": also}
+    return {"line": line, "remedy": finding.remedy, "fact": finding.fact, "at": at, "also": further}
 
 
 def _where(scenario: Scenario, time: float) -> str:

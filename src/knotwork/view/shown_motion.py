@@ -195,7 +195,7 @@ class ShownMotion:
     @property
     def chosen_velocities(self) -> set[str]:
         """Names of waypoints whose velocity planning chose, so that it was not given."""
-        return {name for run in self.scenario.given.chosen or () for name in run.velocities}
+        return {name for section in self.scenario.given.chosen or () for name in section.velocities}
 
     @property
     def times(self) -> FloatArray:

@@ -21,6 +21,11 @@ from knotwork.view.shown_motion import ShownMotion
 
 MAX_DRAWN = 10_000
 """Largest number of drawn cells; above it, larger cells are drawn."""
+OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
+PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
+TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)
+HELD_COLOUR = (0.88, 0.62, 0.22, 1.0)
+HULL_COLOUR = (0.20, 0.55, 0.85, 0.45)
 
 
 def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
@@ -44,13 +49,6 @@ def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
         bare = cells.index[[cell not in occupied for cell in neighbours]]
         sides.append(bare[:, np.newaxis, np.newaxis, np.newaxis] + cube.triangles[side])
     return from_triangles(np.concatenate(sides).reshape(-1, 3, 3) * cells.edge, colour)
-
-
-OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
-PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
-TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)
-HELD_COLOUR = (0.88, 0.62, 0.22, 1.0)
-HULL_COLOUR = (0.20, 0.55, 0.85, 0.45)
 
 
 def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Mesh:

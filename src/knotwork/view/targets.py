@@ -14,6 +14,14 @@ from knotwork.view.primitive_meshes import arrow
 from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
+ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
+# Longest motion that an arrow may represent [s].
+_NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
+# Distance of arrows from the path, relative to the scene, so that they do not hide its colours.
+ASIDE_DISTANCE = 0.014
+# Velocities below this are stops [m/s].
+MIN_DRAWN_SPEED = 1e-9
+
 
 @lru_cache(CACHED_MOTIONS)
 def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
@@ -56,15 +64,6 @@ def spacings(targets: Sequence[CartesianWaypoint]) -> FloatArray:
     points = np.array([target.pose.translation for target in targets]).reshape(-1, 3)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.asarray(lengths[lengths > 1e-6])
-
-
-ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
-# Longest motion that an arrow may represent [s].
-_NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# Distance of arrows from the path, relative to the scene, so that they do not hide its colours.
-ASIDE_DISTANCE = 0.014
-# Velocities below this are stops [m/s].
-MIN_DRAWN_SPEED = 1e-9
 
 
 def velocity_arrows(targets: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:

@@ -22,6 +22,8 @@ STRIP_SAMPLES = 800
 MIN_FAILURE_WIDTH = 0.003
 # Use of a limit below which it is not a limiting constraint.
 NOTABLE_SHARE = 0.01
+_Shares = list[tuple[Finding, FloatArray]]
+"""Findings with the use of their limits at sample times, from `sample_utilisation`."""
 
 
 def time_strip(shown: ShownMotion) -> dict[str, Any]:
@@ -63,9 +65,6 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
             for segment in trajectory.segments
         ],
     }
-
-
-_Shares = list[tuple[Finding, FloatArray]]
 
 
 def broken_spans(

@@ -116,13 +116,13 @@ def _mark_limit(
     most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
     reached = []
     for motion, (time, value) in zip(motions, values, strict=True):
-        used = np.abs(value) if row.tolerance else side * value
-        if (used > most).any():
+        sizes = np.abs(value) if row.tolerance else side * value
+        if (sizes > most).any():
             kind, name = "beyond" if row.tolerance else "broken", f"{motion.label}:{row.title}"
-            panel.mark(kind, name, time, np.where(used > most, value, np.nan))
-        if np.isfinite(used).any():
-            i = int(np.nanargmax(used))
-            reached.append((float(used[i]), float(time[i]), motion.label))
+            panel.mark(kind, name, time, np.where(sizes > most, value, np.nan))
+        if np.isfinite(sizes).any():
+            i = int(np.nanargmax(sizes))
+            reached.append((float(sizes[i]), float(time[i]), motion.label))
         reached += [
             (side * panel.factor * finding.value, finding.time, motion.label)
             for finding in motion.tool_findings

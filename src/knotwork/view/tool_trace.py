@@ -49,8 +49,8 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     spans = [span for failure in failures for span in failure.spans]
     start, end = float(curve.x[0]), float(curve.x[-1])
     worst = [failure.time for failure in limits if failure.time is not None]
-    also = [*(target.time for target in tool_targets(shown)), *np.ravel(spans), *worst]
-    inner = [at for at in also if start <= at <= end]
+    further_times = [*(target.time for target in tool_targets(shown)), *np.ravel(spans), *worst]
+    inner = [at for at in further_times if start <= at <= end]
     breaks = curve.x[:: len(curve.x) // (TRACE_SAMPLES + 1) + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, TRACE_SAMPLES), breaks, inner]))
     base = robot.base_placement

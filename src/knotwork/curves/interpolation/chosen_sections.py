@@ -54,14 +54,14 @@ def plan_modified_hermite(
     """
     sections = options.chosen or ()
     located = [_locate_section(waypoints, section, i) for i, section in enumerate(sections, 1)]
-    known = np.full(waypoints.position.shape, np.nan)
+    accelerations = np.full(waypoints.position.shape, np.nan)
     if waypoints.acceleration is not None:
-        known[:] = waypoints.acceleration
+        accelerations[:] = waypoints.acceleration
     for (rows, _), section in zip(located, sections, strict=True):
-        _fill(known, rows[[0, -1]], section.acceleration[[0, -1]])
+        _fill(accelerations, rows[[0, -1]], section.acceleration[[0, -1]])
     ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
     if ends is not None:
-        _fill(known, [0, -1], np.array(ends))
+        _fill(accelerations, [0, -1], np.array(ends))
     parts: list[tuple[FloatArray, FloatArray]] = []
     done = 0
     for i, ((rows, knots), section) in enumerate(zip(located, sections, strict=True), 1):
@@ -69,17 +69,17 @@ def plan_modified_hermite(
             raise OptionError(
                 "chosen", f"section {i} begins before the end of the previous section"
             )
-        parts += _gap_pieces(waypoints, known, done, rows[0], options)
-        parts.append(_section_pieces(waypoints, known, rows, knots, section=section, i=i))
+        parts += _gap_pieces(waypoints, accelerations, done, rows[0], options)
+        parts.append(_section_pieces(waypoints, accelerations, rows, knots, section=section, i=i))
         done = rows[-1]
-    parts += _gap_pieces(waypoints, known, done, len(waypoints.time) - 1, options)
+    parts += _gap_pieces(waypoints, accelerations, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
     return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
 
-def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
+def _fill(accelerations: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
     """Replace unknown values of some rows."""
-    known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
+    accelerations[rows] = np.where(np.isnan(accelerations[rows]), values, accelerations[rows])
 
 
 def _locate_section(
@@ -112,7 +112,11 @@ def _locate_section(
 
 
 def _gap_pieces(
-    waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
+    waypoints: JointWaypoints,
+    accelerations: FloatArray,
+    first: int,
+    last: int,
+    options: PlannerOptions,
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Make the knots and coefficients of the curve between chosen sections, if there is a gap."""
     if first == last:
@@ -123,14 +127,14 @@ def _gap_pieces(
         waypoints.position[rows],
         waypoints.velocity[rows],
         knots=options.knots,
-        acceleration=known[rows],
+        acceleration=accelerations[rows],
     )
     return [(spline.x, spline.c)]
 
 
 def _section_pieces(
     waypoints: JointWaypoints,
-    known: FloatArray,
+    accelerations: FloatArray,
     rows: IndexArray,
     knots: IndexArray,
     section: ChosenSection,
@@ -139,7 +143,7 @@ def _section_pieces(
     """Make the knots and coefficients of a chosen section."""
     x, a = section.times.copy(), section.acceleration.copy()
     x[knots] = waypoints.time[rows]
-    a[[0, -1]] = known[rows[[0, -1]]]
+    a[[0, -1]] = accelerations[rows[[0, -1]]]
     peak = np.abs(section.acceleration).max(axis=0)
     pieces = []
     for k, (low, high) in zip(rows, pairwise(knots), strict=False):

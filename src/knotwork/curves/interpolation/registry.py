@@ -64,7 +64,7 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, Any]]:
             return planner, {option: rule}
     if rules(planner):
         raise UnknownNameError(f"rule of planner {planner!r}", rule, rules(planner))
-    ruled = (f"{known}:RULE" for known in PLANNER_SPECS if rules(known))
+    ruled = (f"{ruled_planner}:RULE" for ruled_planner in PLANNER_SPECS if rules(ruled_planner))
     raise UnknownNameError("planner", name, (planner, *ruled))
 
 

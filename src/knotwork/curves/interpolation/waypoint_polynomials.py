@@ -167,20 +167,20 @@ def _smooth_velocities(
         return v, y[:0]
     slope = np.diff(y, axis=0) / h
     near, far, mean = 4.0 / h, 2.0 / h, 6.0 / h
-    known = np.zeros_like(slope)
+    end_terms = np.zeros_like(slope)
     if ends is not None:
         outer = [0, -1]
         near[outer] = far[outer] = 6.0 / h[outer]
         mean[outer] = 12.0 / h[outer]
-        known[0], known[-1] = ends
+        end_terms[0], end_terms[-1] = ends
     rhs = (mean * slope)[:-1] + (mean * slope)[1:]
-    rhs[0] -= far[0] * v[0] + known[0]
-    rhs[-1] -= far[-1] * v[-1] - known[-1]
+    rhs[0] -= far[0] * v[0] + end_terms[0]
+    rhs[-1] -= far[-1] * v[-1] - end_terms[-1]
     # the tridiagonal matrix by its diagonals: above, on and below the main one
     bands = np.stack((far[:-1, 0], (near[:-1] + near[1:])[:, 0], far[1:, 0]))
     v[1:-1] = solve_banded((1, 1), bands, rhs, check_finite=False)
     late = near * v[1:] + far * v[:-1] - mean * slope
-    late[0] += known[0]
+    late[0] += end_terms[0]
     return v, late[:-1]
 
 
@@ -241,8 +241,8 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
 
 def keep_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArray:
     """Replace the accelerations of an option by those that the waypoints have."""
-    known = waypoints.acceleration
-    return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
+    given = waypoints.acceleration
+    return accelerations if given is None else np.where(np.isnan(given), accelerations, given)
 
 
 def preset_rows(rows: Any, waypoints: JointWaypoints) -> FloatArray:

@@ -41,8 +41,8 @@ def _limit_degree(c: FloatArray) -> FloatArray:
     if excess <= 0:
         return c
     if c[:excess].any():
-        used = c.reshape(c.shape[0], -1).any(axis=1)
-        degree = c.shape[0] - 1 - int(used.argmax())
+        is_needed = c.reshape(c.shape[0], -1).any(axis=1)
+        degree = c.shape[0] - 1 - int(is_needed.argmax())
         raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
     return np.ascontiguousarray(c[excess:])
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 NumberT = TypeVar("NumberT", np.float64, np.intp)
 
 
-def sort_distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
+def sort_distinct(values: NDArray[NumberT], *others: ArrayLike) -> NDArray[NumberT]:
     """Return the distinct values in order.
 
     `np.unique` does the same, but first loads NumPy's masked arrays, which takes longer than all
@@ -18,7 +18,7 @@ def sort_distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT
 
     Args:
         values: Values of any shape, without NaN.
-        more: Additional values: scalars or arrays of any shape.
+        others: Additional values: scalars or arrays of any shape.
 
     Returns:
         Shape (k,).
@@ -27,7 +27,7 @@ def sort_distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT
     >>> sort_distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
     array([0. , 0.5, 1. , 2. , 3. ])
     """
-    ordered = np.concatenate([np.ravel(array) for array in (values, *more)])
+    ordered = np.concatenate([np.ravel(array) for array in (values, *others)])
     ordered.sort()
     is_new = np.ones(ordered.shape, bool)
     np.not_equal(ordered[1:], ordered[:-1], out=is_new[1:])

@@ -107,10 +107,10 @@ def _names(rows: Rows) -> list[str]:
     accepted = "x, y, z and, for the rotation, qx, qy, qz, qw or the surface's normal nx, ny, nz"
     if all(map(is_number, names)):
         raise rows.error(rows.head, None, "has no headings above the numbers", accepted)
-    known = (*POSITION_COLUMNS, *QUATERNION_COLUMNS, *NORMAL_COLUMNS)
+    allowed = (*POSITION_COLUMNS, *QUATERNION_COLUMNS, *NORMAL_COLUMNS)
     for i, name in enumerate(names):
-        if name not in known:
-            hint = suggest_name(name.lower(), known)
+        if name not in allowed:
+            hint = suggest_name(name.lower(), allowed)
             raise rows.error(rows.head, i, f"unknown heading {name!r}", hint)
         if name in names[:i]:
             raise rows.error(rows.head, i, f"is column {names.index(name) + 1}, too")

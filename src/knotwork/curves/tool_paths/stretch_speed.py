@@ -42,19 +42,19 @@ def speed_for_duration(
     acceleration = require_number(acceleration, "acceleration", "m/s²", positive=True)
     length = require_number(length, "length", "m", positive=True)
     duration = require_number(duration, "duration", "s", positive=True)
-    known = [
+    end_speeds = [
         checked_speed(value, name)
         for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
         if value is not None
     ]
 
     def time(v: float) -> float:
-        ramps = sum((v - p) * abs(v - p) for p in known)
+        ramps = sum((v - p) * abs(v - p) for p in end_speeds)
         return (length + 0.75 * ramps / acceleration) / v
 
-    if not known:
+    if not end_speeds:
         return length / duration
-    lowest, highest = _find_feasible_speeds(length, known, acceleration)
+    lowest, highest = _find_feasible_speeds(length, end_speeds, acceleration)
     shortest = time(highest)
     longest = time(lowest) if lowest > 0.0 else math.inf
     if not shortest * (1.0 - RAMP_TOLERANCE) <= duration <= longest * (1.0 + RAMP_TOLERANCE):
@@ -68,21 +68,21 @@ def speed_for_duration(
 
 
 def _find_feasible_speeds(
-    length: float, known: list[float], acceleration: float
+    length: float, end_speeds: list[float], acceleration: float
 ) -> tuple[float, float]:
-    """Minimum and maximum speed [m/s] for which ramps to the known speeds fit."""
-    squares = [v**2 for v in known]
+    """Minimum and maximum speed [m/s] for which ramps to the speeds at its ends fit."""
+    squares = [v**2 for v in end_speeds]
     change = 0.75 * abs(squares[0] - squares[-1])
     if change > acceleration * length:
         needed = change / acceleration
         raise RampError(
-            f"the stretch is {length:.6g} m long, but to go from {known[0]:.6g} to {known[1]:.6g} "
-            f"m/s takes {needed:.6g} m",
+            f"the stretch is {length:.6g} m long, but to go from {end_speeds[0]:.6g} to "
+            f"{end_speeds[1]:.6g} m/s takes {needed:.6g} m",
             length=length,
             needed=needed,
             lowest_acceleration=change / length,
         )
-    reach, count = 4.0 * acceleration * length / 3.0, len(known)
+    reach, count = 4.0 * acceleration * length / 3.0, len(end_speeds)
     lowest = math.sqrt(max((sum(squares) - reach) / count, 0.0))
     return lowest, math.sqrt((reach + sum(squares)) / count)
 

@@ -50,10 +50,10 @@ def find(kind: str, reference: str | Path) -> Path:
         if os.path.isdir(path):
             raise InputError(f"{text} is a folder; give the path of one {kind[:-1]} file in it")
         if not os.path.exists(path):
-            known = ", ".join(names(kind))
+            listed = ", ".join(names(kind))
             raise InputError(
                 f"there is no file {text}; give the path of a {kind[:-1]} file or one of these "
-                f"names: {known}"
+                f"names: {listed}"
             )
         return path
     known_names = names(kind)

@@ -138,8 +138,8 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
             isinstance(data, list) and isinstance(part, int) and part < len(data)
         )
         models = [kind for kind in inner if _is_model(kind)]
-        known = isinstance(data, dict) and part in _keys(models)
-        if not inside and not (known and position == len(loc) - 1):
+        is_field = isinstance(data, dict) and part in _keys(models)
+        if not inside and not (is_field and position == len(loc) - 1):
             inner = [kind for kind in models if kind.__name__ == part] or inner
             continue
         location.append(part)

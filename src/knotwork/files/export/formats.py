@@ -126,7 +126,7 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """
     for name in options:
         if name not in form.options:
-            takers = ", ".join(known.name for known in _ALL_FORMATS if name in known.options)
+            takers = ", ".join(other.name for other in _ALL_FORMATS if name in other.options)
             advice = f"; formats that do: {takers}" if takers else ""
             raise InputError(f"format {form.name!r} takes no option {name!r}{advice}")
     return dict(options)
@@ -242,6 +242,6 @@ def write(
         return write_file(target, text)
     side = side_path(target)
     # the same motion in another format has the same one
-    known = side.is_file() and side.read_bytes() == side_content.encode()
-    side = checked_target(side, force=force or known)
+    is_same = side.is_file() and side.read_bytes() == side_content.encode()
+    side = checked_target(side, force=force or is_same)
     return write_files(target.parent, {target.name: text, side.name: side_content})[0]

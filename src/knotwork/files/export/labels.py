@@ -70,10 +70,10 @@ def one_ascii_line(name: str) -> str:
     return ascii(name)[1:-1]
 
 
-def unsupported_event(event: Event, maker: str, known: str) -> ExportError:
+def unsupported_event(event: Event, maker: str, accepted: str) -> ExportError:
     """The error for an event that a maker's controller can't switch, with what is accepted."""
     return ExportError(
         f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
-        f"{maker} can't switch it; accepted: on and off, with {known}; or --without-events",
+        f"{maker} can't switch it; accepted: on and off, with {accepted}; or --without-events",
         time=event.time,
     )

@@ -317,8 +317,8 @@ def _number(event: Event, maker: str) -> int:
         ExportError: The event has no output.
     """
     if not event.output or not isinstance(event.value, bool):
-        known = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
-        raise unsupported_event(event, maker, known)
+        accepted = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
+        raise unsupported_event(event, maker, accepted)
     return event.output
 
 

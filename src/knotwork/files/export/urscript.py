@@ -264,8 +264,10 @@ def _switch(event: Event) -> str:
     n = event.output
     if n is None or n >= len(UR_OUTPUTS):
         numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
-        known = f"the number of a digital output, {numbers}, given by outputs: {{{event.name}: n}}"
-        raise unsupported_event(event, "Universal Robots", known)
+        accepted = (
+            f"the number of a digital output, {numbers}, given by outputs: {{{event.name}: n}}"
+        )
+        raise unsupported_event(event, "Universal Robots", accepted)
     kind, number = UR_OUTPUTS[n]
     text, waypoint = one_ascii_line(event.text), one_ascii_line(event.waypoint)
     words = f"{text}, {event.time:.3f} s, waypoint {waypoint}"

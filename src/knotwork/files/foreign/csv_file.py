@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
-from knotwork.files.foreign.header import Column, HeadingError, UnknownHeadingError, column
+from knotwork.files.foreign.header import Column, HeadingError, column
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
 from knotwork.waypoints import FloatArray
 
@@ -65,17 +65,13 @@ def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
 def _columns(rows: Rows, joints: Joints) -> list[Column]:
     # line breaks of every kind are read as \n
     names = [re.sub("\r\n?", "\n", name) for name in joints.names]
-    unknown, problems, columns = 0, list[Problem](), list[Column]()
+    problems, columns = list[Problem](), list[Column]()
     contents: set[tuple[str, int | None]] = set()
     for i, cell in enumerate(rows.headings):
         try:
             content = column(cell, names, joints.units)
         except HeadingError as error:
-            of = ""
-            if isinstance(error, UnknownHeadingError):
-                unknown, of = unknown + 1, f" of {joints.owner}"
-            message = f"{error}{of}"
-            problems.append(Problem(rows.head, f"column {i + 1}", message, error.accepted))
+            problems.append(Problem(rows.head, f"column {i + 1}", str(error), error.accepted))
             continue
         if content.quantity and (content.quantity, content.joint) in contents:
             quantity = content.quantity
@@ -85,9 +81,6 @@ def _columns(rows: Rows, joints: Joints) -> list[Column]:
             problems.append(Problem(rows.head, f"column {i + 1}", message))
         columns.append(content)
         contents.add((content.quantity, content.joint))
-    if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
-        accepted = f"its joints are {', '.join(names)}"
-        raise rows.error(rows.head, None, f"no column is a joint of {joints.owner}", accepted)
     lacks = [Problem(rows.head, "", message) for message in _missing_columns(columns, joints.names)]
     if problems or lacks:
         raise DocumentError(rows.path, problems or lacks)

@@ -78,10 +78,6 @@ class HeadingError(Exception):
         super().__init__(message)
 
 
-class UnknownHeadingError(HeadingError):
-    """A heading with neither time nor a joint."""
-
-
 def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
     """Parse one heading.
 
@@ -112,7 +108,7 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
     if heading.strip().lower().startswith("tool."):
         return Column("")
     first = re.split(r"[.\s\[(]", heading.strip())[0]
-    raise UnknownHeadingError(
+    raise HeadingError(
         f"the column {heading!r} is neither time nor a joint",
         suggest_name(first, ["time", *joint_names])
         + ", and with .position, .velocity or .acceleration",

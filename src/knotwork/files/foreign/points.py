@@ -212,10 +212,10 @@ def _unwrap(document: Document) -> Document:
     wrapper = next((key for key in WRAPPERS if isinstance(data.get(key), dict | list)), "")
     if not wrapper or "points" in data or any(name in data for name in _NAME_KEYS):
         names = [key for key in _NAME_KEYS if isinstance(data.get(key), list)][:1]
-        used = {
+        content = {
             key: data[key] for key in data if key not in (*_UNUSED, *_NAME_KEYS) or key in names
         }
-        return replace(document, data=used)
+        return replace(document, data=content)
     for key in data:
         if key not in (wrapper, *_UNUSED):
             raise document.error((key,), "unknown key", f"{wrapper} alone")

@@ -29,7 +29,15 @@ from knotwork.units import rounded_down, rounded_up
 NO_MOTION = "no motion was found that keeps all limits"
 
 EQUAL_DURATION = 1e-9
-"""Relative rounding tolerance of durations."""
+"""Relative rounding tolerance of durations, which are sums and roots of given values."""
+
+GIVEN_ROUNDING = 1e-12
+"""Relative rounding tolerance of given values, which are only converted to SI."""
+
+TOOL_SPEED_MARGIN = 5e-4
+"""Fraction of the limit of tool speed that a given velocity must leave, because the solver reserves
+a margin for values between samples.
+"""
 
 
 def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
@@ -79,9 +87,8 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
         return
     q = problem.position[rows]
     efforts = np.abs(problem.required_dynamics.effort(q, np.zeros_like(q), np.zeros_like(q)))
-    for k in np.flatnonzero(
-        (efforts > limits.effort * (1.0 + GIVEN_ROUNDING)).any(axis=0)
-    ).tolist():
+    beyond = efforts > limits.effort * (1.0 + GIVEN_ROUNDING)
+    for k in np.flatnonzero(beyond.any(axis=0)).tolist():
         i, effort, limit = int(rows[efforts[:, k].argmax()]), efforts[:, k].max(), limits.effort[k]
         unit, name = JOINT_QUANTITIES["effort"].units[problem.joint_units[k]], problem.names[i]
         needed_text, limit_text = (
@@ -196,14 +203,6 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
         return []
     reason = f"{NO_MOTION}; {sufficient:.6g} s is enough for a motion that stops at each waypoint"
     return [_short_total(problem.total, reason, sufficient)]
-
-
-GIVEN_ROUNDING = 1e-12
-"""Relative rounding tolerance of given values."""
-
-
-TOOL_SPEED_MARGIN = 5e-4
-"""Fraction of the limit of tool speed that a given velocity must leave to the solver."""
 
 
 def value_errors(problem: TimingProblem) -> list[TimingError]:
@@ -324,7 +323,4 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
                 f"{text(float(distance[i, k]), unit, '.4g')} away; it needs at least "
                 f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
             )
-            yield (
-                "velocity",
-                _fault(problem, i, k, "position", value, bound, message),
-            )
+            yield "velocity", _fault(problem, i, k, "position", value, bound, message)

@@ -139,25 +139,40 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), weight, cost)
 
 
-def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
-    """Positions, velocities and accelerations at samples of each piece, shape (pieces, k, d)."""
-    span = np.diff(curve.x)[:, None]
-    times = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
-    last = np.full((len(times), 1), curve.x[-1])
-    times = np.minimum(np.hstack((times, curve.x[1:, None])), last)
-    return tuple(curve(times, order) for order in range(3))
+def robot_limits(problem: TimingProblem) -> list[str]:
+    """Names of those of `ROBOT_LIMITS` that a problem has."""
+    return [name for name in ROBOT_LIMITS if np.isfinite(getattr(problem.limits, name)).any()]
+
+
+def utilisation(
+    problem: TimingProblem, name: str, q: FloatArray, v: FloatArray, a: FloatArray
+) -> FloatArray:
+    """Used fraction of a limit of `ROBOT_LIMITS` in many states.
+
+    Args:
+        problem: The problem.
+        name: Name of the limit.
+        q: Joint positions, shape (..., d).
+        v: Joint velocities, shape (..., d).
+        a: Joint accelerations, shape (..., d).
+
+    Returns:
+        Fractions, shape (..., d) for efforts and (..., 1) for the tool.
+    """
+    dynamics = problem.required_dynamics
+    values = dynamics.effort(q, v, a) if name == "effort" else dynamics.tool_speed(q, v)[..., None]
+    return np.asarray(np.abs(values) / getattr(problem.limits, name))
 
 
 def sampled_utilisation(
     problem: TimingProblem, curve: PiecewisePolynomial, name: str
 ) -> FloatArray:
     """Largest fraction of a limit used at samples of each piece, shape (pieces, d or 1)."""
-    q, v, a = _states(curve)
-    if name == "effort":
-        values = np.abs(problem.required_dynamics.effort(q, v, a))
-    else:
-        values = problem.required_dynamics.tool_speed(q, v)[..., None]
-    return np.asarray((values / getattr(problem.limits, name)).max(axis=1))
+    span = np.diff(curve.x)[:, None]
+    inside = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
+    times = np.minimum(np.hstack((inside, curve.x[1:, None])), curve.x[-1])
+    states = (curve(times, order) for order in range(3))
+    return np.asarray(utilisation(problem, name, *states).max(axis=1))
 
 
 def unproved_utilisation(
@@ -182,13 +197,3 @@ def unproved_utilisation(
             worst = max(abs(bound.bound), abs(bound.value))
             used[min(piece, len(used) - 1), k] = worst / allowed
     return used
-
-
-def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
-    """Integral of effort squared over the motion, summed over the joints, by Simpson's rule."""
-    q, v, a = _states(curve)
-    squares = (problem.required_dynamics.effort(q, v, a) ** 2).sum(axis=-1)
-    weights = np.array([1.0, *[4.0, 2.0] * (SAMPLES_EACH // 2 - 1), 4.0, 1.0]) / (
-        3.0 * SAMPLES_EACH
-    )
-    return float((squares @ weights) @ np.diff(curve.x))

@@ -15,9 +15,10 @@ from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
-from knotwork.planning.timing.robot_limits import effort_integral
+from knotwork.planning.timing.robot_limits import robot_limits, utilisation
 from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem, part_of
+from knotwork.verification import metrics
 from knotwork.waypoints import FloatArray
 
 WINDOW_INTERVALS = 8
@@ -96,15 +97,9 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     Raises:
         NoMotionError: No motion within the limits was found.
     """
-    iterations = budget.iterations
-    wrong = infeasible_values(problem)
-    if wrong:
+    if wrong := infeasible_values(problem):
         raise NoMotionError(wrong)
-    motion = _solved_sections(problem, budget)
-    return replace(motion, iterations=budget.iterations - iterations)
-
-
-def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
+    earlier_iterations = budget.iterations
     attempts: list[Attempt] = []
     causes: list[TimingError] = []
     for start, end in sections(problem):
@@ -125,7 +120,8 @@ def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
                 causes.append(error)
     if causes:
         raise NoMotionError(causes)
-    return timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
+    motion = timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
+    return replace(motion, iterations=budget.iterations - earlier_iterations)
 
 
 def _consecutive(attempts: Sequence[Attempt]) -> Attempt:
@@ -165,7 +161,7 @@ def timed_motion(
         lower_bound=bound,
         status=attempt.status,
         binding=binding_limits(problem, time, curve),
-        objective=_terms(problem, curve),
+        objective=_terms(problem, trajectory),
     )
 
 
@@ -200,13 +196,10 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     windows: list[Attempt] = []
     first = 0
     while first < last:
-        end = (
-            last
-            if last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
-            else first + WINDOW_INTERVALS + INTERVALS_AHEAD
-        )
+        is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
+        end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
-        count = end - first if end == last else WINDOW_INTERVALS
+        count = end - first if is_last else WINDOW_INTERVALS
         attempt = solve_section(part_of(start_known, first, end), budget)
         if attempt is None or attempt.status == "resting":  # the start state may be the reason
             budget.solved += last - first
@@ -228,23 +221,18 @@ def _first_intervals(attempt: Attempt, count: int) -> Attempt:
     return Attempt(time, part, attempt.status)
 
 
-def _terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
     """Unweighted values by name: the time, and the other terms with a weight.
 
     The integrals run over the motion and are summed over the joints.
     """
-    objective, span = problem.objective, np.diff(curve.x)[:, None]
-    values = {"time": float(curve.x[-1] - curve.x[0])}
+    values, objective = {"time": motion.duration}, problem.objective
     if objective.jerk:
-        values["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
+        values["jerk"] = metrics.integral_of_square(motion, 3)
     if objective.acceleration:
-        start = 2.0 * curve.c[1]
-        end = start + 6.0 * curve.c[0] * span
-        values["acceleration"] = float(
-            np.sum((start * start + start * end + end * end) * span) / 3.0
-        )
+        values["acceleration"] = metrics.integral_of_square(motion, 2)
     if objective.effort:
-        values["effort"] = effort_integral(problem, curve)
+        values["effort"] = metrics.squared_effort(problem.required_dynamics.robot, motion)
     return values
 
 
@@ -262,25 +250,20 @@ def binding_limits(
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
     active: list[Binding] = []
+    q, v, a, j = (curve(times, order) for order in range(4))
     uses = {
-        name: np.abs(curve(times, order)) / getattr(limits, name)
-        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
+        name: np.abs(values) / getattr(limits, name)
+        for name, values in (("velocity", v), ("acceleration", a), ("jerk", j))
     }
-    q = curve(times)
-    if problem.dynamics is not None and np.isfinite(limits.effort).any():
-        efforts = problem.dynamics.effort(q, curve(times, 1), curve(times, 2))
-        uses["effort"] = np.abs(efforts) / limits.effort
-    if problem.dynamics is not None and np.isfinite(limits.tool_speed):
-        speed = problem.dynamics.tool_speed(q, curve(times, 1)) / limits.tool_speed
-        uses["tool speed"] = speed[:, :, None]
+    for name in robot_limits(problem):
+        uses[name.replace("_", " ")] = utilisation(problem, name, q, v, a)
+    width = limits.upper - limits.lower
+    slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
+    uses["position"] = ((q <= limits.lower + slack) | (q >= limits.upper - slack)).astype(float)
     peaks = {name: use.max(axis=1) for name, use in uses.items()}
     shares = {
         name: np.mean(use >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1) for name, use in uses.items()
     }
-    width = ACTIVE_LIMIT_DISTANCE * np.where(
-        np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 0
-    )
-    shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
     for i in range(len(problem.position) - 1):
         at_limit = [
             (float(share[i, k]), name, int(k))

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.robot_limits import (
-    ROBOT_LIMITS,
+    robot_limits,
     sampled_utilisation,
     unproved_utilisation,
 )
@@ -115,9 +115,7 @@ def exceeded_limit(
     Returns:
         Name of the limit, and its use in each piece.
     """
-    for name in ROBOT_LIMITS:
-        if not np.isfinite(getattr(problem.limits, name)).any():
-            continue
+    for name in robot_limits(problem):
         used = sampled_utilisation(problem, curve, name)
         if used.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
             used = unproved_utilisation(problem, curve, name)

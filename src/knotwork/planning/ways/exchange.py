@@ -30,17 +30,22 @@ PLANE_FRACTIONS = (0.0, 1 / 3, 2 / 3)
 """Points with distance constraints in each piece, as fractions of its duration."""
 
 MAX_PAIR_GAP = 0.08
-"""Maximum gap of the pairs in constraints [m]."""
+"""Maximum gap of the pairs in constraints [m]. Those of farther pairs would not be active in a step
+within the trust radius; if one is, the proof finds it.
+"""
 
 MAX_PAIRS = 5
-"""Maximum number of pairs at a point of the reference."""
+"""Maximum number of pairs at a point of the reference, the nearest ones. More slow the solver."""
 
 MAX_PAIRS_AT_CONTACT = 3
-"""Maximum number of pairs at a contact."""
+"""Maximum number of pairs at a contact, fewer because each contact has several times."""
 
 FIRST_TRUST_RADIUS = 0.6
 LAST_TRUST_RADIUS = 0.01
-"""First and last distance of breaks from the reference that is allowed [rad or m]."""
+"""First and last distance of breaks from the reference that is allowed [rad or m].
+
+Linearised distances hold only near the reference. Steps below the last one gain hardly any time.
+"""
 
 MIN_ROUND_GAIN = 0.003
 """Minimum gain of a round as a fraction of the duration; after a smaller one the iteration ends."""
@@ -50,15 +55,17 @@ CLEARANCE_RESERVE = 1e-3
 may be smaller between them.
 """
 
-MAX_CLEARANCE_LOSS = 2e-4
-"""Clearance that a nearer pair may lose in one round [m], or half of it if that is less."""
-
 MAX_EXCHANGES = 25
 MAX_CONTACT_TIMES = 30
-"""Maximum numbers of rounds, and of contact times per round that become constraints."""
+"""Maximum numbers of rounds, and of contact times per round that become constraints, so that the
+time of the search is bounded.
+"""
+
+MAX_REJECTED = 3
+"""Number of solutions in contact after which the trust radius is halved."""
 
 DISTANCE_UNIT = 0.1
-"""Unit of distance in the constraints [m]."""
+"""Unit of distance in the constraints [m], with which their values are of order one."""
 
 FIRST_OPTIONS: dict[str, Any] = {
     "ipopt.constr_viol_tol": 1e-8,
@@ -122,7 +129,7 @@ class Exchange:
             is_out_of_time: Whether the iteration must end.
             max_duration: Duration above which a motion is of no use [s].
         """
-        radius, failed, tried = FIRST_TRUST_RADIUS, 0, 0
+        radius, rejected = FIRST_TRUST_RADIUS, 0
         guess, options = self._reference, FIRST_OPTIONS
         planes, contact_planes = self._planes_along(guess), list[Plane]()
         for _ in range(MAX_EXCHANGES):
@@ -130,10 +137,7 @@ class Exchange:
                 break
             solution = self._solve(guess, planes + contact_planes, radius, options)
             if solution is None:
-                failed += 1
-                if failed > 2 and self._improved:
-                    break
-                radius, contact_planes, tried, guess = 0.4 * radius, [], 0, self._reference
+                radius, contact_planes, rejected, guess = 0.4 * radius, [], 0, self._reference
                 options = NEAR_OPTIONS if self._improved else FIRST_OPTIONS
                 continue
             if solution.duration > max_duration:
@@ -145,10 +149,10 @@ class Exchange:
             contacts = contacts_of(self.space.model, solution.curve, self.resolution)
             if contacts or tighter is not None:
                 planes_found = self._planes_at_contacts(solution, contacts)
-                tried += bool(contacts)
+                rejected += bool(contacts)
                 contact_planes, guess = contact_planes + planes_found, solution
-                if tried == 3:
-                    radius, contact_planes, tried = 0.5 * radius, planes_found, 0
+                if rejected == MAX_REJECTED:
+                    radius, contact_planes, rejected = 0.5 * radius, planes_found, 0
                     guess = self._reference
                 continue
             if solution.duration < self.best.x[-1]:
@@ -157,7 +161,7 @@ class Exchange:
                 break
             max_duration = min(max_duration, (1.0 - MIN_ROUND_GAIN) * solution.duration)
             self._reference, self._improved, guess = solution, True, solution
-            planes, contact_planes, failed, tried = self._planes_along(solution), [], 0, 0
+            planes, contact_planes, rejected = self._planes_along(solution), [], 0
             radius = min(1.5 * radius, FIRST_TRUST_RADIUS)
         return self.best
 
@@ -216,10 +220,8 @@ class Exchange:
         ]
 
     def _required_clearance(self, gap: float) -> float:
-        """`CLEARANCE_RESERVE`, or for a nearer pair most of its clearance."""
-        if gap <= 0.0:
-            return CLEARANCE_RESERVE
-        return min(CLEARANCE_RESERVE, max(0.5 * gap, gap - MAX_CLEARANCE_LOSS))
+        """`CLEARANCE_RESERVE`, or for a nearer pair half of its clearance."""
+        return min(CLEARANCE_RESERVE, 0.5 * gap) if gap > 0.0 else CLEARANCE_RESERVE
 
     def _planes_at_contacts(self, states: States, contacts: Sequence[Clearance]) -> list[Plane]:
         """Planes where the proof finds contacts: at the worst time, and across each contact."""

@@ -129,19 +129,19 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
     Raises:
         DocumentError: A chosen speed, or an orientation relative to another motion.
     """
-    place: Location = ("waypoints", i)
+    location: Location = ("waypoints", i)
     carrier, requested, moving = source.carrier(i), waypoint.orientation_in, source.frames.moving
     name = source.pose_frames[i]
     link, other_link = moving[name].link, link_text(source.carrying_link)
     if source.is_fixed(i) and carrier is not None:
         raise source.places.error(
-            place,
+            location,
             f"is in frame {name!r}, which moves, and other poses are {other_link}",
             "a fixed frame, or a task without the other poses",
         )
     if isinstance(waypoint, PathWaypoint) and (source.is_fixed(i) or source.is_fixed(i - 1)):
         raise source.places.error(
-            place,
+            location,
             f"ends a path with poses in the base, and other poses are {other_link}",
             f"a path with all waypoints {other_link}, or poses without along",
         )
@@ -150,22 +150,22 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
         frame = moving.get(axes_name or "")
         if frame is not None and frame.link != link:
             raise source.places.error(
-                (*place, *key),
+                (*location, *key),
                 f"frame {axes_name!r} is {link_text(frame.link)}, and the pose {link_text(link)}",
                 "a frame that is fixed relative to the pose",
             )
     if requested is not None:
-        joints = moving[source.frames.find(requested, (*place, "orientation_in"))].joints
+        joints = moving[source.frames.find(requested, (*location, "orientation_in"))].joints
         is_turning = any(any(part.turns) for part in (*_joints_of(carrier), *joints))
         if joints != _joints_of(carrier) and is_turning:
             raise source.places.error(
-                (*place, "orientation_in"),
+                (*location, "orientation_in"),
                 "rotates relative to the frame of the pose",
                 "a frame with the same rotation",
             )
     if carrier is not None and isinstance(getattr(waypoint, "speed", None), str | AtMost):
         raise source.places.error(
-            (*place, "speed"),
+            (*location, "speed"),
             f"is chosen, but the motion of frame {name!r} depends on the time",
             "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
         )

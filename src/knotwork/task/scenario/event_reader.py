@@ -22,12 +22,13 @@ EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
 
 
-def with_waits(file: PlainTask) -> PlainTask:
+def with_waits(task: PlainTask) -> PlainTask:
     """A task in which waits among the actions are waits of their waypoints."""
-    waits = [sum(action.wait or 0.0 for action in step.actions) for step in file.waypoints]
-    pairs = zip(file.waypoints, waits, strict=True)
-    waiting = (step.model_copy(update={"wait": wait}) if wait else step for step, wait in pairs)
-    return file.model_copy(update={"waypoints": tuple(waiting)}) if any(waits) else file
+    steps = []
+    for step in task.waypoints:
+        wait = sum(action.wait or 0.0 for action in step.actions)
+        steps.append(step.model_copy(update={"wait": wait}) if wait else step)
+    return task.model_copy(update={"waypoints": tuple(steps)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +60,13 @@ class EventReader:
         if not timed:
             return ()
         last: dict[str | int, Event] = {}
-        for where, requested in events:
+        for location, requested in events:
             event = requested.event
-            self._check_inside(where, event)
+            self._check_inside(location, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
                 raise self.source.places.error(
-                    where,
+                    location,
                     f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
                     f"{before.text} at {before.time:.6g} s, the previous one in the file",
                     "a later time, or the other order",
@@ -79,14 +80,14 @@ class EventReader:
             waited = 0.0
             for j, action in enumerate(step.actions):
                 item = () if isinstance(step.do, Action) else (j,)
-                where: Location = ("waypoints", i, "do", *item)
+                location: Location = ("waypoints", i, "do", *item)
                 if action.wait is not None:
                     waited += action.wait
                 else:
-                    yield where, self._requested_event(i, action, waited, where)
+                    yield location, self._requested_event(i, action, waited, location)
 
     def _requested_event(
-        self, i: int, action: Action, waited: float, where: Location
+        self, i: int, action: Action, waited: float, location: Location
     ) -> RequestedEvent:
         """The event of an action at waypoint i of the task, after waits of a duration [s]."""
         waypoint = self.waypoints[arrival := bisect_left(self.task_index, i)]
@@ -100,22 +101,23 @@ class EventReader:
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
             raise self.source.places.error(
-                where, f"{name} is a digital output, and {value!r} is not a state", "on or off"
+                location, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:
             return RequestedEvent(event, moment)
         departure = bisect_right(self.task_index, i) - 1
-        path, s = self._locate_on_path(departure if action.at > 0.0 else arrival, action.at, where)
+        reference = departure if action.at > 0.0 else arrival
+        path, s = self._locate_on_path(reference, action.at, location)
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
         return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
     def _locate_on_path(
-        self, waypoint: int, at: float, where: Location
+        self, waypoint: int, at: float, location: Location
     ) -> tuple[ScenarioPath, float]:
         """The path through a waypoint, and an arc length along it [m]."""
-        where = (*where, "at")
+        location = (*location, "at")
         onward = at > 0.0
         candidates = (
             path
@@ -126,7 +128,7 @@ class EventReader:
         name = self.waypoints[waypoint].name
         if path is None:
             raise self.source.places.error(
-                where,
+                location,
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
             )
@@ -138,17 +140,17 @@ class EventReader:
                 self.source.units.text(offset, "m", ".6g") for offset in (-before, length - before)
             )
             raise self.source.places.error(
-                where,
+                location,
                 f"{self.source.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
             )
         return path, min(max(s, 0.0), length)
 
-    def _check_inside(self, where: Location, event: Event) -> None:
+    def _check_inside(self, location: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
         if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
             raise self.source.places.error(
-                where,
+                location,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a time from {start:.6g} s to {end:.6g} s",
             )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -185,7 +184,7 @@ class Frames:
 
 
 def move_frame(
-    frame: MovingFrame, motion: FrameMotion, places: Places, place: Location
+    frame: MovingFrame, motion: FrameMotion, places: Places, location: Location
 ) -> MovingFrame:
     """A frame in motion.
 
@@ -193,13 +192,13 @@ def move_frame(
         frame: The frame without its own motion.
         motion: Its motion, in SI.
         places: Locations in the file, for errors.
-        place: Location of the motion.
+        location: Location of the motion.
 
     Raises:
         DocumentError: The file is missing, or has other joints.
     """
     if motion.file is not None:
-        return _move_by_file(frame, motion.file, motion.at, places, place)
+        return _move_by_file(frame, motion.file, motion.at, places, location)
     axes, turns, rates = [], [], []
     for vector, turn in ((motion.linear, False), (motion.angular, True)):
         rate = float(np.linalg.norm(vector or (0.0,)))
@@ -215,13 +214,13 @@ def move_frame(
 
 
 def _move_by_file(
-    frame: MovingFrame, file: str, begin: float, places: Places, place: Location
+    frame: MovingFrame, file: str, begin: float, places: Places, location: Location
 ) -> MovingFrame:
-    folder = places.file.parent if places.file is not None else Path()
+    path = places.named_file(file, (*location, "file"))
     try:
-        motion = _read_motion(folder / os.path.expanduser(file))
+        motion = _read_motion(path)
     except InputError as error:
-        raise places.error((*place, "file"), str(error)) from error
+        raise places.error((*location, "file"), str(error)) from error
     order = [motion.joint_names.index(name) for name in FRAME_JOINTS if name in motion.joint_names]
     names = [motion.joint_names[i] for i in order]
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)

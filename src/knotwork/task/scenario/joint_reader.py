@@ -99,8 +99,8 @@ class JointReader:
         ]
         presets: Any = task.planner_options.accelerations
         if isinstance(presets, tuple):
-            place = "planner_options", "accelerations"
-            presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
+            location = "planner_options", "accelerations"
+            presets = np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
         solutions = {}
         for waypoint, i in enumerate(self.scenario.task_index):
             near = getattr(task.waypoints[i], "near", None) if i >= 0 else None
@@ -122,19 +122,19 @@ class JointReader:
         }
 
     def _chosen_section(self, motion: ChosenMotion, i: int) -> ChosenSection:
-        names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
+        names, location = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:
                 raise self.scenario.places.error(
-                    (*place, "velocities", name),
+                    (*location, "velocities", name),
                     f"unknown waypoint {name!r}",
                     suggest_name(name, names),
                 )
         return ChosenSection(
             np.array(motion.times),
-            self.array(motion.accelerations, *place, "accelerations").T,
+            self.array(motion.accelerations, *location, "accelerations").T,
             {
-                names.index(name): self.array(values, *place, "velocities", name)
+                names.index(name): self.array(values, *location, "velocities", name)
                 for name, values in motion.velocities.items()
             },
         )
@@ -151,14 +151,14 @@ class JointReader:
         if ends is None:
             return None
         accelerations = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
-        place = "end_acceleration"
-        start = self.array(accelerations[0], place, "start", missing=0.0)
-        return start, self.array(accelerations[1], place, "end", missing=0.0)
+        location = "end_acceleration"
+        start = self.array(accelerations[0], location, "start", missing=0.0)
+        return start, self.array(accelerations[1], location, "end", missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
         position = self.array(target.joints, *target.location)
-        place = (*target.location[:-1], "velocity")
-        return JointState(position, self.array(target.velocity, *place, missing=0.0))
+        location = (*target.location[:-1], "velocity")
+        return JointState(position, self.array(target.velocity, *location, missing=0.0))
 
 
 def find_waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:

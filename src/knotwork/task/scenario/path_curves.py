@@ -83,8 +83,8 @@ class PathCurves:
                 if isinstance(error, PathError)
                 else str(error)
             )
-            place: Location = ("waypoints", i, *(key or ("along",)))
-            raise self.source.places.error(place, message) from error
+            location: Location = ("waypoints", i, *(key or ("along",)))
+            raise self.source.places.error(location, message) from error
 
     def text(self, length: float, digits: int = 9) -> str:
         """Write a length [m] in the file's unit, with a number of significant digits."""
@@ -110,18 +110,18 @@ class PathCurves:
         """
         waypoint, start = self.waypoint(i), self.source.task.waypoints[i - 1]
         requested = waypoint.orientation
-        place: Location = ("waypoints", i)
+        location: Location = ("waypoints", i)
         with self.errors(i):
             curve, rotations, axes = self._curve(i, start_rotation)
             if axes is not None and requested is None:
                 rotations = transport_axes(start_rotation, axes)
         if requested is not None and rotations is not None:
             raise self.source.places.error(
-                (*place, "orientation"),
+                (*location, "orientation"),
                 "is given together with points that have orientations",
                 "orientation: tangent, or columns of orientations or normals, not both",
             )
-        start_place = place if rotations is None else (*place, "along", "points")
+        start_place = location if rotations is None else (*location, "along", "points")
         if isinstance(requested, Torch) or (requested is not None and axes is not None):
             torch = requested if isinstance(requested, Torch) else Torch()
             rotations = self._torch_rotations(i, torch, curve, axes)
@@ -144,7 +144,7 @@ class PathCurves:
                 angle = np.arctan2(np.linalg.norm(end[:2, 2]), end[2, 2])
             self._check_rotation(
                 float(angle),
-                (*place, "pose"),
+                (*location, "pose"),
                 "is rotated by {} degrees from the end of the path",
                 "no orientation if the path has its own, or that of its end",
             )

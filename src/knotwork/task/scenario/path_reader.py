@@ -27,9 +27,6 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths.weave import WeavePattern
 
-HAIRPIN_ANGLE = 1e-3
-"""Minimum difference from half a turn of a corner that can be rounded [rad]."""
-
 WAITING_SPEED, WAITING_LINE = 0.05, 1e-3
 """Speed and length that scale the tolerances of a wait in a moving frame [m/s, m]."""
 
@@ -64,15 +61,10 @@ def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pi
     """
     steps = source.task.waypoints
     if first not in poses:
-        fault = (
-            f"the path begins at waypoint {first + 1}, which is given by joint values"
-            if first >= 0
-            else "the path has no waypoint at its start"
-        )
         raise source.places.error(
             ("waypoints", first + 1, "along"),
-            fault,
-            "a waypoint with a pose before this one, as the start of the path",
+            "the path has no pose at its start",
+            "a waypoint with a pose before this one, not with joints",
         )
     for key in ("velocity", "speed"):
         waypoint = steps[first]
@@ -175,13 +167,11 @@ class _PathReader:
         except CornerError as error:
             where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
-            lines = all(kind_of(step) == "line" for step in self.steps[k : k + 2])
-            is_hairpin = error.angle > np.pi - HAIRPIN_ANGLE
             name = self.steps[k].name or str(self.first + 2 + k)
             raise self.source.places.error(
                 self._place(k),
                 f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
-                "blend: a length, or stop: true" if lines and not is_hairpin else "stop: true",
+                "stop: true; or blend: a length, between two lines that do not turn back",
             ) from error
         except PathError:
             with self.curves.errors(self.last):
@@ -193,14 +183,14 @@ class _PathReader:
         before: float | None = self.start
         for k, step in enumerate(self.steps):
             duration = step.after if isinstance(step.after, float) else None
-            if step.time is not None and before is None:
-                raise self.source.places.error(
-                    self._place(k, "time"),
-                    "does not give a duration of the path, as the time of the previous "
-                    "waypoint follows from a speed",
-                    "after: its duration [s], or speed",
-                )
-            if step.time is not None and before is not None:
+            if step.time is not None:
+                if before is None:
+                    raise self.source.places.error(
+                        self._place(k, "time"),
+                        "does not give a duration of the path, as the time of the previous "
+                        "waypoint follows from a speed",
+                        "after: its duration [s], or speed",
+                    )
                 duration = step.time - before
                 if duration <= 0.0:
                     raise self.source.places.error(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 
-def read_payload(carried: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
+def read_payload(carried: Tool | HeldObject, places: Places, location: Location) -> Payload | None:
     """The mass of a tool or of a held object, in SI as the file is; `None` without one.
 
     Raises:
@@ -36,7 +36,7 @@ def read_payload(carried: Tool | HeldObject, places: Places, place: Location) ->
     fault = find_payload_fault(carried.mass, inertia)
     if fault is not None:
         field, fault_text, accepted = fault
-        raise places.error((*place, field), fault_text, accepted)
+        raise places.error((*location, field), fault_text, accepted)
     default_centre = carried.position if isinstance(carried, HeldObject) else (0.0, 0.0, 0.0)
     return Payload(carried.mass, np.array(carried.centre_of_mass or default_centre), inertia)
 
@@ -48,7 +48,7 @@ class Carrying:
     Attributes:
         start: Start of each phase [s], shape (m,). The first phase also holds before its start.
         robots: The arm in each phase; the same object for the same load.
-        by_interval: The arm from each waypoint of the task to the next.
+        by_interval: The arm from each waypoint of the scenario to the next.
     """
 
     start: FloatArray

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.tool_paths.points_file import read_points
-from knotwork.errors import suggest_name
+from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location, Places
 from knotwork.task import Frame, Grid, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
@@ -50,12 +50,12 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
 
 
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
-    """The first waypoint of each repetition of each block of a scenario, by index."""
+    """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
-    for i, k in enumerate(scenario.task_index):
-        location = scenario.places.given(("waypoints", k))
-        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
-            starts.setdefault(location[:2], []).append(i)
+    for waypoint, i in enumerate(scenario.task_index):
+        location = scenario.places.given(("waypoints", i))
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, waypoint):
+            starts.setdefault(location[:2], []).append(waypoint)
     return list(starts.values())
 
 
@@ -99,11 +99,11 @@ class _Expansion:
         )
         return expanded_task, replace(self.places, origins=self.origins)
 
-    def _add_block(self, block: Repeat, place: Location) -> None:
-        frames = [*self._frames_of(block, (*place, "over"))]
+    def _add_block(self, block: Repeat, location: Location) -> None:
+        frames = [*self._frames_of(block, (*location, "over"))]
         if len(self.waypoints) + len(frames) * len(block.repeat) > MAX_REPEATED_WAYPOINTS:
             raise self.places.error(
-                (*place, "over"),
+                (*location, "over"),
                 f"makes {len(frames)} repetitions of {len(block.repeat)} waypoints",
                 f"at most {MAX_REPEATED_WAYPOINTS} waypoints in all",
             )
@@ -111,11 +111,11 @@ class _Expansion:
         for j, template in enumerate(block.repeat):
             name = getattr(template, "frame", None)
             if name is not None and name not in (*choices, *self.frames):
-                raise self._unknown_frame(name, (*place, "repeat", j, "frame"), choices)
+                raise self._no_frame(repr(name), name, (*location, "repeat", j, "frame"), choices)
         names = {template.name for template in block.repeat}
         for number, frame in enumerate(frames, start=1):
             for j, template in enumerate(block.repeat):
-                self._add(_repeated(template, number, frame), (*place, "repeat", j))
+                self._add(_repeated(template, number, frame), (*location, "repeat", j))
             for name, held in block.holds.items():
                 changes = {
                     key: f"{waypoint} {number}"
@@ -123,21 +123,21 @@ class _Expansion:
                     if (waypoint := getattr(held, key)) in names
                 }
                 held = held.model_copy(update=changes)
-                self._add_held(name, number, held, (*place, "holds", name))
+                self._add_held(name, number, held, (*location, "holds", name))
 
-    def _add(self, waypoint: Any, place: Location) -> None:
-        self.origins["waypoints", len(self.waypoints)] = place
+    def _add(self, waypoint: Any, location: Location) -> None:
+        self.origins["waypoints", len(self.waypoints)] = location
         self.waypoints.append(waypoint)
 
-    def _add_held(self, name: str, number: int, held: HeldObject, place: Location) -> None:
+    def _add_held(self, name: str, number: int, held: HeldObject, location: Location) -> None:
         numbered = f"{name} {number}"
         if numbered in self.holds:
             raise self.places.error(
-                place, f"{numbered!r} of repetition {number} is held twice", "a unique name"
+                location, f"{numbered!r} of repetition {number} is held twice", "a unique name"
             )
         self.holds[numbered] = held
         self.objects.setdefault(name, []).append(numbered)
-        self.origins["tool", "holds", numbered] = place
+        self.origins["tool", "holds", numbered] = location
 
     def _bodies_named(self, name: str) -> Sequence[str]:
         """The objects of all repetitions with a name, or the name itself."""
@@ -152,33 +152,33 @@ class _Expansion:
         )
         return item.model_copy(update={"allow": tuple(names)})
 
-    def _frames_of(self, block: Repeat, where: Location) -> Iterator[str]:
+    def _frames_of(self, block: Repeat, location: Location) -> Iterator[str]:
         """The frame of each repetition; missing frames are made."""
         over, frames = block.over, self.task.frames
         grids = {name: frame.grid for name, frame in frames.items() if frame.grid is not None}
         if isinstance(over, PlacesFile):
-            yield from self._frames_in_file(over, (*where, "file"))
+            yield from self._frames_in_file(over, (*location, "file"))
         elif isinstance(over, str):
             if over not in grids:
-                raise self._unknown_frame(over, where, list(grids))
+                raise self._no_frame(f"{over!r} with a grid", over, location, grids)
             yield from self._grid_frames(over, grids[over])
         else:
             for k, frame in enumerate(over):
                 if not isinstance(frame, str):
-                    yield self._add_place(frame, (*where, k))
+                    yield self._add_place(frame, (*location, k))
                 elif frame not in frames:
-                    raise self._unknown_frame(frame, (*where, k), list(frames))
+                    raise self._no_frame(repr(frame), frame, (*location, k), frames)
                 elif frame in grids:
                     yield from self._grid_frames(frame, grids[frame])
                 else:
                     yield frame
 
-    def _frames_in_file(self, over: PlacesFile, where: Location) -> Iterator[str]:
-        path = self.places.named_file(over.file, where)
+    def _frames_in_file(self, over: PlacesFile, location: Location) -> Iterator[str]:
+        path = self.places.named_file(over.file, location)
         points = read_points(path)
         if points.normals is not None:
             raise self.places.error(
-                where,
+                location,
                 f"{path} has normals, which leave the turn at a place open",
                 "columns qx, qy, qz, qw, or positions alone",
             )
@@ -186,7 +186,7 @@ class _Expansion:
             frame = Frame(position=position, parent=over.parent)
             if points.rotations is not None:
                 frame = frame.replace(rotation_matrix=points.rotations[k])
-            yield self._add_place(frame, where)
+            yield self._add_place(frame, location)
 
     def _grid_frames(self, name: str, grid: Grid) -> Iterator[str]:
         # counted along x first
@@ -212,15 +212,12 @@ class _Expansion:
         self.origins["frames", name] = origin
         return name
 
-    def _unknown_frame(self, name: str, where: Location, names: Sequence[str]) -> Exception:
-        if name in self.task.frames:
-            return self.places.error(
-                where,
-                f"frame {name!r} has no grid",
-                "grid: {counts, pitches} in that frame, or a list of frames",
-            )
-        fault = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
-        return self.places.error(where, fault, suggest_name(name, names) if names else "")
+    def _no_frame(
+        self, subject: str, name: str, location: Location, names: Iterable[str]
+    ) -> DocumentError:
+        return self.places.error(
+            location, f"there is no frame {subject}", suggest_name(name, names)
+        )
 
 
 def _repeated(template: Waypoint, number: int, frame: str) -> Waypoint:

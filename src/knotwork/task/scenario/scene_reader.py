@@ -76,11 +76,11 @@ class _SceneReader:
                 "is a reserved name",
                 "any other name for an object",
             )
-        place: Location = ("tool", "shape")
+        location: Location = ("tool", "shape")
         if isinstance(tool.shape, ToolShape):
-            shapes = [self._shape(tool.shape, place)]
+            shapes = [self._shape(tool.shape, location)]
         else:
-            shapes = [self._shape(item, (*place, i)) for i, item in enumerate(tool.shape or ())]
+            shapes = [self._shape(item, (*location, i)) for i, item in enumerate(tool.shape or ())]
         frames = ((name, self._frame(name)) for name in task.frames)
         return Scene(
             objects=objects,
@@ -92,57 +92,61 @@ class _SceneReader:
             moving={name: frame for name, frame in frames if frame is not None},
         )
 
-    def _error(self, place: Location, fault: str, accepted: str) -> DocumentError:
-        return self.source.places.error(place, fault, accepted)
+    def _error(self, location: Location, fault: str, accepted: str) -> DocumentError:
+        return self.source.places.error(location, fault, accepted)
 
-    def _waypoint(self, name: str, place: Location) -> int:
+    def _waypoint(self, name: str, location: Location) -> int:
         """Index of a waypoint by name."""
         if name not in self.names:
             hint = suggest_name(name, self.names)
-            raise self._error(place, f"there is no waypoint {name!r}", hint)
+            raise self._error(location, f"there is no waypoint {name!r}", hint)
         return self.names.index(name)
 
-    def _appearance(self, item: SceneObject | HeldObject, place: Location) -> int | None:
+    def _appearance(self, item: SceneObject | HeldObject, location: Location) -> int | None:
         """Index of the waypoint at which an object appears, or `None`."""
         if item.appears is None:
             return None
-        return self._waypoint(item.appears, (*place, "appears"))
+        return self._waypoint(item.appears, (*location, "appears"))
 
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
-        place: Location = ("scene", "objects", name)
-        shape = self._shape(item, place)
+        location: Location = ("scene", "objects", name)
+        shape = self._shape(item, location)
         frame = self._frame(item.parent)
         if frame is not None and item.half_space is not None:
             raise self._error(
-                (*place, "half_space"),
+                (*location, "half_space"),
                 f"moves with frame {item.parent!r} relative to the poses, which is not supported",
                 "a box",
             )
-        appears = self._appearance(item, place)
+        appears = self._appearance(item, location)
         return PlacedObject(name, shape, tuple(item.allow), item.visual, frame, appears)
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
-        place: Location = ("tool", "holds", name)
+        location: Location = ("tool", "holds", name)
         if name == RESERVED_NAME or name in self.source.task.scene.objects:
-            raise self._error(place, f"{name!r} is the name of something else", "a unique name")
-        take = self._waypoint(held.take, (*place, "from"))
-        leave = self._waypoint(held.leave, (*place, "to"))
+            raise self._error(location, f"{name!r} is the name of something else", "a unique name")
+        take = self._waypoint(held.take, (*location, "from"))
+        leave = self._waypoint(held.leave, (*location, "to"))
         for key, i in (("from", take), ("to", leave)):
             if getattr(self.waypoints[i], "freedom", None) is not None:
                 raise self._error(
-                    (*place, key),
+                    (*location, key),
                     f"the pose at {self.names[i]!r} is free, so the grasp of the object is "
                     "undefined",
                     "a pose with free: none",
                 )
         if leave <= take:
             raise self._error(
-                (*place, "to"), f"{held.leave!r} is not after {held.take!r}", "a waypoint after it"
+                (*location, "to"),
+                f"{held.leave!r} is not after {held.take!r}",
+                "a waypoint after it",
             )
-        appears = self._appearance(held, place)
+        appears = self._appearance(held, location)
         if appears is not None and appears > take:
             raise self._error(
-                (*place, "appears"), f"{held.appears!r} is after {held.take!r}", "a waypoint before"
+                (*location, "appears"),
+                f"{held.appears!r} is after {held.take!r}",
+                "a waypoint before",
             )
         source, base = self.source, self.source.frames.moving["base"]
         taken_from, left_on = (
@@ -151,13 +155,13 @@ class _SceneReader:
         )
         return GraspedObject(
             name=name,
-            shape=self._shape(held, place),
+            shape=self._shape(held, location),
             take=take,
             leave=leave,
             allow=tuple(held.allow),
             carriers=(taken_from, left_on),
             appears=appears,
-            payload=read_payload(held, self.source.places, place),
+            payload=read_payload(held, self.source.places, location),
         )
 
     def _frame(self, name: str) -> MovingFrame | None:
@@ -168,45 +172,47 @@ class _SceneReader:
         return replace(frame, link="") if frame.is_moving else None
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
-        place: Location = ("scene", "robots", name)
+        location: Location = ("scene", "robots", name)
         places, frames = self.source.places, self.source.frames
-        base = frames.moving[frames.find(robot.parent, (*place, "in"))]
+        base = frames.moving[frames.find(robot.parent, (*location, "in"))]
         if base.is_moving or base.link:
             raise self._error(
-                (*place, "in"),
+                (*location, "in"),
                 f"frame {robot.parent!r} moves; the robot's base must not",
                 "a fixed frame",
             )
         folder = places.file.parent if places.file is not None else Path()
         path = folder / os.path.expanduser(robot.scenario)
-        motion = robot.motion and places.named_file(robot.motion, (*place, "motion"))
+        motion = robot.motion and places.named_file(robot.motion, (*location, "motion"))
         return PlacedRobot(
             name=name,
-            placement=base.rest_placement * self.source.placement(robot, *place),
+            placement=base.rest_placement * self.source.placement(robot, *location),
             scenario=path if path.is_file() else robot.scenario,
             motion=motion or None,
             delay=robot.delay,
             carrier=self._frame(robot.parent),
         )
 
-    def _shape(self, item: ToolShape | SceneObject | HeldObject, place: Location) -> PlacedShape:
+    def _shape(self, item: ToolShape | SceneObject | HeldObject, location: Location) -> PlacedShape:
         """A shape, placed in the frame that carries it, or in the base if it is an object."""
-        places, placement = self.source.places, self.source.placement(item, *place)
+        places, placement = self.source.places, self.source.placement(item, *location)
         if isinstance(item, SceneObject):
             frames = self.source.frames
-            placement = frames[frames.find(item.parent, (*place, "in"))] * placement
+            placement = frames[frames.find(item.parent, (*location, "in"))] * placement
         kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
-            path = places.named_file(item.points.file, (*place, "points", "file"))
+            path = places.named_file(item.points.file, (*location, "points", "file"))
             scale = item.points.scale * self.source.length
             resolution = item.points.resolution
         if item.mesh is not None:
-            path = places.named_file(item.mesh, (*place, "mesh"))
+            path = places.named_file(item.mesh, (*location, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
             scale = (item.scale or 1.0) * (1.0 if has_unit else self.source.length)
         scales, size = (scale, scale, scale), _shape_size(item)
-        return PlacedShape(kind, size, placement, path, scales, bool(item.exact), resolution, place)
+        return PlacedShape(
+            kind, size, placement, path, scales, bool(item.exact), resolution, location
+        )
 
 
 def _shape_size(item: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:

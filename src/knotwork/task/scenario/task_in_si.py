@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.files.documents import Places
+from knotwork.files.documents import Location, Places
 from knotwork.task import JointWaypoint, Placement, PlainTask
 from knotwork.task.si_units import si_factors
 from knotwork.units import Units
@@ -59,10 +59,9 @@ class TaskInSI:
         for i, waypoint in enumerate(self.task.waypoints):
             if isinstance(waypoint, JointWaypoint):
                 continue
-            if waypoint.frame is not None:
-                names[i] = self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
-            else:
-                names[i] = self.frames.find(self.task.frame or "base", ("frame",))
+            is_own = waypoint.frame is not None
+            location: Location = ("waypoints", i, "frame") if is_own else ("frame",)
+            names[i] = self.frames.find(waypoint.frame or self.task.frame or "base", location)
         return names
 
     @cached_property

@@ -142,11 +142,9 @@ def _rest_poses(source: TaskInSI) -> dict[int, pin.SE3]:
 
 def _check_turned(source: TaskInSI, i: int, waypoint: PoseWaypoint) -> None:
     """Refuse a pose without orientation unless a path with an orientation begins there."""
-    onward = source.task.waypoints[i + 1 : i + 2]
-    if not waypoint.pose.turned and not any(
-        isinstance(following, PathWaypoint) and isinstance(following.orientation, Torch)
-        for following in onward
-    ):
+    following = source.task.waypoints[i + 1 : i + 2]
+    begins_torch = any(isinstance(getattr(step, "orientation", None), Torch) for step in following)
+    if not waypoint.pose.turned and not begins_torch:
         raise source.places.error(
             ("waypoints", i, "pose"),
             f"has no orientation; give one of {', '.join(ORIENTATIONS)}",

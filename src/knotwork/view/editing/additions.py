@@ -55,7 +55,7 @@ def waypoint_here(
     """
     task = scenario.given
     length, angle = si_factors(task.units)
-    beside = task.waypoints[max(after, 0)]
+    neighbour_waypoint = task.waypoints[max(after, 0)]
     added, changes = _time_between(scenario, after, fraction)
     line = "along" in added
     if joints and line:
@@ -67,7 +67,7 @@ def waypoint_here(
             for name, unit, value in zip(robot.joint_names, robot.joint_units, q, strict=True)
         }
     else:
-        frame = getattr(beside, "frame", None)
+        frame = getattr(neighbour_waypoint, "frame", None)
         if _moves(task, frame or task.frame or "base"):
             frame = "base"
         parent = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
@@ -75,7 +75,7 @@ def waypoint_here(
         if line:
             _snap(scenario, after, pose)
         pose = parent.actInv(pose)
-        neighbour = getattr(beside, "pose", None)
+        neighbour = getattr(neighbour_waypoint, "pose", None)
         forms = (name for name in FORMS if getattr(neighbour, name, None) is not None)
         form = next(forms, "rpy").replace("euler", "rpy")
         added |= {"frame": frame} if frame is not None else {}
@@ -166,9 +166,9 @@ def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
         size: Its edge length [m].
     """
     length, _ = si_factors(task.units)
-    used = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
-    names = ("box", *(f"box {k}" for k in range(2, len(used) + 3)))
-    name = next(name for name in names if name not in used)
+    taken_names = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
+    names = ("box", *(f"box {k}" for k in range(2, len(taken_names) + 3)))
+    name = next(name for name in names if name not in taken_names)
     value = {
         "box": file_values(np.full(3, size), length, 1e-3),
         "position": file_values(point, length, 1e-3),

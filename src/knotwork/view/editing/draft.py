@@ -170,8 +170,8 @@ def structure_digest(data: Any) -> str:
 def units(data: Any, robot: Robot | None) -> dict[str, str]:
     """The units of the values of a file, by their location as JSON."""
     joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
-    known = ((at, unit_at(data, at, joints)) for at in _locations(data))
-    return {as_javascript(at): unit for at, unit in known if unit}
+    located_units = ((at, unit_at(data, at, joints)) for at in _locations(data))
+    return {as_javascript(at): unit for at, unit in located_units if unit}
 
 
 def as_javascript(at: Location) -> str:

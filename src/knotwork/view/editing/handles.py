@@ -71,7 +71,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     file = scenario.task
     frames = Frames(file.frames, scenario.places)
     moving = frames.moving.items()
-    still = {
+    fixed_frames = {
         name
         for name, frame in moving
         if not frame.is_moving and frame.link == scenario.pose_frame_link
@@ -84,7 +84,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     for i, waypoint in enumerate(file.waypoints):
         if (
             not isinstance(waypoint, JointWaypoint)
-            and (waypoint.frame or file.frame or "base") in still
+            and (waypoint.frame or file.frame or "base") in fixed_frames
         ):
             for handle in _waypoint_handles(scenario, file, i, frame):
                 by_place.setdefault(handle.at, handle)  # only of the first repetition
@@ -95,7 +95,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     )
     for where, parts, in_file in placed_parts:
         for name, part in parts.items():
-            if (name if where == ("frames",) else part.parent) not in still:
+            if (name if where == ("frames",) else part.parent) not in fixed_frames:
                 continue
             at, parent = (*where, name), frame(part.parent)
             if scenario.places.given(at) != at:

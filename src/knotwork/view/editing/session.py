@@ -69,13 +69,11 @@ class DraftReading:
         scenario = resolve_task(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
-        by_place = {handle.at: handle for handle in reversed(all_handles)}
-        in_file = [place for place in by_place.values() if part_of(document.data, place.at)]
         return cls(
             revision=revision,
             scenario=scenario,
             robot=robot,
-            handles=in_file[::-1],
+            handles=[handle for handle in all_handles if part_of(document.data, handle.at)],
             structure=structure_digest(document.data),
             units=units(document.data, robot),
             names=_names(scenario),
@@ -169,15 +167,15 @@ class Session:
     def _state(self) -> Answer:
         """State of the page besides the scene, with handles of the present text only."""
         reading, draft = self._last_reading(), self.draft.state()
-        more: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
+        shown_state: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
         if reading is not None:
-            more |= {"handled": reading.revision, "units": reading.units}
+            shown_state |= {"handled": reading.revision, "units": reading.units}
             if draft["build"] == reading.structure:
                 shown = [
                     {**handle.to_dict(), "build": reading.structure} for handle in reading.handles
                 ]
-                more |= {"handles": shown, "names": reading.names}
-        return {"draft": {**draft, **more, "verdict": self._verdict}}
+                shown_state |= {"handles": shown, "names": reading.names}
+        return {"draft": {**draft, **shown_state, "verdict": self._verdict}}
 
     def _edit(self, request: Request) -> None:
         """Change the text; if the page names a structure, only while the text has it."""
@@ -197,8 +195,8 @@ class Session:
         """Move a handle of the present text."""
         self._require_same_structure(request)
         reading, place = self._read(), (tuple(request.get("at", ())), str(request.get("name")))
-        known = {(handle.at, handle.name): handle for handle in reading.handles}
-        handle = known.get(place)
+        by_place = {(handle.at, handle.name): handle for handle in reading.handles}
+        handle = by_place.get(place)
         if handle is None:
             raise InputError(f"there is no handle at {request.get('at')!r}")
         sizes = {"position": 3, "quaternion": 4}
