@@ -117,9 +117,7 @@ def too_fast() -> dict[str, Any]:
 def test_infeasible_velocity_is_a_failure() -> None:
     plan = kw.plan(too_fast())
     assert plan.solution.infeasibilities
-    needed = [(one.waypoint, one.velocity, one.limit) for one in plan.solution.infeasibilities]
-    failed = [(one.name, one.value, one.limit) for one in plan.report.failures]
-    assert set(needed) <= set(failed)
+    assert set(plan.solution.infeasibilities) <= set(plan.report.failures)
     told = plan.report_to_dict()["failures"]
     assert any("'on'" in line and "of that velocity" in line for line in told)
 

@@ -61,8 +61,7 @@ def test_scenario_passes_the_judge_and_reports_its_branches(
 
     posed = [w.name for w in kw.load_scenario(path).waypoints if isinstance(w, CartesianWaypoint)]
     assert ("Solutions chosen" in ran.out) == ("solutions" in saved) == bool(posed)
-    solutions = saved.get("solutions", {"infeasibilities": [], "choices": []})
-    assert solutions["infeasibilities"] == []
+    solutions = saved.get("solutions", {"choices": []})
     assert [choice["waypoint"] for choice in solutions["choices"]] == posed
     for choice in solutions["choices"]:
         assert choice["branch"] in " ".join(ran.out.split())

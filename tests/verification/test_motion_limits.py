@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -38,12 +37,6 @@ def move(**rest: Any) -> dict[str, Any]:
     """A UR5 moves from rest to rest in 2 s."""
     waypoints = [{"joints": HOME}, {"joints": AWAY, "after": 2}]
     return {"robot": "ur5", "waypoints": waypoints, **rest}
-
-
-def written(tmp_path: Path, data: dict[str, Any]) -> Path:
-    path = tmp_path / "move.yaml"
-    path.write_text(json.dumps(data, indent=1), encoding="utf-8")  # JSON is YAML too
-    return path
 
 
 def peak_speed(plan: kw.Plan, frame: str | None = None) -> float:
@@ -206,7 +199,7 @@ def test_all_outputs_mark_sampled_verdict(knotwork: Command, tmp_path: Path) -> 
     assert "sampled" in row
     assert 'data-label="margin"></td>' in row
     assert "width: 0%" in row
-    full = knotwork("plan", written(tmp_path, even_turn()), "--full").out
+    full = knotwork("plan", kw.Task(**even_turn()).save(tmp_path / "turn.yaml"), "--full").out
     last = full.strip().splitlines()[-1]
     assert last == f"PASSED turn: {met} of {required} requirements met, 1 sampled only"
 

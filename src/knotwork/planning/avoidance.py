@@ -37,7 +37,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
     solution: TaskSolution | None = None
     blocked: Sequence[int] | None = None
     avoided: list[SequenceStep] = []
-    known: list[FloatArray] = []
+    planned: list[FloatArray] = []
     tried = 0
     while True:
         try:
@@ -61,10 +61,10 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
         if tried == planner.max_sequences or planner.is_late:
             break
         q = solution.sequence
-        known.append(solution.waypoints.position)
+        planned.append(solution.waypoints.position)
         avoided += [(i, q[i], q[i + 1]) for i in blocked]
         solution = planner.solve(avoided)
-        if any(np.array_equal(q, solution.waypoints.position) for q in known):
+        if any(np.array_equal(q, solution.waypoints.position) for q in planned):
             break
     if best is None:
         raise first_error or AssertionError("a sequence without a plan has an error")

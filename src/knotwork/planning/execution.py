@@ -106,8 +106,10 @@ def scaled_motion(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
     limits = space.limits["acceleration"], space.limits["jerk"]
-    motion, clock, known = change_speed(profile, planned, scenario.times, limits)
-    return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, (START, "end")), known)
+    motion, clock, warnings = change_speed(profile, planned, scenario.times, limits)
+    return _checked(
+        _ExecutedMotion(scenario, space, planned, motion, clock, (START, "end")), warnings
+    )
 
 
 def stopped_motion(
@@ -143,12 +145,12 @@ def stopped_motion(
     return _checked(_ExecutedMotion(scenario, space, planned, motion, clock, ends))
 
 
-def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> CheckedMotion:
+def _checked(executed: _ExecutedMotion, warnings: Sequence[Finding] = ()) -> CheckedMotion:
     """An executed motion with a task of the waypoints that it reaches, checked.
 
     Args:
         executed: The motion.
-        known: Findings to report as well.
+        warnings: Findings to report as well.
     """
     planned, motion, clock = executed.planned, executed.motion, executed.clock
     arrivals = _arrivals(executed)
@@ -166,7 +168,7 @@ def _checked(executed: _ExecutedMotion, known: Sequence[Finding] = ()) -> Checke
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
-    report = check(trajectory, scenario, space=space, known=[*known, *geometry])
+    report = check(trajectory, scenario, space=space, known=[*warnings, *geometry])
     return scenario, space, waypoints, trajectory, report
 
 

@@ -106,7 +106,7 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
 
 
 def on_moving_frames(task: Task) -> list[int]:
-    """Waypoints of a task that are in moving frames, by index."""
+    """Indices in a task of the waypoints that are in moving frames."""
     frames = task.frames
 
     def moves(name: str | None) -> bool:
@@ -144,10 +144,11 @@ def scene_from(
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
 
-    def shift_appearance(item: Any, i: int | None) -> Any:
-        """An object that appears at waypoint i, or `None` if the execution ends before."""
-        since = first if i is None else times[i]
-        appears = scenario.waypoints[i].name if i is not None and first < since else None
+    def shift_appearance(item: Any, waypoint: int | None) -> Any:
+        """An object that appears at a waypoint, or `None` if the execution ends before."""
+        since, appears = first, None
+        if waypoint is not None and first < times[waypoint]:
+            since, appears = times[waypoint], scenario.waypoints[waypoint].name
         return None if last < since else item.replace(appears=appears)
 
     for item in scenario.scene.objects:
@@ -161,10 +162,11 @@ def scene_from(
                 leave=grasp.leave if times[leave] <= last else ends[1],
             )
             continue
-        i = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
-        near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
-        pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
-        put_down = _put_down(scenario, held, i, pose, near=near)
+        waypoint = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
+        before, after = max(waypoint - 1, 0), min(waypoint + 1, len(times) - 1)
+        near = times[before] <= last and first <= times[after]
+        pose = robot.forward(motion(times[waypoint]))  # type: ignore[union-attr]
+        put_down = _put_down(scenario, held, waypoint, pose, near=near)
         objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
     present = {name: item for name, item in objects.items() if item}
@@ -191,16 +193,16 @@ def _frames_from(task: Task, start: float) -> dict[str, Any]:
 
 
 def _put_down(
-    scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
+    scenario: Scenario, held: GraspedObject, waypoint: int, pose: Any, *, near: bool
 ) -> SceneObject:
-    """A held object at its pose where the tool takes or releases it, at waypoint i."""
-    task, carrier = scenario.given, held.carriers[i == held.leave]
+    """A held object where the tool takes or releases it, at a waypoint by index in the scenario."""
+    task, carrier = scenario.given, held.carriers[waypoint == held.leave]
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"
     if carrier is not None:
-        waypoint = task.waypoints[scenario.task_index[i]]
-        parent = getattr(waypoint, "frame", None) or task.frame or "base"
-        placed = carrier.placement_at(scenario.waypoints[i].time).actInv(placed)
+        requested = task.waypoints[scenario.task_index[waypoint]]
+        parent = getattr(requested, "frame", None) or task.frame or "base"
+        placed = carrier.placement_at(scenario.waypoints[waypoint].time).actInv(placed)
     shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
     place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()

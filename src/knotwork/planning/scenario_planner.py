@@ -7,11 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
 from knotwork.planning.task_to_joint import (
-    Infeasibility,
     SequenceStep,
     TaskSolution,
     solve_task,
@@ -19,14 +17,10 @@ from knotwork.planning.task_to_joint import (
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import find_clear_motions, segments
-from knotwork.units import Units, readable
-from knotwork.verification import Finding, check
+from knotwork.verification import check
 
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
-
-FEASIBILITY = "Feasibility"
-"""Group of findings that hold for every motion through the joint waypoints."""
 
 FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
 """Maximum number of sequences of solutions to plan: with given times, with times to be chosen."""
@@ -95,11 +89,11 @@ class ScenarioPlanner:
             loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
             segments=segments(scenario, starts),
         )
-        known = [_velocity_finding(limit, scenario.units) for limit in solution.infeasibilities]
+        findings = [*solution.infeasibilities]
         if chosen is not None:
             from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
-            known += chosen_times_findings(chosen, space)
+            findings += chosen_times_findings(chosen, space)
             # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
@@ -107,8 +101,8 @@ class ScenarioPlanner:
         if clear_motions:
             from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
 
-            known += clear_motion_findings(clear_motions, scenario, space, trajectory)
-        report = check(trajectory, scenario, space=space, known=known)
+            findings += clear_motion_findings(clear_motions, scenario, space, trajectory)
+        report = check(trajectory, scenario, space=space, known=findings)
         return Plan(
             scenario,
             space,
@@ -119,36 +113,3 @@ class ScenarioPlanner:
             solution=solution,
             chosen=chosen,
         )
-
-
-def _velocity_finding(limit: Infeasibility, units: Units) -> Finding:
-    """The finding for a velocity limit that is exceeded whatever solutions are chosen."""
-    needed = units.shown(limit.velocity, limit.unit)[0]
-    allowed = units.text(limit.limit, limit.unit, ".4g")
-    if limit.until:
-        why, place = "on average", f"from {limit.waypoint!r} to {limit.until!r}"
-        duration = limit.end - limit.start
-        remedy = (
-            f"{duration / limit.fraction:.4g} s or more is sufficient for the mean, and they have "
-            f"{duration:.4g} s"
-        )
-    else:
-        why, place = "for the tool's velocity", f"at {limit.waypoint!r}"
-        remedy = f"{limit.fraction:.3g} of that velocity is feasible"
-    return Finding(
-        group=FEASIBILITY,
-        subject="waypoint",
-        name=limit.waypoint,
-        quantity="joint_velocity_needed",
-        verdict="failed",
-        fact=f"{place} {limit.joint} needs {units.text(limit.velocity, limit.unit, '.4g')} {why}, "
-        f"and its limit is {allowed}",
-        value=limit.velocity,
-        limit=limit.limit,
-        margin=limit.limit - limit.velocity,
-        unit=limit.unit,
-        time=None if limit.until else limit.start,
-        label=f"{to_one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
-        remedy=remedy,
-        interval=(limit.start, limit.end) if limit.until else None,
-    )

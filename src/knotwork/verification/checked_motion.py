@@ -64,31 +64,31 @@ class Execution:
     ends: tuple[str, str]
 
     def stretch(
-        self, stretch: Stretch, k: int, name: tuple[str, str]
+        self, stretch: Stretch, waypoint: int, names: tuple[str, str]
     ) -> tuple[tuple[str, str], Stretch]:
         """Ends and executed part of a stretch of a tool path, at any speed; it may be empty.
 
         Args:
             stretch: The stretch.
-            k: Index of the waypoint at its start.
-            name: Names of the waypoints at its ends.
+            waypoint: Index in the scenario of the waypoint at its start.
+            names: Names of the waypoints at its ends.
         """
         start, end = self.clock.x[[0, -1]].tolist()
         first, last = self.clock(self.clock.x[[0, -1]]).tolist()
         if stretch.end <= first or last <= stretch.start:
-            return name, replace(stretch, start=start, end=start)
-        names = (
-            name[0] if k in self.arrivals else self.ends[0],
-            (name[1] if k + 1 in self.arrivals else self.ends[1]),
+            return names, replace(stretch, start=start, end=start)
+        executed_names = (
+            names[0] if waypoint in self.arrivals else self.ends[0],
+            names[1] if waypoint + 1 in self.arrivals else self.ends[1],
         )
         executed = replace(
             stretch,
-            start=self.arrivals.get(k, start),
-            end=self.arrivals.get(k + 1, end),
+            start=self.arrivals.get(waypoint, start),
+            end=self.arrivals.get(waypoint + 1, end),
             speed=np.inf,
             full_speed=(np.inf, np.inf),
         )
-        return names, executed
+        return executed_names, executed
 
 
 def describe_time(scenario: Scenario, time: float) -> str:

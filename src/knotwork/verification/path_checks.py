@@ -15,6 +15,7 @@ from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
+    from knotwork.curves.polynomial import PiecewisePolynomial
     from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
@@ -169,43 +170,53 @@ def _follow_paths(
     If several whole turns are possible at the beginning, one is taken that keeps the turn within
     its range.
     """
-    from knotwork.verification.bounds.path_criteria import PathLimits
-    from knotwork.verification.bounds.stretch_bounds import path_bounds
-
-    allowed = scenario.task.tolerances
+    stretches = list(_executed_stretches(motion, scenario, paths, execution))
     clock = None if execution is None else execution.clock
-
-    def follow(turn: float) -> list[_FollowedStretch]:
-        """Bounds on each stretch, the first of which begins at about a turn [rad]."""
-        followed = []
-        for path, ends, stretch in _executed_stretches(motion, scenario, paths, execution):
-            limits = PathLimits(
-                position=allowed.path,
-                orientation=allowed.path_orientation,
-                speed=allowed.path_speed * stretch.speed,
-                full_speed=stretch.speed,
-                full_interval=stretch.full_speed,
-            )
-            interval = stretch.start, stretch.end
-            result = path_bounds(
-                robot, motion.curve, path.motion, interval, limits, path.freedom, turn, clock
-            )
-            turn = result.errors.turns[1]
-            followed.append(_FollowedStretch(path, ends, stretch, result))
-        return followed
-
-    first = follow(0.0)
+    first = _follow_stretches(motion, scenario, robot, stretches, clock, 0.0)
     freedom = paths[0].freedom if first else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return first
-    start, slack = first[0].result.errors.turns[0], allowed.path_orientation
+    start, slack = first[0].result.errors.turns[0], scenario.task.tolerances.path_orientation
     low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
     whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
     for count in (0, *whole_turns):
-        attempt = follow(start + math.tau * count) if count else first
+        attempt = first
+        if count:
+            turn = start + math.tau * count
+            attempt = _follow_stretches(motion, scenario, robot, stretches, clock, turn)
         if all(stretch.keeps_turn for stretch in attempt):
             return attempt
     return first
+
+
+def _follow_stretches(
+    motion: Motion,
+    scenario: Scenario,
+    robot: Robot,
+    stretches: Sequence[tuple[ScenarioPath, tuple[str, str], Stretch]],
+    clock: PiecewisePolynomial | None,
+    turn: float,
+) -> list[_FollowedStretch]:
+    """Bounds on each stretch, of which the first one begins at about a turn [rad]."""
+    from knotwork.verification.bounds.path_criteria import PathLimits
+    from knotwork.verification.bounds.stretch_bounds import path_bounds
+
+    allowed, followed = scenario.task.tolerances, []
+    for path, ends, stretch in stretches:
+        limits = PathLimits(
+            position=allowed.path,
+            orientation=allowed.path_orientation,
+            speed=allowed.path_speed * stretch.speed,
+            full_speed=stretch.speed,
+            full_interval=stretch.full_speed,
+        )
+        interval = stretch.start, stretch.end
+        result = path_bounds(
+            robot, motion.curve, path.motion, interval, limits, path.freedom, turn, clock
+        )
+        turn = result.errors.turns[1]
+        followed.append(_FollowedStretch(path, ends, stretch, result))
+    return followed
 
 
 def _executed_stretches(
@@ -213,10 +224,10 @@ def _executed_stretches(
 ) -> Iterator[tuple[ScenarioPath, tuple[str, str], Stretch]]:
     """Stretches within the time of a motion, with their paths and the names of their ends."""
     for path in paths:
-        for k, stretch in enumerate(path.stretches, path.first):
-            ends = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
+        for waypoint, stretch in enumerate(path.stretches, path.first):
+            ends = scenario.waypoints[waypoint].name, scenario.waypoints[waypoint + 1].name
             if execution is not None:
-                ends, stretch = execution.stretch(stretch, k, ends)
+                ends, stretch = execution.stretch(stretch, waypoint, ends)
             if max(stretch.start, motion.start_time) < min(stretch.end, motion.end_time):
                 yield path, ends, stretch
 

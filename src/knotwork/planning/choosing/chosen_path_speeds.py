@@ -187,10 +187,10 @@ def paths_beyond_limits(paths: ChosenPathSpeeds) -> list[InputError]:
         if any(i + 1 in paths.speeds for i in range(path.first, path.last)):
             continue
         utilisation = LimitUtilisation(task, path)
-        used = utilisation.of_motion(task, path).max(axis=1)
-        for k in np.flatnonzero((used > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
-            limit = utilisation.limits[int(used[k].argmax())]
-            errors.append(_path_error(task, path, k, limit, float(used[k].max())))
+        shares = utilisation.of_motion(task, path).max(axis=1)
+        for k in np.flatnonzero((shares > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
+            limit = utilisation.limits[int(shares[k].argmax())]
+            errors.append(_path_error(task, path, k, limit, float(shares[k].max())))
     return errors
 
 
@@ -210,7 +210,7 @@ def _path_error(
     path: ScenarioPath,
     k: int,
     limit: Limit,
-    used: float | None = None,
+    share: float | None = None,
 ) -> InputError:
     """The error for a stretch of a path that exceeds a limit.
 
@@ -219,7 +219,7 @@ def _path_error(
         path: The path.
         k: Index of the stretch.
         limit: The exceeded limit.
-        used: Utilisation of it, if known.
+        share: Utilisation of it, if known.
     """
     scenario, i = task.scenario, path.first + 1 + k
     start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
@@ -243,7 +243,7 @@ def _path_error(
     elif limit == TOLERANCES:
         reason = "the tolerances are not kept"
     else:
-        excess = "exceeds" if used is None else f"reaches {rounded_up(used, 4):.4g} times"
+        excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
         joint = repr(limit.joint) if limit.joint else "the tool"
         reason = f"{joint} {excess} its limit of {limit.quantity}"
     error = InputError(

@@ -159,18 +159,18 @@ def _parts(timing: Timing) -> FloatArray:
     return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
 
 
-def _largest_by_part(used: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+def _largest_by_part(utilisation: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
     """Largest utilisation on each part of n stretches, shape (n, 3, m).
 
     Args:
-        used: Utilisation of each limit, shape (k, m).
+        utilisation: Utilisation of each limit, shape (k, m).
         x: Parameters of these values, shape (k,).
         ends: Ends of the parts, as from `_parts`.
     """
-    largest = np.zeros((len(ends) - 1, used.shape[1]))
+    largest = np.zeros((len(ends) - 1, utilisation.shape[1]))
     index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(largest) - 1)
-    np.maximum.at(largest, index, used)
-    return largest.reshape(-1, 3, used.shape[1])
+    np.maximum.at(largest, index, utilisation)
+    return largest.reshape(-1, 3, utilisation.shape[1])
 
 
 class PathUtilisation:

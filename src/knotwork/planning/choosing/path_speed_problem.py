@@ -119,24 +119,24 @@ class PathSpeedProblem:
             self.speeds[k] = min(speed, cap)
             self.limiting[k] = bound if cap <= speed else self.utilisation.limits[column]
         self._fit()
-        while (used := self._expected_utilisation()).max() > 1.0:
-            self._slow_down(used)
+        while (utilisation := self._expected_utilisation()).max() > 1.0:
+            self._slow_down(utilisation)
             self._fit()
         return self.requested.timed(self.speeds)[0].duration
 
     def _expected_utilisation(self) -> FloatArray:
         """Expected utilisation on each stretch, relative to the permitted one, shape (n, m)."""
-        used = self.along.with_timing(self.requested.timed(self.speeds)[0])
-        return np.asarray((used * self._ratio / EXPECTED_UTILISATION).max(axis=1))
+        utilisation = self.along.with_timing(self.requested.timed(self.speeds)[0])
+        return np.asarray((utilisation * self._ratio / EXPECTED_UTILISATION).max(axis=1))
 
-    def _slow_down(self, used: FloatArray) -> None:
+    def _slow_down(self, utilisation: FloatArray) -> None:
         """Lower the speed where the excess over a limit is largest.
 
         A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
         speeds.
         """
-        k = int(used.max(axis=1).argmax())
-        factors = np.maximum(used[k], 1e-9) ** (-1.0 / self.utilisation.orders)
+        k = int(utilisation.max(axis=1).argmax())
+        factors = np.maximum(utilisation[k], 1e-9) ** (-1.0 / self.utilisation.orders)
         limit = self.utilisation.limits[int(factors.argmin())]
         factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
         stretches = [k]
@@ -193,13 +193,13 @@ class PathSpeedProblem:
         Returns:
             The error for the limit that the motion exceeds, or `None`.
         """
-        used = self.utilisation.of_motion(task, path)
+        utilisation = self.utilisation.of_motion(task, path)
         expected = self.along.with_timing(path.motion.timing)
-        ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(used, self._ratio * expected) > SIGNIFICANT_UTILISATION
+        ratio = np.clip(utilisation / np.maximum(expected, 1e-9), 0.1, 1e3)
+        compared = np.maximum(utilisation, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
-        k, _, column = np.unravel_index(used.argmax(), used.shape)
-        if used[k].max() <= PLANNED_UTILISATION:
+        k, _, column = np.unravel_index(utilisation.argmax(), utilisation.shape)
+        if utilisation[k].max() <= PLANNED_UTILISATION:
             return None
         return NoSpeedsError(self.path, int(k), self.utilisation.limits[int(column)])
 

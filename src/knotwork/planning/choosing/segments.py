@@ -253,35 +253,31 @@ def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
     and unknown if only knots are. They are zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
-    known = np.full((len(rows), len(space.joint_names)), np.nan)
+    accelerations = np.full((len(rows), len(space.joint_names)), np.nan)
     for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
-        row, accelerations = rows[end], waypoints.acceleration
-        if accelerations is not None and not np.isnan(accelerations[row]).any():
-            known[end] = accelerations[row]
+        row, given = rows[end], waypoints.acceleration
+        if given is not None and not np.isnan(given[row]).any():
+            accelerations[end] = given[row]
         elif row == last and space.end_acceleration is not None:
-            known[end] = space.end_acceleration[end]
+            accelerations[end] = space.end_acceleration[end]
         elif segment.waypoints[end] in task.zero_acceleration_points or (
             row == last and task.unknowns.duration.any()
         ):
-            known[end] = 0.0
-    return known
+            accelerations[end] = 0.0
+    return accelerations
 
 
 def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
-    bounded = np.isfinite(limits.acceleration)
+    bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
     if space.robot is not None:
         bounded |= np.isfinite(limits.effort)
-    loose = [name for name, fine in zip(space.joint_names, bounded, strict=True) if not fine]
-    if not loose:
-        return
-    reason = (
-        "neither a limit of acceleration nor one of torque is known"
-        if space.robot is not None
-        else "no acceleration limit is given"
-    )
-    with scenario.error_context("limits"):
-        raise InputError(
-            f"times are chosen, but no limit bounds the acceleration of {', '.join(loose)}: "
-            f"{reason}; accepted: acceleration: {{joint: value, …}}, with values for this robot"
-        )
+        reason = "neither a limit of acceleration nor one of torque is known"
+    unbounded = np.array(space.joint_names)[~bounded]
+    if unbounded.size:
+        with scenario.error_context("limits"):
+            raise InputError(
+                f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}:"
+                f" {reason}; accepted: acceleration: {{joint: value, …}}, with values for this "
+                "robot"
+            )

@@ -20,7 +20,7 @@ from knotwork.planning.comparison.scores import Score as Score
 from knotwork.planning.comparison.scores import best as best
 from knotwork.planning.comparison.scores import flatten
 from knotwork.planning.planner_options import planner_options, supported_options
-from knotwork.planning.scenario_planner import FEASIBILITY
+from knotwork.planning.task_to_joint.solution import FEASIBILITY
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units

@@ -1,6 +1,5 @@
 from .inserted import knots_of as knots_of
 from .solution import Choice as Choice
-from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart
 from .solution import SequenceStep as SequenceStep
 from .solution import TaskSolution as TaskSolution

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
-from knotwork.planning.task_to_joint.solution import Choice, Infeasibility
+from knotwork.errors.plain_text import to_one_line
+from knotwork.planning.task_to_joint.solution import FEASIBILITY, Choice
 from knotwork.planning.task_to_joint.solution_search import ChosenSequence, SolutionSearch
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
@@ -12,6 +15,10 @@ from knotwork.robot.kinematics.geometry.configuration_flags import (
     describe_flags,
 )
 from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.scenario import ScenarioWaypoint
+from knotwork.units import readable
+from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
 
@@ -39,45 +46,69 @@ def _turns(robot: Robot, q: FloatArray) -> dict[str, int]:
     return {name: int(turn) for name, turn, unit in joints if turn and unit == "rad"}
 
 
-def find_infeasibilities(
-    search: SolutionSearch, chosen: ChosenSequence
-) -> tuple[Infeasibility, ...]:
-    """Intervals and waypoints that exceed a velocity limit with every choice."""
+def find_infeasibilities(search: SolutionSearch, chosen: ChosenSequence) -> tuple[Finding, ...]:
+    """Failures of intervals and waypoints that exceed a velocity limit with every choice."""
+    robot, scenario, intervals = search.robot, search.scenario, pairwise(search.scenario.waypoints)
     moves = np.abs(np.diff(chosen.positions, axis=0))
-    spans = [
-        (i, i + 1, move / step.duration)
-        for i, (move, step) in enumerate(zip(moves, search.steps, strict=True))
+    failures = [
+        _velocity_finding(robot, scenario, move / step.duration, start, end)
+        for move, step, (start, end) in zip(moves, search.steps, intervals, strict=True)
         if step.is_timed
     ]
-    spans += [
-        (i, i, np.abs(chosen.velocities[i]))
+    failures += [
+        _velocity_finding(robot, scenario, np.abs(chosen.velocities[i]), scenario.waypoints[i])
         for i, candidates in enumerate(search.candidates)
         if candidates is not None and i not in search.free_velocity
     ]
-    limit = search.robot.velocity_limit * OVERSPEED_FACTOR
-    return tuple(_infeasibility(search, *span) for span in spans if (span[2] > limit).any())
+    return tuple(failure for failure in failures if failure is not None)
 
 
-def _infeasibility(
-    search: SolutionSearch, first: int, last: int, speed: FloatArray
-) -> Infeasibility:
-    """An interval in which a joint is too fast, or a waypoint where first and last are equal.
+def _velocity_finding(
+    robot: Robot,
+    scenario: Scenario,
+    speeds: FloatArray,
+    start: ScenarioWaypoint,
+    end: ScenarioWaypoint | None = None,
+) -> Finding | None:
+    """The failure of the joint that is too fast, if one is.
 
     Args:
-        search: The search.
-        first: Index of the waypoint.
-        last: Index of the waypoint where the interval ends.
-        speed: Joint speeds [rad/s or m/s], shape (d,).
+        robot: The robot.
+        scenario: The task.
+        speeds: Joint speeds [rad/s or m/s], shape (d,).
+        start: Waypoint with these speeds, or where an interval with these mean speeds begins.
+        end: Waypoint where the interval ends.
     """
-    robot, scenario = search.robot, search.scenario
-    worst = int(np.argmax(speed / robot.velocity_limit))
-    return Infeasibility(
-        waypoint=scenario.waypoints[first].name,
-        until=scenario.waypoints[last].name if first < last else "",
-        start=float(scenario.times[first]),
-        end=float(scenario.times[last]),
-        joint=robot.joint_names[worst],
-        velocity=float(speed[worst]),
-        limit=float(robot.velocity_limit[worst]),
-        unit=f"{robot.joint_units[worst]}/s",
+    worst = int(np.argmax(speeds / robot.velocity_limit))
+    joint, unit = robot.joint_names[worst], f"{robot.joint_units[worst]}/s"
+    speed, limit = float(speeds[worst]), float(robot.velocity_limit[worst])
+    if not speed > limit * OVERSPEED_FACTOR:  # an unknown duration gives NaN
+        return None
+    if end is not None:
+        why, place = "on average", f"from {start.name!r} to {end.name!r}"
+        duration = end.time - start.time
+        remedy = (
+            f"{duration * speed / limit:.4g} s or more is sufficient for the mean, and they have "
+            f"{duration:.4g} s"
+        )
+    else:
+        why, place = "for the tool's velocity", f"at {start.name!r}"
+        remedy = f"{limit / speed:.3g} of that velocity is feasible"
+    text, allowed = scenario.units.text, scenario.units.text(limit, unit, ".4g")
+    return Finding(
+        group=FEASIBILITY,
+        subject="waypoint",
+        name=start.name,
+        quantity="joint_velocity_needed",
+        verdict="failed",
+        fact=f"{place} {joint} needs {text(speed, unit, '.4g')} {why}, and its limit is {allowed}",
+        value=speed,
+        limit=limit,
+        margin=limit - speed,
+        unit=unit,
+        time=None if end is not None else start.time,
+        label=f"{to_one_line(joint)} needs {readable(scenario.units.shown(speed, unit)[0])} of "
+        f"{allowed} {why}",
+        remedy=remedy,
+        interval=None if end is None else (start.time, end.time),
     )

@@ -206,10 +206,10 @@ def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], Vi
     """The distinct virtual joints of all freedoms, each with the union of its ranges."""
     shared: dict[tuple[str, str, bytes], VirtualJoint] = {}
     for joint in joints:
-        known = shared.setdefault(_kind(joint), joint)
-        if known is not joint:
-            lower, upper = min(known.lower, joint.lower), max(known.upper, joint.upper)
-            shared[_kind(joint)] = replace(known, lower=lower, upper=upper)
+        merged = shared.setdefault(_kind(joint), joint)
+        if merged is not joint:
+            lower, upper = min(merged.lower, joint.lower), max(merged.upper, joint.upper)
+            shared[_kind(joint)] = replace(merged, lower=lower, upper=upper)
     return shared
 
 
@@ -268,14 +268,14 @@ def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSol
     waypoints, d = solution.waypoints, len(space.joint_names)
     if len(waypoints.joint_names) == d:
         return solution
-    known = waypoints.acceleration
+    acceleration = waypoints.acceleration
     waypoints = replace(
         waypoints,
         joint_names=space.joint_names,
         joint_units=space.joint_units,
         position=waypoints.position[:, :d],
         velocity=waypoints.velocity[:, :d],
-        acceleration=None if known is None else known[:, :d],
+        acceleration=None if acceleration is None else acceleration[:, :d],
     )
     choices = tuple(
         replace(choice, turns={j: k for j, k in choice.turns.items() if j in space.joint_names})

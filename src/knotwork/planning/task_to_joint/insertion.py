@@ -135,22 +135,22 @@ class _Insertion:
             worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
             if (worst <= 1.0).all():
                 break
-            more = np.ceil(count * np.minimum(worst, MAX_PARTS**4) ** 0.25).astype(int)
-            count = np.where(worst > 1.0, np.maximum(more, count + 1), count)
+            parts = np.ceil(count * np.minimum(worst, MAX_PARTS**4) ** 0.25).astype(int)
+            count = np.where(worst > 1.0, np.maximum(parts, count + 1), count)
             self._check_count(int(count.sum()))
             pieces = zip(ends[:-1], ends[1:], count, strict=True)
             wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
             followed = self.waypoints_at(np.append(np.concatenate(wanted), ends[-1]))
         return followed
 
-    def divide(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
+    def divide(self, followed: FollowedPath, use: FloatArray) -> FollowedPath:
         """Divide the intervals that exceed the tolerances."""
         excess = use > 1.0
         self._check_count(len(use) + int(excess.sum()))
-        self._check_lengths(known, use)
-        more = self.waypoints_at(0.5 * (known.time[1:] + known.time[:-1])[excess])
-        order = np.argsort(np.concatenate((known.time, more.time)))
-        values = zip(known, more, strict=True)
+        self._check_lengths(followed, use)
+        middles = self.waypoints_at(0.5 * (followed.time[1:] + followed.time[:-1])[excess])
+        order = np.argsort(np.concatenate((followed.time, middles.time)))
+        values = zip(followed, middles, strict=True)
         return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
 
     def use(self, followed: FollowedPath) -> FloatArray:

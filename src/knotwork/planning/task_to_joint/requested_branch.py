@@ -70,18 +70,14 @@ def is_in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_
     return np.asarray((candidates.flags * signs >= 0).all(axis=1))
 
 
-def branch_names(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
-    """Names of the candidates' branches, each once; empty for an arm without branches."""
-    names = dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags)
-    return tuple(name for name in names if name)
-
-
 def no_branch(
     scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
 ) -> BranchError:
     """Make the error for a waypoint that is not reached in the requested branch."""
     target = scenario.waypoints[index]
-    branches = () if candidates is None else branch_names(robot, candidates)
+    flags = np.empty((0, 0)) if candidates is None else candidates.flags
+    names = dict.fromkeys(describe_flags(robot, row) for row in flags)
+    branches = tuple(name for name in names if name)  # an arm without branches has no names
     wanted = scenario.branch
     requested = (
         "the branch of the waypoints before it"

@@ -11,6 +11,10 @@ from knotwork.waypoints import FloatArray, JointWaypoints
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.robot.kinematics.following.joint_field import Pull
+    from knotwork.verification import Finding
+
+FEASIBILITY = "Feasibility"
+"""Group of findings that hold for every motion through the joint waypoints."""
 
 SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
@@ -38,38 +42,6 @@ class Choice:
     sampled: bool
 
 
-@dataclass(frozen=True)
-class Infeasibility:
-    """A velocity limit that is exceeded with every choice of solutions.
-
-    At a waypoint the velocity of the tool is too high, in an interval the mean velocity of a joint.
-
-    Attributes:
-        waypoint: Name of the waypoint, or of the first waypoint of the interval.
-        until: Name of the waypoint where the interval ends; empty at a waypoint.
-        start: Time of the waypoint, or start of the interval [s].
-        end: End of the interval [s]; at a waypoint equal to `start`.
-        joint: The joint with the largest relative excess.
-        velocity: The speed that the joint needs [rad/s or m/s].
-        limit: The joint's velocity limit [rad/s or m/s].
-        unit: `rad/s` or `m/s`.
-    """
-
-    waypoint: str
-    until: str
-    start: float
-    end: float
-    joint: str
-    velocity: float
-    limit: float
-    unit: str
-
-    @property
-    def fraction(self) -> float:
-        """The feasible fraction of the velocity."""
-        return self.limit / self.velocity
-
-
 class PathStart(NamedTuple):
     """The arm at the start of a path.
 
@@ -90,7 +62,8 @@ class TaskSolution:
 
     Attributes:
         waypoints: Joint positions and velocities.
-        infeasibilities: Velocity limits that are exceeded with every choice of solutions.
+        infeasibilities: Failures of velocity limits that are exceeded with every choice of
+            solutions.
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
             its poses, shape (n, d). It is `None` if no other sequence may be feasible and
@@ -99,16 +72,11 @@ class TaskSolution:
     """
 
     waypoints: JointWaypoints
-    infeasibilities: tuple[Infeasibility, ...] = ()
+    infeasibilities: tuple[Finding, ...] = ()
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
     starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the choices and infeasibilities as plain data, ready for JSON."""
-        infeasible = [
-            {**asdict(infeasibility), "fraction": infeasibility.fraction}
-            for infeasibility in self.infeasibilities
-        ]
-        choices = [asdict(choice) for choice in self.choices]
-        return {"choices": choices, "infeasibilities": infeasible}
+        """Give the choices as plain data, ready for JSON."""
+        return {"choices": [asdict(choice) for choice in self.choices]}

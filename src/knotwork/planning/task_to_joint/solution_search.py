@@ -178,10 +178,10 @@ class SolutionSearch:
         """The last known configuration before a waypoint, without a search."""
         if self.near is not None:
             return self.near
-        known = (
+        given = (
             target.position for target in self.space.targets[:index][::-1] if target is not None
         )
-        return next(known, home(self.space))
+        return next(given, home(self.space))
 
     def _layer(self, index: int) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""

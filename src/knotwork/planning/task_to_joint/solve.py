@@ -117,8 +117,8 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
 def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
     """The solution with the velocities that were chosen."""
     velocity = solution.waypoints.velocity.copy()
-    for run in space.chosen or ():
-        for i, values in run.velocity.items():
+    for section in space.chosen or ():
+        for i, values in section.velocity.items():
             velocity[solution.waypoints.task_rows[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 

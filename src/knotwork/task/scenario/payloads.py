@@ -48,7 +48,7 @@ class Carrying:
     Attributes:
         start: Start of each phase [s], shape (m,). The first phase also holds before its start.
         robots: The arm in each phase; the same object for the same load.
-        by_interval: The arm from each waypoint of the task to the next.
+        by_interval: The arm from each waypoint of the scenario to the next.
     """
 
     start: FloatArray

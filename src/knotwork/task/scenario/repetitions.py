@@ -50,12 +50,12 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
 
 
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
-    """The first waypoint of each repetition of each block of a scenario, by index."""
+    """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
-    for i, k in enumerate(scenario.task_index):
-        location = scenario.places.given(("waypoints", k))
-        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
-            starts.setdefault(location[:2], []).append(i)
+    for waypoint, i in enumerate(scenario.task_index):
+        location = scenario.places.given(("waypoints", i))
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, waypoint):
+            starts.setdefault(location[:2], []).append(waypoint)
     return list(starts.values())
 
 

@@ -86,7 +86,7 @@ class ScenarioPath:
     """A tool path through consecutive waypoints of a scenario.
 
     Attributes:
-        first: Index of its first waypoint.
+        first: Index of its first waypoint in the scenario.
         motion: Poses of the tool over time.
         stretches: Stretches from waypoint to waypoint.
         requested: Requirements on their speeds.
@@ -101,7 +101,7 @@ class ScenarioPath:
 
     @property
     def last(self) -> int:
-        """Index of its last waypoint."""
+        """Index of its last waypoint in the scenario."""
         return self.first + len(self.stretches)
 
     @property

@@ -57,7 +57,7 @@ class PlacedObject:
         allow: Names of bodies that may touch it.
         visual: Whether it is only shown, and not checked.
         carrier: Moving frame that carries it, or `None`.
-        appears: Index of the waypoint at which it appears, or `None`.
+        appears: Index in the scenario of the waypoint at which it appears, or `None`.
     """
 
     name: str
@@ -75,10 +75,10 @@ class GraspedObject:
     Attributes:
         name: Its name.
         shape: Its shape, placed in the axes of the TCP.
-        take, leave: Indices of the waypoints where the tool takes and releases it.
+        take, leave: Indices in the scenario of the waypoints where the tool takes and releases it.
         allow: Names of bodies that it may touch; the tool may touch it in any case.
         carriers: Moving frames that carry it before it is taken and after its release, or `None`.
-        appears: Index of the waypoint at which it appears, or `None`.
+        appears: Index in the scenario of the waypoint at which it appears, or `None`.
         payload: Its mass, in the axes of the TCP, or `None`.
     """
 

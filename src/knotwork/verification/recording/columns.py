@@ -196,17 +196,18 @@ def _rank(topic: str) -> int:
     return 1 if set(words(topic)) & set(_MEASURED) else 2
 
 
+def _topic_path(heading: str) -> str:
+    """A heading in lower case, its parts separated by slashes."""
+    return _TOPIC_SEPARATORS.sub("/", heading.strip()).lower().lstrip("/")
+
+
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
     """Columns of the time: the stamp of the messages, or otherwise the time of their reception."""
-
-    def path_of(heading: str) -> str:
-        return _TOPIC_SEPARATORS.sub("/", heading.strip()).lower().lstrip("/")
-
     stamps: dict[str, dict[str, int]] = {}
     for index, heading in enumerate(headings):
-        if match := _STAMP.fullmatch(path_of(heading)):
+        if match := _STAMP.fullmatch(_topic_path(heading)):
             stamps.setdefault(match["prefix"], {})[match["part"] or "whole"] = index
-    stamp = stamps.get(f"{path_of(topic)}/".lstrip("/"), {})
+    stamp = stamps.get(f"{_topic_path(topic)}/".lstrip("/"), {})
     if not stamp and len(stamps) == 1:
         stamp = next(iter(stamps.values()))
     if "s" in stamp and "n" in stamp:
