@@ -80,10 +80,9 @@ def test_free_turn_spares_last_joint_and_keeps_axis() -> None:
 
 
 def test_tool_freedom_is_default_of_poses() -> None:
-    task = with_stops(arch(None))
+    task = with_stops(arch(None)) | {"tool": {"free": TURN}}
     for waypoint in task["waypoints"]:
         waypoint.pop("free", None)
-    task["tool"] = {"free": TURN}
     assert kw.plan(task).report.ok
     waypoints = kw.load_scenario(task).waypoints
     assert all(getattr(one, "freedom", 1) is not None for one in waypoints)
@@ -108,15 +107,18 @@ def test_check_ignores_free_turn_but_not_axis(seed: int) -> None:
     assert np.degrees(failed["path_orientation"].value) == pytest.approx(0.2, abs=0.1)
 
 
-def passing(free: Any) -> dict[str, Any]:
-    """A pose that is passed at a velocity, which turns the tool about its axis, too."""
+def without_path(**first: Any) -> dict[str, Any]:
+    """From the first pose to the last, with more keys at the first."""
     task = arch()
     del task["waypoints"][1]
-    task["waypoints"][0] |= {
-        "free": free,
-        "velocity": {"linear": [60, 0, 0], "angular": [10, 0, 200]},
-    }
+    task["waypoints"][0] |= first
     return task
+
+
+def passing(free: Any) -> dict[str, Any]:
+    """A pose that is passed at a velocity, which turns the tool about its axis, too."""
+    velocity = {"linear": [60, 0, 0], "angular": [10, 0, 200]}
+    return without_path(free=free, velocity=velocity)
 
 
 def test_given_velocity_keeps_fixed_components() -> None:
@@ -288,10 +290,7 @@ BOX = {"position": {"x": [-60, 60], "z": [-20, 0]}}
 
 def pick(free: Any) -> dict[str, Any]:
     """A pick with the tool down: its x axis is that of the base, y and z are turned round."""
-    task = arch()
-    del task["waypoints"][1]
-    task["waypoints"][0] |= {"stop": True, "free": free}
-    return task
+    return without_path(stop=True, free=free)
 
 
 @pytest.mark.parametrize("free", [BOX, BOX | TURN, BOX | {"turn": "z", "tilt": 15}])
@@ -407,18 +406,11 @@ def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
     path = plan.scenario.paths[0].motion
     times = np.linspace(path.start_time, path.end_time, 200)
     asked = path.path.rotation(path.arc_length(times))
-    angles = np.degrees(
-        [
-            pin.rpy.matrixToRpy(one.T @ pose.rotation)
-            for one, pose in zip(asked, tool_poses(plan, times), strict=True)
-        ]
-    )
+    pairs = zip(asked, tool_poses(plan, times), strict=True)
+    angles = np.degrees([pin.rpy.matrixToRpy(R.T @ pose.rotation) for R, pose in pairs])
     assert 1.0 < np.abs(angles[:, :2]).max() < free["tilt"] + 0.1
     assert -most - 0.11 < angles[:, 2].min()
     assert angles[:, 2].max() < (5.11 if most else 0.11)
     # a turn that is not open fails, however little the axis leans
-    off = copy.deepcopy(with_stops(arch(free)))
-    for one in off["waypoints"][:2]:
-        one["free"] = {"turn": [0, 0.01], "tilt": 12}
-    narrow = checked(plan.trajectory, off)
-    assert narrow.ok is (most == 0)
+    narrow = with_stops(arch({"turn": [0, 0.01], "tilt": 12}))
+    assert checked(plan.trajectory, narrow).ok is (most == 0)

@@ -40,7 +40,7 @@ def line(speed: Any, y: float = 200) -> dict[str, Any]:
     return {"name": "out", "along": "line", "speed": speed, "pose": {"position": [400, y, 300]}}
 
 
-def said_to_bind(made: kw.Plan) -> list[str]:
+def binding_limits(made: kw.Plan) -> list[str]:
     return [str(one) for one in made.report.select(quantity="binding_limits")]
 
 
@@ -57,14 +57,14 @@ def test_maximum_speed_along_path() -> None:
     made.report.raise_if_failed()
     (path,) = made.scenario.paths
     assert path.stretches[0].speed == pytest.approx(0.5164, rel=2e-3)
-    assert said_to_bind(made) == [
+    assert binding_limits(made) == [
         "in to out: room for changes of speed at path.acceleration, 1000 mm/s², bounds the speed "
         "along the path"
     ]
     slow = {"velocity": 60, "acceleration": 400}
     held = kw.plan(reach(line("fastest"), limits=slow))
     held.report.raise_if_failed()
-    (said,) = said_to_bind(held)
+    (said,) = binding_limits(held)
     assert "velocity bounds the speed along the path" in said
     speed = 1e3 * held.scenario.paths[0].stretches[0].speed
     assert 300 < speed < 516
@@ -73,7 +73,7 @@ def test_maximum_speed_along_path() -> None:
 
 def test_at_most_bounds_speed_along_path() -> None:
     made = kw.plan(reach(line({"at_most": 60})))
-    assert said_to_bind(made) == ["in to out: at_most bounds the speed along the path"]
+    assert binding_limits(made) == ["in to out: at_most bounds the speed along the path"]
     assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
 
 

@@ -44,14 +44,14 @@ def csv_text(head: list[str], columns: list[np.ndarray], delimiter: str = ",") -
     return delimiter.join(head) + "\n" + "\n".join(rows) + "\n"
 
 
-def csv_of(order: int, **names: str) -> str:
+def csv_of(order: int) -> str:
     head, columns = ["time"], [np.array(TIME)]
     labels = ("", ".velocity", ".acceleration")
     for k, data in enumerate((Q, V, A)[:order]):
         for j, name in enumerate(NAMES):
             head.append(name + labels[k])
             columns.append(np.array(data)[:, j])
-    return csv_text([names.get(h.replace(".", "_"), h) for h in head], columns)
+    return csv_text(head, columns)
 
 
 def message(order: int, **extra: object) -> dict:

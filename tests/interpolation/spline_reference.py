@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import perm
 
 import numpy as np
 
@@ -81,13 +82,7 @@ def exact_pieces(x, y, dydx, t, ends=None):
     rows = []
 
     def powers(u, nu):
-        result = []
-        for k in (3, 2, 1, 0):
-            factor = 1
-            for step in range(nu):
-                factor *= k - step
-            result.append(Fraction(factor) * u ** max(k - nu, 0) if factor else Fraction(0))
-        return result
+        return [perm(k, nu) * u ** max(k - nu, 0) for k in (3, 2, 1, 0)]
 
     def add(terms, value):
         row = [Fraction(0)] * (4 * pieces) + [Fraction(value)]

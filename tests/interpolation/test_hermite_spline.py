@@ -114,7 +114,7 @@ GOOD = ([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0])
     ("data", "options", "error", "says"),
     [
         (([0.0], [0.0], [0.0]), {}, WaypointDataError, r"at least two.*\(1,\)"),
-        (([0, 1, 1], *GOOD[1:]), {}, WaypointDataError, "waypoint 2 is 1 s.*later than 1 s"),
+        (([0, 1, 1], *GOOD[1:]), {}, WaypointDataError, "waypoint 3 is 1 s.*later than 1 s"),
         (([0, 1, np.nan], *GOOD[1:]), {}, WaypointDataError, "nan"),
         (([0, 1, 2j], *GOOD[1:]), {}, WaypointDataError, "x must be real.*complex"),
         (([[0, 1, 2]], *GOOD[1:]), {}, WaypointDataError, "one dimension"),

@@ -105,12 +105,21 @@ def test_names_infeasible_values(
             3.17,  # to rest, for the jerk
             "is enough for a motion that stops at both ends",
         ),
+        (
+            lambda total: one_joint(
+                *REST, replace(LIMITS, jerk=[1.0]), total=total, objective=Objective(0.0, 1.0)
+            ),
+            4.2,
+            (None, False, "duration"),
+            2 * 3.17,
+            "is enough for a motion that stops at each waypoint",
+        ),
     ],
 )
 def test_names_nearest_feasible_value(
     made: Callable[[float], TimingProblem],
     given: float,
-    place: tuple[int, bool, str],
+    place: tuple[int | None, bool, str],
     least: float,
     said: str,
 ) -> None:

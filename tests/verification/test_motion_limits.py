@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -200,9 +199,7 @@ def test_all_outputs_mark_sampled_verdict(knotwork: Command, tmp_path: Path) -> 
     assert "sampled" in row
     assert 'data-label="margin"></td>' in row
     assert "width: 0%" in row
-    task = tmp_path / "turn.yaml"
-    task.write_text(json.dumps(even_turn()), encoding="utf-8")  # JSON is YAML too
-    full = knotwork("plan", task, "--full").out
+    full = knotwork("plan", kw.Task(**even_turn()).save(tmp_path / "turn.yaml"), "--full").out
     last = full.strip().splitlines()[-1]
     assert last == f"PASSED turn: {met} of {required} requirements met, 1 sampled only"
 

@@ -190,20 +190,13 @@ def test_finds_singular_motion() -> None:
 BENT = np.array([0.0, -0.4, 0.8, 0.0, 0.0, 0.0])
 
 
-def quick_move(start: np.ndarray, end: np.ndarray, at: float) -> kw.JointTrajectory:
-    """A long rest, a quick move, a long rest."""
-    return kw.JointTrajectory.from_knots(
-        kw.load_robot("ur5").joint_names,
-        [0.0, at, at + 1.3, 2000.0],
-        [start, start, end, end],
-        np.zeros((4, 6)),
-    )
-
-
 def swing() -> kw.JointTrajectory:
-    """From hanging down to upright: gravity is strongest half-way."""
+    """From hanging down to upright, between long rests: gravity is strongest half-way."""
     down = np.array([0.0, np.pi / 2, 0.0, 0.0, 0.0, 0.0])
-    return quick_move(down, down * [1, -1, 1, 1, 1, 1], 999.3)
+    joints, times = kw.load_robot("ur5").joint_names, [0.0, 999.3, 1000.6, 2000.0]
+    return kw.JointTrajectory.from_knots(
+        joints, times, [down, down, -down, -down], np.zeros((4, 6))
+    )
 
 
 def ramp() -> kw.JointTrajectory:

@@ -19,7 +19,8 @@ from knotwork.view import plot_joints, plot_tool, save_figure
 from shipped import SCENARIO_FILES
 from sweeps import first_of, mostly_exhaustive
 
-PNG = b"\x89PNG"
+START = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
+"""First bytes of pictures by suffix."""
 
 
 def commands_of_the_figures(help_text: str) -> list[list[str]]:
@@ -52,7 +53,7 @@ def test_picture_is_named_after_scenario(
     ran = knotwork("plot", "paper_case")
     assert (ran.code, ran.err) == (0, "")
     assert ran.out == "wrote paper_case.png\n"
-    assert (tmp_path / "paper_case.png").read_bytes().startswith(PNG)
+    assert (tmp_path / "paper_case.png").read_bytes().startswith(START[".png"])
     ran = knotwork("plot", "planar2_closed_form", "--tool")
     assert ran.out == "wrote planar2_closed_form_tool.png\n"
     assert len(list(tmp_path.iterdir())) == 2
@@ -78,32 +79,25 @@ def test_angles_are_in_the_units_of_the_scenario(
     assert f"[{other}]" not in text
 
 
-START = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
-
-
 @pytest.fixture(scope="module")
 def figure(paper_case: Plan) -> Figure:
     return plot_joints(paper_case)
 
 
 @pytest.mark.parametrize("suffix", START)
-def test_pictures_have_named_type(suffix: str, figure: Figure, tmp_path: Path) -> None:
-    path = save_figure(figure, tmp_path / f"a{suffix}")
-    assert path == tmp_path / f"a{suffix}"
-    assert path.read_bytes().startswith(START[suffix])
-    again = save_figure(figure, tmp_path / f"b{suffix.upper()}")
-    assert again.read_bytes() == path.read_bytes()
-    assert {entry.name for entry in tmp_path.iterdir()} == {path.name, again.name}
-
-
-def test_a_picture_is_replaced_and_readable_by_others(figure: Figure, tmp_path: Path) -> None:
-    path = tmp_path / "a.png"
+def test_pictures_have_named_type_and_replace_others(
+    suffix: str, figure: Figure, tmp_path: Path
+) -> None:
+    path = tmp_path / f"a{suffix}"
     path.write_text("old")
-    save_figure(figure, str(path))
-    assert path.read_bytes().startswith(START[".png"])
+    assert save_figure(figure, str(path)) == path
+    assert path.read_bytes().startswith(START[suffix])
     mask = os.umask(0)
     os.umask(mask)
     assert path.stat().st_mode & 0o777 == 0o666 & ~mask
+    again = save_figure(figure, tmp_path / f"b{suffix.upper()}")
+    assert again.read_bytes() == path.read_bytes()
+    assert {entry.name for entry in tmp_path.iterdir()} == {path.name, again.name}
 
 
 @pytest.mark.parametrize("name", ["a.jpg", "a", "a.png.txt", ".png", "a.yaml"])

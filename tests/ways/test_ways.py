@@ -28,7 +28,7 @@ def planned(given: dict[str, Any]) -> kw.Plan:
 
 
 @cache
-def led() -> kw.Plan:
+def past_wall() -> kw.Plan:
     """The plan past the wall, made once."""
     return planned(past())
 
@@ -41,7 +41,7 @@ def without_way(given: dict[str, Any], seconds: float) -> dict[str, Any]:
 
 
 def test_finds_motion_past_wall() -> None:
-    made = led()
+    made = past_wall()
     direct = kw.plan(without_way(past(), made.trajectory.duration))
     assert not direct.report.ok
     assert made.chosen.lower_bound <= made.trajectory.duration < 1.0
@@ -50,7 +50,7 @@ def test_finds_motion_past_wall() -> None:
 
 
 def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
-    made = led()
+    made = past_wall()
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
     assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
@@ -181,6 +181,15 @@ def test_brakes_each_joint_independently(end: int) -> None:
     assert v == pytest.approx([90, 0, 0, 0, 0, 10], abs=1e-9)
 
 
+def test_brakes_gently_enough_for_effort() -> None:
+    """A stop at the limit of acceleration would take more effort than there is."""
+    ends = [OUTSIDE | {"shoulder_pan_joint": q} for q in (-60, 60)]
+    speeds = dict.fromkeys(OUTSIDE, 0) | {"shoulder_pan_joint": -60}
+    limits = {"acceleration": 4000, "jerk": 400000, "effort": {"shoulder_pan_joint": 60}}
+    waypoints = [{"joints": ends[0], "velocity": speeds}, {"joints": ends[1], "way": "clear"}]
+    planned(past(limits=limits, waypoints=waypoints))
+
+
 def test_clear_motion_continues_from_tool_path() -> None:
     along = {
         "name": "along",
@@ -241,7 +250,7 @@ def test_moves_heavy_load_where_arm_can_hold_it() -> None:
     light = past()
     light["tool"]["holds"] = {"bar": bar}
     least = planned(light).trajectory.duration
-    assert led().trajectory.duration < least  # what the arm holds keeps clear, too
+    assert past_wall().trajectory.duration < least  # what the arm holds keeps clear, too
     assert planned(heavy).trajectory.duration < 2.0 * least
 
 
@@ -249,7 +258,7 @@ def test_moves_heavy_load_where_arm_can_hold_it() -> None:
 @pytest.mark.parametrize(("at", "goal"), [(0.2, "there"), (0.3, "aside"), (0.7, "there")])
 def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
     """It stops on its path first, and is no slower than the rest of the motion that it replaces."""
-    made = led()
+    made = past_wall()
     asked = past(start="home")
     asked["waypoints"] = asked["waypoints"][1:]
     if goal == "aside":
@@ -266,7 +275,7 @@ def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
 
 def test_replans_from_end_of_clear_motion() -> None:
     """The arm rests there, but its velocity and acceleration are not exactly zero."""
-    made = led()
+    made = past_wall()
     assert 0.0 < np.abs(made.trajectory(made.trajectory.end_time, 1)).max() < 1e-12
     back = past(waypoints=[at("there", 250), at("here", -250, way="clear")])
     made.replan(made.trajectory.end_time, back).report.raise_if_failed()
@@ -276,7 +285,7 @@ def test_replans_from_end_of_clear_motion() -> None:
 def test_keeps_torque_limits() -> None:
     given = past()
     given["limits"] = {**given["limits"], "effort": {"shoulder_lift_joint": 60}}
-    assert planned(given).trajectory.duration >= led().trajectory.duration
+    assert planned(given).trajectory.duration >= past_wall().trajectory.duration
 
 
 def test_released_object_blocks_next_motion() -> None:
@@ -366,7 +375,7 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
 def test_short_budget_gives_proved_motion() -> None:
     made = kw.plan(past(), budget=1e-3)
     made.report.raise_if_failed()
-    assert made.chosen.duration >= led().trajectory.duration
+    assert made.chosen.duration >= past_wall().trajectory.duration
 
 
 def test_gap_gradients_match_finite_differences() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 from xml.dom.minidom import Element
@@ -109,16 +110,11 @@ def add_axes(
     for name, axis in axes:
         if axis.urdf is None:
             _add_joint(robot, name, axis, root, names)
-    counts = {
-        kind: Counter(
-            item for element, _ in urdfs.values() for item in elements_by_name(element, kind)
-        )
-        for kind in names
-    }
-    shared = {
-        kind: used | {item for item, n in counts[kind].items() if n > 1}
-        for kind, used in names.items()
-    }
+    shared = {}
+    for kind, used_names in names.items():
+        added = (elements_by_name(element, kind) for element, _ in urdfs.values())
+        counts = Counter(chain(used_names, *added))
+        shared[kind] = {name for name, count in counts.items() if count > 1}
     files = [
         _add_urdf(robot, name, axis, urdfs[name], names, shared)
         for name, axis in axes
@@ -164,16 +160,16 @@ def _add_urdf(
             "for what does not move, scene: objects of a scenario"
         )
     called: dict[str, dict[str, str]] = {}
-    for kind, known in names.items():
+    for kind, used_names in names.items():
         elements = elements_by_name(root_element, kind)
         called[kind] = {old: f"{name}_{old}" if old in shared[kind] else old for old in elements}
         for old, new in called[kind].items():
-            if new in known or (new != old and new in elements):
+            if new in used_names or (new != old and new in elements):
                 raise InputError(
                     f"{name}: another {kind} has the name {old!r} of {axis.urdf}, and one has the "
                     f"name {new!r}; accepted: another name for {name!r}, the prefix of such names"
                 )
-        known.update(called[kind].values())
+        used_names.update(called[kind].values())
     for element in (*child_elements(root_element, "link"), *child_elements(root_element, "joint")):
         _rename(element, "name", called[element.tagName])
         for tag, key in (("parent", "link"), ("child", "link"), ("mimic", "joint")):

@@ -110,12 +110,12 @@ T = TypeVar("T")
 
 def cache_per_robot(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
     """Cache the results of a function of a robot for the lifetime of the robot."""
-    known: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
+    results: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
 
     def find(robot: Robot) -> T:
-        if robot not in known:
-            known[robot] = make(robot)
-        return known[robot]
+        if robot not in results:
+            results[robot] = make(robot)
+        return results[robot]
 
     return wraps(make)(find)
 

@@ -55,12 +55,12 @@ class PlannedJoints:
     def configuration(self, name: str) -> FloatArray:
         """A named configuration; see `Robot.configuration`."""
         description = self._description
-        known = description.configurations
-        if name not in known:
+        configurations = description.configurations
+        if name not in configurations:
             where = f"robot {description.name!r}"
-            raise UnknownNameError("configuration", name, known, where=where)
+            raise UnknownNameError("configuration", name, configurations, where=where)
         if name not in self.configurations:
-            missing = next(joint for joint in self.names if joint not in known[name])
+            missing = next(joint for joint in self.names if joint not in configurations[name])
             raise RobotError(
                 description.name,
                 f"configuration {name!r} gives no position for joint {missing!r}",

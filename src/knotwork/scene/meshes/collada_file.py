@@ -114,10 +114,10 @@ def _check_whole(root: ElementTree.Element) -> None:
 def _check_unit(metres: str) -> None:
     """Refuse a unit that is not a number, which pycollada would read as a metre."""
     try:
-        known = 0.0 <= float(metres) < float("inf")
+        is_length = 0.0 <= float(metres) < float("inf")
     except ValueError:
-        known = False
-    if not known:
+        is_length = False
+    if not is_length:
         raise InputError(f"its unit of length is {format_value(metres)}, not a number of metres")
 
 

@@ -126,10 +126,10 @@ class JointField:
 
     def smallest_singular_values(self, q: FloatArray) -> FloatArray:
         """Smallest singular values, shape (n,). They are NaN where positions are NaN."""
-        known = np.isfinite(q).all(axis=1)
+        finite = np.isfinite(q).all(axis=1)
         result = np.full(len(q), np.nan)
-        J = self.axes.jacobians(q[known]) * self.scale
-        result[known] = np.linalg.svd(J, compute_uv=False)[:, -1]
+        J = self.axes.jacobians(q[finite]) * self.scale
+        result[finite] = np.linalg.svd(J, compute_uv=False)[:, -1]
         return result
 
     def project(

@@ -52,11 +52,11 @@ def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
         For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
     """
     exact = solve_closed_form(robot, targets)
-    uncertain = [i for i, known in enumerate(exact) if not known.certain]
+    uncertain = [i for i, closed_form in enumerate(exact) if not closed_form.certain]
     if uncertain:
         guesses = [exact[i].q for i in uncertain]
         searched = iter(search_branches(robot, targets.take(uncertain), guesses))
-    return [known.q if known.certain else next(searched) for known in exact]
+    return [closed_form.q if closed_form.certain else next(searched) for closed_form in exact]
 
 
 def search_branches(
@@ -101,11 +101,11 @@ def search_branches(
         )
         remaining = []
         for i in active:
-            known, solved = solutions_of[i], ended.q[(owner == i) & ended.converged]
-            every = np.vstack([known, solved])
+            earlier, solved = solutions_of[i], ended.q[(owner == i) & ended.converged]
+            every = np.vstack([earlier, solved])
             solutions_of[i] = drop_equal_solutions(robot, targets.take([i]), every)
             complete = _are_all(robot, solutions_of[i])
-            calm = round_ > 0 and len(solutions_of[i]) == len(known)
+            calm = round_ > 0 and len(solutions_of[i]) == len(earlier)
             if complete is False or (complete is None and not calm):
                 remaining.append(i)
         active = remaining
