@@ -28,7 +28,6 @@ from knotwork.verification import Report, check, metrics
 from knotwork.verification.brief import worst_short_text
 from knotwork.waypoints import JointWaypoints
 
-
 TIMED_RUNS = 5
 """Number of timed runs of a planner; the first one also loads its module, so the fastest counts."""
 
