@@ -58,7 +58,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
         tried += 1
         if not blocked or solution is None or solution.sequence is None:
             break
-        if tried == planner.max_sequences or planner.is_late:
+        if tried == planner.max_sequences or planner.budget.is_over:
             break
         q = solution.sequence
         planned.append(solution.waypoints.position)
@@ -90,7 +90,7 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 
 def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
-    ends, late, notes = _avoidable_ends(best), planner.is_late, []
+    ends, late, notes = _avoidable_ends(best), planner.budget.is_over, []
     timed = _with_chosen_time(best, ends)
     if timed and not late:
         scenario, ends = planner.scenario, [i for i in ends if i not in timed]

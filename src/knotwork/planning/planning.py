@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,16 +54,14 @@ def plan(
         scenario = load_scenario(scenario)
     if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
-    from knotwork.planning.choosing import fix_arrival_times
+    from knotwork.planning.choosing import choose_times, fix_arrival_times
     from knotwork.planning.timing.timed_motion import Budget
 
     unknowns = scenario.unknowns
     fixed_arrivals = tuple(
         scenario.waypoints[i].name for i in unknowns.time_dependent if unknowns.duration[i - 1]
     )
-    timed = ScenarioPlanner(scenario, planner, Budget(progress, budget), fixed_arrivals)
+    work = Budget(progress, budget)
     if unknowns.time_dependent:
-        scenario = fix_arrival_times(
-            scenario, lambda expected: replace(timed, scenario=expected).choose_times()
-        )
-    return best_of_sequences(replace(timed, scenario=scenario))
+        scenario = fix_arrival_times(scenario, lambda expected: choose_times(expected, work))
+    return best_of_sequences(ScenarioPlanner(scenario, planner, work, fixed_arrivals))

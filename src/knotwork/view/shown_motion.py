@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
-from knotwork.verification import Finding, Motion, Report
+from knotwork.verification import CheckedMotion, Finding, Motion, Report
 from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
@@ -28,32 +28,7 @@ from knotwork.verification.limits import LIMITS, check_derivative_limits
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
 
-
-class PlanLike(Protocol):
-    """The part of a `knotwork.Plan` that a picture needs."""
-
-    @property
-    def scenario(self) -> Scenario:
-        """The task."""
-
-    @property
-    def space(self) -> JointSpace:
-        """The joints and their limits."""
-
-    @property
-    def joint_waypoints(self) -> JointWaypoints | None:
-        """Joint values given at the waypoints, where known."""
-
-    @property
-    def trajectory(self) -> JointTrajectory:
-        """The motion."""
-
-    @property
-    def report(self) -> Report:
-        """Result of the check."""
-
-
-Drawable: TypeAlias = PlanLike | JointTrajectory
+Drawable: TypeAlias = CheckedMotion | JointTrajectory
 
 CACHED_MOTIONS = 4
 """Number of motions whose tool trace is kept: two side by side, and these before a change."""
@@ -80,7 +55,7 @@ class ShownMotion:
     label: str = "trajectory"
 
     @classmethod
-    def of_plan(cls, plan: PlanLike) -> ShownMotion:
+    def of_plan(cls, plan: CheckedMotion) -> ShownMotion:
         """The motion of a plan."""
         motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.space)
         return replace(motion, report=plan.report, joint_waypoints=plan.joint_waypoints)

@@ -14,7 +14,6 @@ from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
-from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
 SAME_STATE_TOLERANCE = 1e-12
@@ -45,7 +44,7 @@ class JointReader:
 
     def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
-        length, angle = (1.0, 1.0) if si else si_factors(self.scenario.given.units)
+        length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
         units = zip(self.names, self.units, strict=True)
         scale = {name: angle if unit == "rad" else length for name, unit in units}
         if not isinstance(values, Mapping):

@@ -23,7 +23,6 @@ from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
-from knotwork.task.si_units import si_factors
 from knotwork.view.editing.additions import box_at, waypoint_here
 from knotwork.view.editing.draft import Draft, as_javascript, structure_digest, units
 from knotwork.view.editing.handles import Handle, handles, move_handle
@@ -207,7 +206,7 @@ class Session:
         }
         if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle must have norm 1")
-        changes = move_handle(handle, si_factors(reading.scenario.given.units), **values)
+        changes = move_handle(handle, reading.scenario.given.units.in_si, **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
         return {"build": structure_digest(self.draft.document().data)}
 
