@@ -26,9 +26,10 @@ from knotwork.files.export import Points
 from knotwork.files.export.formats import FORMATS, Format, checked_options, get_format
 from knotwork.files.export.labels import side_file, side_path
 from knotwork.files.foreign import is_foreign
-from knotwork.verification import CheckedMotion, Finding, check
+from knotwork.verification import Finding, check
 from knotwork.verification.brief import failure_lines
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
+from knotwork.verification.verdict import CheckedMotion
 
 _EXPORT_EPILOG = f"""
 Formats:

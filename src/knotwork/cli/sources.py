@@ -28,8 +28,9 @@ from knotwork.planning import Plan
 from knotwork.robot import Robot
 from knotwork.task.scenario import load_scenario
 from knotwork.task.scenario.joint_space import joint_space
-from knotwork.verification import CheckedMotion, check
+from knotwork.verification import check
 from knotwork.verification.brief import failure_lines
+from knotwork.verification.verdict import CheckedMotion
 
 # Number of listed failures; more are counted.
 MAX_NOTED_FAILURES = 3

@@ -39,7 +39,7 @@ from knotwork.planning import plan
 from knotwork.planning.sweeps.folder import is_study
 from knotwork.planning.sweeps.named_files import named_files
 from knotwork.robot import Robot, load_robot
-from knotwork.verification import CheckedMotion
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.live_server import LiveServer
 from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page

@@ -9,6 +9,5 @@ from .checked_motion import Motion as Motion
 from .checks import CHECKS as CHECKS
 from .checks import Check as Check
 from .finding import Finding as Finding
-from .verdict import CheckedMotion as CheckedMotion
 from .verdict import Report as Report
 from .verdict import check as check

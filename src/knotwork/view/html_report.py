@@ -12,13 +12,14 @@ import numpy as np
 from knotwork.files.documents import read_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
-from knotwork.verification import CheckedMotion, Finding, Report
+from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
     NOTABLE_UTILISATION,
     brief_texts_by_group,
     without_utilisation,
     worst_failures,
 )
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours

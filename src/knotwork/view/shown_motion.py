@@ -20,11 +20,12 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
-from knotwork.verification import CheckedMotion, Finding, Motion, Report
+from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, check_derivative_limits
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -201,9 +202,8 @@ class ShownMotion:
             return waypoints.position[rows][:, order], velocity
         nan = np.full(len(joints), np.nan)
         targets = self.space.targets or (None,) * len(self.times)
-        states = [target or JointState(nan, nan) for target in targets]
-        values = np.array([(state.position, state.velocity) for state in states])
-        position, velocity = values.reshape(-1, 2, len(joints)).swapaxes(0, 1)
+        states = np.array([target or JointState(nan, nan) for target in targets])
+        position, velocity = states.reshape(-1, 2, len(joints)).swapaxes(0, 1)
         return position, velocity
 
     @cached_property
