@@ -32,16 +32,6 @@ def replayed_error(trajectory: JointTrajectory, message: dict, rate: int = 1000)
     return float(np.abs(controller(message, ticks) - trajectory(own)).max())
 
 
-@pytest.mark.parametrize("accelerations", [False, True])
-def test_replay_is_plan(deburring: Plan, deburring_by_waypoints: Plan, accelerations: bool) -> None:
-    for plan in (deburring, deburring_by_waypoints):
-        text = plan.trajectory.to_ros2(accelerations=accelerations)
-        message = yaml.safe_load(text)
-        assert len(message["points"]) == len(plan.trajectory.breaks)
-        assert replayed_error(plan.trajectory, message) < 1e-12
-    assert len(message["points"]) == 2 * len(deburring_by_waypoints.scenario.waypoints)
-
-
 def nanosecond_bound(trajectory: JointTrajectory, order: int) -> float:
     """Of the position, where a quantity jumps at a knot and a piece takes 1/2 ns of the next one.
 
