@@ -189,6 +189,16 @@ def test_unknown_quantity(trajectory):
 # ---- samples ------------------------------------------------------------------------------------
 
 
+def test_samples_are_the_curve_at_their_times(trajectory):
+    samples = trajectory.sample(7.3)
+    assert samples.time[0] == 1.0
+    assert samples.time[-1] == 7.0
+    np.testing.assert_allclose(np.diff(samples.time)[:-1], 1 / 7.3, rtol=1e-12)
+    names = ("position", "velocity", "acceleration", "jerk")
+    for nu, name in enumerate(names):
+        np.testing.assert_array_equal(getattr(samples, name), trajectory(samples.time, nu))
+
+
 def sample_times(start, end, rate):
     """Times of the samples of a motion from start to end."""
     return JointTrajectory(("a",), PiecewisePolynomial([[[0.0]]], [start, end])).sample(rate).time

@@ -141,6 +141,7 @@ def test_unrequested_continuity_is_information() -> None:
     broken = jump(report, "acceleration")
     assert (broken.name, broken.time) == (TURN, 1.0)
     assert broken.value == pytest.approx(1e-4)
+    assert broken.limit == pytest.approx(1e-9 * 1.5, rel=1e-3)  # of the largest acceleration
     found = report.select(group="Continuity")
     assert [one.required for one in found] == [True, True, False]
     assert failing(check(broken_at_one(1, 1e-4), scenario(continuity=1))) == {("", "velocity_jump")}
