@@ -192,12 +192,6 @@ def test_tasks_are_planned_in_other_processes() -> None:
 
 
 def test_null_is_the_same_as_a_value_left_out() -> None:
-    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
-    left_out = {"path": None, "position": None}
-    options = {"tolerances": left_out, "path": {"acceleration": None}}
-    with_nulls = kw.load_scenario({"units": {"length": "mm"}, "waypoints": ends, **options})
-    plain = kw.load_scenario({"waypoints": ends})
-    assert with_nulls.task.tolerances.path == plain.task.tolerances.path
     branch = {"shoulder": "left", "elbow": None}
     task = kw.Task.load("ur5_valve")
     plans = [kw.plan({**task.to_dict(), "branch": b}) for b in (branch, {"shoulder": "left"})]

@@ -19,7 +19,7 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
-from knotwork.task.task_part import DefaultsInSI, TaskPart
+from knotwork.task.task_part import TaskPart
 
 
 class Fastest(TaskPart):
@@ -100,7 +100,7 @@ Free = Annotated[
 ]
 
 
-class ClearWay(DefaultsInSI):
+class ClearWay(TaskPart):
     """A collision-free motion past all obstacles."""
 
     clear: Literal[True] = required("A motion proved to be free of collisions")

@@ -19,7 +19,7 @@ from knotwork.files.documents.values import (
     required,
 )
 from knotwork.task.poses import Placement
-from knotwork.task.task_part import DefaultsInSI, TaskPart
+from knotwork.task.task_part import TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -184,7 +184,7 @@ Shapes = Annotated[
 ]
 
 
-class Collisions(DefaultsInSI):
+class Collisions(TaskPart):
     """Collision checks and their precision."""
 
     itself: Flag = optional(

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from knotwork.files.documents.values import Forms, Number, Positive, Several, optional, required
-from knotwork.task.task_part import DefaultsInSI, TaskPart
+from knotwork.task.task_part import TaskPart
 
 
 class Balanced(TaskPart):
@@ -57,7 +57,7 @@ class Presets(TaskPart):
     )
 
 
-class Tolerances(DefaultsInSI):
+class Tolerances(TaskPart):
     """Largest deviations that pass the check; 1e-6 in SI by default."""
 
     position: Positive = optional("Position of the TCP at a pose", unit="length", si_default=1e-6)
@@ -96,7 +96,7 @@ class Tolerances(DefaultsInSI):
     )
 
 
-class PathOptions(DefaultsInSI):
+class PathOptions(TaskPart):
     """Options of the motion along tool paths."""
 
     acceleration: Positive = optional(

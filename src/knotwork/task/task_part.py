@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from pydantic import ConfigDict, model_validator
+from pydantic import ConfigDict
 
 from knotwork.files.documents import Document, StrictModel, validate
 
@@ -68,17 +68,6 @@ class TaskPart(StrictModel):
         """The given values as plain data, with the keys of a scenario file."""
         dumped = self.model_dump(by_alias=True, exclude_unset=True)
         return cast(dict[str, Any], plain(dumped))
-
-
-class DefaultsInSI(TaskPart):
-    """A part of a task with defaults in SI; null is the same as a value that is left out."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _without_nulls(cls, values: Any) -> Any:
-        if not isinstance(values, Mapping):
-            return values
-        return {key: value for key, value in values.items() if value is not None}
 
 
 def plain(value: Any, depth: int = 0) -> Any:

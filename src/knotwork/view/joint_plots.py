@@ -162,15 +162,15 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
         if len(item.motion.curve.x) <= MAX_KNOT_TICKS:
             shade = DARK if len(motions) == 1 else colour(item.index)
             panel.mark_knots(row, item.motion.curve.x, shade)
-    limited = [item for item in series if item.use(quantity) is not None]
-    if limited:
-        nearest = min(limited, key=lambda item: item.margin(quantity))
+    uses = {item: use for item in series if (use := item.use(quantity)) is not None}
+    if uses:
+        nearest = min(uses, key=lambda item: item.margin(quantity))
         bounds = nearest.motion.bounds(nearest.joint, quantity)
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
         alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
         one_curve = None if alike else colour(nearest.index)
         panel.levels = [LimitLine("limit", factor * end, span, colour=one_curve) for end in bounds]
-        panel.note, panel.failed = _limit_note(nearest, limited, panel)
+        panel.note, panel.failed = _limit_note(nearest, uses, panel)
     return panel
 
 
@@ -205,11 +205,9 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
         panel.mark("given", item.joint, times[is_known], panel.factor * value[is_known], **look)
 
 
-def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:
+def _limit_note(nearest: Series, uses: dict[Series, Finding], panel: Panel) -> tuple[str, bool]:
     """Name the curve nearest to its limit or farthest beyond it, and state whether it is beyond."""
-    factor, unit = panel.factor, panel.unit
-    uses = {item: use for item in limited if (use := item.use(panel.title)) is not None}
-    use = uses[nearest]
+    factor, unit, use = panel.factor, panel.unit, uses[nearest]
     name = f"{nearest.label}: " if nearest.label else ""
     lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, panel.title))
     if lower == -upper:

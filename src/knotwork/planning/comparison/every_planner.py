@@ -24,9 +24,12 @@ from knotwork.planning.task_to_joint.solution import FEASIBILITY
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units
-from knotwork.verification import check, metrics
+from knotwork.verification import Report, check, metrics
 from knotwork.verification.brief import worst_short_text
 from knotwork.waypoints import JointWaypoints
+
+TIMED_RUNS = 5
+"""Number of timed runs of a planner; the first one also loads its module, so the fastest counts."""
 
 
 @dataclass(frozen=True)
@@ -162,10 +165,6 @@ def _same_motion(first: JointTrajectory, second: JointTrajectory) -> bool:
     return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
 
 
-TIMED_RUNS = 5
-"""Number of timed runs of a planner; the first one also loads its module, so the fastest counts."""
-
-
 def _time_planner(
     name: str, waypoints: JointWaypoints, options: PlannerOptions
 ) -> tuple[JointTrajectory, float]:
@@ -187,16 +186,15 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         known = report.select(group=FEASIBILITY)
         report = check(trajectory, scenario, space=space, known=known)
 
-    def values_of(quantity: str) -> list[tuple[float, float]]:
-        """Values and limits of the findings on paths and pairs of bodies."""
-        return [
-            (finding.value, finding.limit)
-            for finding in report.select(quantity=quantity)
-            if finding.subject in ("path", "pair")
-            and finding.value is not None
-            and finding.limit is not None
-        ]
-
+    deviations, speeds, clearances = (
+        _values_and_limits(report, subject, quantity)
+        for subject, quantity in (
+            ("path", "path_deviation"),
+            ("path", "path_speed"),
+            ("pair", "clearance"),
+        )
+    )
+    speed_tolerance = scenario.task.tolerances.path_speed
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")
@@ -215,18 +213,23 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
-        tool_path_deviation=max((value for value, _ in values_of("path_deviation")), default=None),
+        tool_path_deviation=max((value for value, _ in deviations), default=None),
         tool_path_speed_error=max(
-            (
-                scenario.task.tolerances.path_speed * value / limit
-                for value, limit in values_of("path_speed")
-            ),
-            default=None,
+            (speed_tolerance * value / limit for value, limit in speeds), default=None
         ),
-        clearance=min((value - limit for value, limit in values_of("clearance")), default=None),
+        clearance=min((value - limit for value, limit in clearances), default=None),
         duration=trajectory.duration,
         required=required,
         failed=required - met,
         time_to_plan=seconds,
         reason=worst_short_text(report.failures, scenario.units),
     )
+
+
+def _values_and_limits(report: Report, subject: str, quantity: str) -> list[tuple[float, float]]:
+    """Values and limits of the findings that have both."""
+    return [
+        (finding.value, finding.limit)
+        for finding in report.select(subject=subject, quantity=quantity)
+        if finding.value is not None and finding.limit is not None
+    ]

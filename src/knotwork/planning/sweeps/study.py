@@ -123,16 +123,16 @@ class Study:
             InputError: No row passes, or none of them has the figure.
         """
         row_figure = figure_named(figure)
-        known = [
+        candidates = [
             row
             for row in self.rows()
             if row["verdict"] == ROW_PASSED and row[row_figure.name] is not None
         ]
-        if not known:
+        if not candidates:
             why = f"none of them has {figure}" if self.passed else "no row passes"
             raise InputError(f"there is no best row: {why}")
         sign = -1.0 if row_figure.more_is_better else 1.0
-        return min(known, key=lambda row: sign * row[row_figure.name])
+        return min(candidates, key=lambda row: sign * row[row_figure.name])
 
     def scenario(self, row: int) -> Scenario:
         """The scenario of a row.

@@ -15,6 +15,7 @@ import numpy as np
 from knotwork.errors import DocumentError, InputError, format_value
 from knotwork.files.documents import parse
 from knotwork.files.documents.csv_rows import read_rows
+from knotwork.task.task_part import plain
 
 ACCEPTED = "a range FROM:TO:COUNT, values separated by commas, or uniform(FROM, TO) with samples"
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
@@ -119,21 +120,13 @@ def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
     if isinstance(spec, str):
         return parse_values(path, spec)
     if isinstance(spec, np.ndarray | Iterable) and not isinstance(spec, Mapping | bytes):
-        listed = [_plain(value) for value in spec]
+        listed = [plain(value) for value in spec]
         for value in listed:
             _check_finite(path, value)
         return listed
     raise InputError(
         f"{path} is varied over {format_value(spec)}; accepted: a list of values, {ACCEPTED}"
     )
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
 
 
 def _check_finite(path: str, value: Any) -> None:

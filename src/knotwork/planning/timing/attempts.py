@@ -52,9 +52,9 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """
     given_time = float(np.nansum(problem.duration))
     if problem.objective.only_time and problem.free.any() and given_time:
-        rests = resting_motion(problem, "resting")
-        if rests is not None and rests.time[-1] <= MAX_RESTING_RATIO * given_time:
-            return rests  # the free time is negligible against the given one
+        resting = resting_motion(problem, "resting")
+        if resting is not None and resting.time[-1] <= MAX_RESTING_RATIO * given_time:
+            return resting  # the free time is negligible against the given one
     attempt = _optimised_motion(problem, budget)
     if attempt is not None:
         return attempt

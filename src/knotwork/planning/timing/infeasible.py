@@ -80,9 +80,9 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
             arm may fall through a waypoint, and elsewhere it may not stop.
     """
     limits = problem.limits
-    rests = (problem.velocity == 0.0).all(axis=1)
-    known = rests & (problem.acceleration == 0.0).all(axis=1)
-    rows = np.flatnonzero(known if certain else rests | ~problem.velocity_known)
+    at_rest = (problem.velocity == 0.0).all(axis=1)
+    held_still = at_rest & (problem.acceleration == 0.0).all(axis=1)
+    rows = np.flatnonzero(held_still if certain else at_rest | ~problem.velocity_known)
     if not np.isfinite(limits.effort).any() or not rows.size:
         return
     q = problem.position[rows]
@@ -161,7 +161,7 @@ def _given_durations(
         prefix: Beginning of the reason.
         direct: See `infeasible_values`.
     """
-    rests, shortest = resting_motion(with_longer(problem), "resting"), min_durations(problem)
+    resting, shortest = resting_motion(with_longer(problem), "resting"), min_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
     errors = []
     for i in np.flatnonzero(wrong).tolist():
@@ -172,8 +172,8 @@ def _given_durations(
         )
         if not direct:
             reason += "; without a time, the motion takes its minimum time"
-        elif rests is not None:
-            bound = sufficient_duration(float(rests.time[i + 1] - rests.time[i]))
+        elif resting is not None:
+            bound = sufficient_duration(float(resting.time[i + 1] - resting.time[i]))
             reason += f"; {bound:.6g} s{together} is enough for a motion that stops at both ends"
         errors.append(
             TimingError(
@@ -191,10 +191,10 @@ def _given_durations(
 
 def _too_short(problem: TimingProblem) -> list[TimingError]:
     """Given durations in which the arm can't come to rest, with durations in which it can."""
-    rests = resting_motion(with_longer(problem), "resting")
-    if rests is None:
+    resting = resting_motion(with_longer(problem), "resting")
+    if resting is None:
         return []
-    takes = np.diff(rests.time)
+    takes = np.diff(resting.time)
     if problem.total is None:
         wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
         return _given_durations(problem, wrong, f"{NO_MOTION}; ")

@@ -146,8 +146,8 @@ class SectionProgram:
         a position limit, and of points that are constant because the waypoint is at rest.
         """
         problem, each = self.problem, self.layout.each
-        q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
-        still = rests & (problem.acceleration == 0.0).all(axis=1)
+        q, at_rest = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
+        still = at_rest & (problem.acceleration == 0.0).all(axis=1)
         ranges = []
         for edge, extreme, none in zip(
             self._position_range(), (np.minimum, np.maximum), (-np.inf, np.inf), strict=True
@@ -155,7 +155,7 @@ class SectionProgram:
             points = np.broadcast_to(edge[:, None], (4, len(edge), each, self.layout.joints)).copy()
             points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
             points[:, :, -1] = extreme(points[:, :, -1], q[1:])
-            for k, constant in enumerate((rests, still)):
+            for k, constant in enumerate((at_rest, still)):
                 points[k, constant[:-1], 0] = none
                 points[3 - k, constant[1:], -1] = none
             ranges.append(points.reshape(4, self.layout.pieces, -1).transpose(0, 2, 1))

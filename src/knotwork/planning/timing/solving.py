@@ -171,9 +171,9 @@ def sections(problem: TimingProblem) -> list[tuple[int, int]]:
     A motion is divided where position, velocity and acceleration are known, unless its total
     duration is given.
     """
-    known = problem.velocity_known & problem.acceleration_known
-    known &= problem.total is None
-    return list(pairwise([0, *(np.flatnonzero(known[1:-1]) + 1).tolist(), len(known) - 1]))
+    last = len(problem.position) - 1
+    divides = problem.velocity_known & problem.acceleration_known & (problem.total is None)
+    return list(pairwise([0, *(np.flatnonzero(divides[1:-1]) + 1).tolist(), last]))
 
 
 def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:

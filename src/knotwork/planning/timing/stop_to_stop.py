@@ -50,9 +50,9 @@ def resting_intervals(
     """
     if np.isinf(problem.limits.jerk).any():
         return None
-    rests = [_next_to(problem, i, braking) for i in range(len(problem.position))]
+    stops = [_next_to(problem, i, braking) for i in range(len(problem.position))]
     intervals = []
-    for i, ((_, before), (after, _)) in enumerate(pairwise(rests)):
+    for i, ((_, before), (after, _)) in enumerate(pairwise(stops)):
         start = problem.position[i] if before is None else before(before.x[-1])
         goal = problem.position[i + 1] if after is None else after(0.0)
         used = sum(float(part.x[-1]) for part in (before, after) if part is not None)
