@@ -55,7 +55,8 @@ def read_document(reference: str | Path | Mapping[str, Any]) -> Document:
     """The data of a task: a shipped scenario by name, a file by path, or a mapping.
 
     Raises:
-        InputError: The file is missing, can't be read, or describes a robot; or it is no scenario.
+        InputError: The file is missing, can't be read, or describes a robot; or the reference has
+            another type.
     """
     if isinstance(reference, Mapping):
         return Document(plain(reference))
