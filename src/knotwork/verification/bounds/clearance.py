@@ -51,12 +51,6 @@ OBJECT_SHARE = 0.2
 LINK_SHARE = 0.5
 """Precision for links of the robot, which are always close to each other, likewise relative."""
 
-LAST_MOMENT = 1e-6
-"""Time before the end [s] from which an object that appears at the last waypoint is checked.
-
-An object that is released there counts as held until then.
-"""
-
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
@@ -178,13 +172,7 @@ class _ClearanceSearch:
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
-        self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
-        start, end = self.table.windows.T
-        held = {body.name for body in model.bodies if body.kind == "held"}
-        released = {i for i, b in enumerate(model.bodies) if b.name in held and b.kind != "held"}
-        appears = [not released & {pair.first, pair.second} for pair in model.pairs]
-        comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
-        self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
+        self.windows = self.table.windows_within(*curve.x[[0, -1]].tolist())
         self.min_part = CLEARANCE_PRECISION if precision is None else precision
         involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
         part = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
