@@ -187,7 +187,7 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     """Waypoints, by index, at which `way: clear` could avoid a collision of the motion to them.
 
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
-    free velocity keep it, so that the motions to them and from them are replaced together.
+    free velocity keep it. Thus the motions to them and from them are replaced together.
     """
     scenario = plan.scenario
     requested = scenario if plan.chosen is None else plan.chosen.requested

@@ -41,7 +41,7 @@ class JointTarget:
         velocity: Joint velocities by name, in the task's units; none at rest.
         location: Location of the joint positions in the task.
         where: Location of the waypoint's definition, for messages.
-        in_world_frame: As of `CartesianWaypoint`; joint values have no frame.
+        in_world_frame: Always `False`, because joint values have no frame.
 
     >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
