@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
 from knotwork import planning
-from knotwork.cli.clearance_check import check_together, with_options
 from knotwork.cli.logs import (
     LogOptions,
     log_beside_plan,
@@ -23,6 +23,7 @@ from knotwork.cli.parameters import (
     PASSED,
     GivenPath,
     PlanOptions,
+    Seconds,
     bundle_options,
     full_option,
     html_option,
@@ -33,10 +34,12 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
-from knotwork.cli.terminal import echo, echo_json
+from knotwork.cli.terminal import echo, echo_json, echo_line
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
-from knotwork.task.scenario import Scenario
+from knotwork.files.documents import resources
+from knotwork.task.scenario import Scenario, load_scenario
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
 
@@ -64,6 +67,48 @@ scene_options = bundle_options("alone", _scene_options, (
     click.option("--robot", metavar="ROBOT",
             help="Without a scenario: the name of a shipped robot, a URDF or a robot file."),
 ))  # fmt: skip
+
+
+_WITH_HELP = "Report only the clearance to another robot's motion, with place and time."
+_WITH_OPTIONS = (
+    ("--delay", "delay", "TIME", Seconds(zero=True), "Delay of the motion of --with."),
+    ("--in", "frame", "FRAME", str, "Frame of the base of the robot of --with."),
+    ("--motion", "motion", "FILE", str, "Recorded motion of --with; by default it is planned."),
+    ("--with", "other", "SCENARIO|PLAN", str, _WITH_HELP),
+)
+
+
+def _other_robot(
+    other: str | None, motion: str | None, frame: str | None, delay: float | None
+) -> dict[str, Any] | None:
+    if other is None:
+        if (motion, frame, delay) != (None, None, None):
+            raise click.UsageError("--motion, --in and --delay are about the motion of --with")
+        return None
+    if Path(other).is_dir():
+        motion, folder = motion or other, other
+        other = stated_path(Path(folder)) or ""
+        if not other:
+            raise InputError(f"{folder} names no scenario; accepted: --with SCENARIO --motion FILE")
+    if motion is not None:
+        path = Path(motion).absolute()
+        motion = str(path / "trajectory.json" if path.is_dir() else path)
+    return {
+        "scenario": str(resources.find("scenarios", other).absolute()),
+        "motion": motion,
+        "in": frame,
+        "delay": delay or 0.0,
+    }
+
+
+with_options = bundle_options(
+    "other",
+    _other_robot,
+    [
+        click.option(flag, key, metavar=metavar, type=kind, help=text)
+        for flag, key, metavar, kind, text in _WITH_OPTIONS
+    ],
+)
 
 
 @click.command(epilog=EXIT_CODES)
@@ -157,6 +202,41 @@ def _checked_report(
             param_hint="'--scenario' / '-s', or '--robot'", param_type="option"
         )
     return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
+
+
+def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
+    """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
+    theirs = joint_space(load_scenario(other))
+    if space.robot is None or theirs.robot is None:
+        return  # reported by another error
+    one_urdf = space.robot.urdf == theirs.robot.urdf
+    if one_urdf and not set(space.joint_names) & set(theirs.joint_names):
+        return
+    why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
+    frames = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
+    raise InputError(
+        f"--with {other}: its robot has no placement, and {why}; accepted: --in with a "
+        f"frame of {source}, one of {frames}"
+    )
+
+
+def check_together(
+    source: str, reference: str | None, other: Mapping[str, Any], *, as_json: bool
+) -> int:
+    """Print in one line how close two motions come, and give the exit code."""
+    first = read_motions(source, reference)[0]
+    if isinstance(first, JointTrajectory):
+        raise InputError(f"give the scenario of {source} with --scenario")
+    if other["in"] is None:
+        _check_one_cell(source, first.scenario, first.space, other["scenario"])
+        other = {**other, "in": "base"}
+    nearest = planning.clearance_between(first.trajectory, first.scenario, other, space=first.space)
+    word, colour = ("clear:", "green") if nearest.ok else ("TOO NEAR:", "red")
+    if as_json:
+        echo_json(nearest.to_dict())
+    else:
+        echo_line(f"{word} {nearest.message}", word, fg=colour, bold=True)
+    return PASSED if nearest.ok else FAILED
 
 
 _REPORT_EPILOG = """

@@ -17,24 +17,19 @@ from knotwork.cli.parameters import (
     package_path_option,
     scenario_option,
 )
-from knotwork.cli.sources import CheckedFile, read_motions
+from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import export as exporting
 from knotwork.files.export import Points
-from knotwork.files.export.formats import (
-    FORMATS,
-    Format,
-    checked_options,
-    get_format,
-)
+from knotwork.files.export.formats import FORMATS, Format, checked_options, get_format
 from knotwork.files.export.labels import side_file, side_path
 from knotwork.files.foreign import is_foreign
-from knotwork.planning import Plan
 from knotwork.verification import Finding, check
 from knotwork.verification.brief import failure_lines
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
+from knotwork.verification.verdict import CheckedMotion
 
 _EXPORT_EPILOG = f"""
 Formats:
@@ -209,7 +204,7 @@ def export(
 def _content(
     form: Format,
     trajectory: JointTrajectory,
-    checked: Plan | CheckedFile | None,
+    checked: CheckedMotion | None,
     chosen: dict[str, Any],
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
@@ -240,7 +235,7 @@ def _content(
 
 def read_motion(
     source: str, reference: str | None, planner: str | None
-) -> tuple[JointTrajectory, Plan | CheckedFile | None]:
+) -> tuple[JointTrajectory, CheckedMotion | None]:
     """Plan a scenario, or read a stored trajectory and check it against a given scenario.
 
     Returns:
@@ -260,7 +255,7 @@ def read_motion(
     return (motion, None) if isinstance(motion, JointTrajectory) else (motion.trajectory, motion)
 
 
-def passes(checked: Plan | CheckedFile | None, allowed: bool) -> bool:
+def passes(checked: CheckedMotion | None, allowed: bool) -> bool:
     """Report a failed check, and return whether to export the motion."""
     if checked is None or checked.report.ok:
         return True
@@ -270,7 +265,7 @@ def passes(checked: Plan | CheckedFile | None, allowed: bool) -> bool:
     return allowed
 
 
-def points_pass(checked: Plan | CheckedFile | None, points: Points, allowed: bool) -> bool:
+def points_pass(checked: CheckedMotion | None, points: Points, allowed: bool) -> bool:
     """Report fitted points that fail the check, and return whether to export them.
 
     The check is that of the motion. A fit by cubics always has errors and jumps of the

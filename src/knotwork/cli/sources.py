@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -26,35 +26,17 @@ from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.files.storage import set_disagreement
 from knotwork.planning import Plan
 from knotwork.robot import Robot
-from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.task.scenario.joint_space import JointSpace, joint_space
-from knotwork.verification import Report, check
+from knotwork.task.scenario import load_scenario
+from knotwork.task.scenario.joint_space import joint_space
+from knotwork.verification import check
 from knotwork.verification.brief import failure_lines
+from knotwork.verification.verdict import CheckedMotion
 
 # Number of listed failures; more are counted.
 MAX_NOTED_FAILURES = 3
 
 
-@dataclass(frozen=True, eq=False)
-class CheckedFile:
-    """A trajectory from a file, checked against its scenario; displayed like a plan.
-
-    Attributes:
-        trajectory: The motion.
-        scenario: Its task.
-        space: The scenario's joints and robot.
-        report: Report of the check.
-        joint_waypoints: `None`, because files do not have them.
-    """
-
-    trajectory: JointTrajectory
-    scenario: Scenario
-    space: JointSpace
-    report: Report
-    joint_waypoints: None = None
-
-
-Motion: TypeAlias = Plan | CheckedFile | JointTrajectory
+Motion: TypeAlias = CheckedMotion | JointTrajectory
 
 
 def read_motions(
@@ -102,7 +84,7 @@ def read_motions(
     return [alignment.trajectory, plan]
 
 
-def read_checked(path: str | Path, reference: str, log: LogOptions | None = None) -> CheckedFile:
+def read_checked(path: str | Path, reference: str, log: LogOptions | None = None) -> CheckedMotion:
     """Read a trajectory of any tool, or a log, and check it against its scenario.
 
     Raises:
@@ -112,14 +94,14 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
     space = joint_space(scenario)
     if log is not None:
         trajectory, report = checked_log(path, reference, log, scenario, space)
-        return CheckedFile(trajectory, scenario, space, report)
+        return CheckedMotion(scenario, space, None, trajectory, report)
     span = (float(scenario.times[0]), float(scenario.times[-1]))
     trajectory, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
     fault = set_disagreement(Path(path))
     if fault is not None:
         echo(f"note: {path} {fault}", err=True)
     report = check(trajectory, scenario, space=space, defects=defects)
-    return CheckedFile(trajectory, scenario, space, report)
+    return CheckedMotion(scenario, space, None, trajectory, report)
 
 
 def _is_trajectory(source: str, reference: str | None) -> bool:
@@ -181,7 +163,7 @@ def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Pl
     return plans
 
 
-def checked_motions(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
+def checked_motions(motions: Iterable[Motion]) -> list[CheckedMotion]:
     """The motions that were checked against a scenario."""
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 

@@ -25,7 +25,6 @@ from knotwork.cli.parameters import (
     port_option,
 )
 from knotwork.cli.sources import (
-    CheckedFile,
     Motion,
     checked_motions,
     print_failures,
@@ -36,10 +35,11 @@ from knotwork.cli.terminal import echo, offered
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
-from knotwork.planning import Plan, plan
+from knotwork.planning import plan
 from knotwork.planning.sweeps.folder import is_study
 from knotwork.planning.sweeps.named_files import named_files
 from knotwork.robot import Robot, load_robot
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.live_server import LiveServer
 from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page
@@ -233,7 +233,7 @@ def _serve(server: PageServer, title: str, no_open: bool) -> int:
     return PASSED
 
 
-def play_in_meshcat(motion: Plan | CheckedFile, no_open: bool) -> None:
+def play_in_meshcat(motion: CheckedMotion, no_open: bool) -> None:
     """Play a motion in a new Meshcat viewer until Ctrl-C.
 
     Raises:

@@ -16,7 +16,6 @@ from knotwork.files.foreign import read_trajectory
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
-from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.collisions import nearest_to
@@ -89,7 +88,7 @@ def check_alone(
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
     """The two ends of a motion as waypoints of a task."""
-    units = si_factors(task.units)
+    units = task.units.in_si
     return [
         {
             "name": name,

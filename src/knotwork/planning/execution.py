@@ -13,11 +13,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
-from knotwork.curves.retiming import (
-    find_first_rest,
-    stop_joints,
-    stop_on_path,
-)
+from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
 from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
@@ -28,11 +24,11 @@ from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of, segments
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
-from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import with_moved_paths
-from knotwork.verification import Finding, Motion, Report, check
+from knotwork.verification import Finding, Motion, check
 from knotwork.verification.checked_motion import Execution
 from knotwork.verification.path_checks import check_path_geometry
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
 
@@ -41,9 +37,6 @@ PLANNING_KEYS = (
     *("planner", "planner_options", "path"),
 )
 """Keys of a task that only planning needs; an executed motion is given."""
-
-CheckedMotion = tuple[Scenario, JointSpace, JointWaypoints, JointTrajectory, Report]
-"""An executed motion with its task, as the first attributes of a `Plan`."""
 
 
 class _ExecutedMotion(NamedTuple):
@@ -93,13 +86,9 @@ class _ReachedWaypoint(NamedTuple):
     waypoint: int = -1
 
 
-def scaled_motion(
-    scenario: Scenario,
-    space: JointSpace,
-    planned: JointTrajectory,
-    profile: Mapping[float, float],
-) -> CheckedMotion:
+def scaled_motion(plan: CheckedMotion, profile: Mapping[float, float]) -> CheckedMotion:
     """Execute a planned motion at another speed: see `Plan.scaled`."""
+    scenario, space, planned = plan.scenario, plan.space, plan.trajectory
     moving = on_moving_frames(scenario.given)
     if moving:
         raise scenario.places.error(
@@ -112,10 +101,9 @@ def scaled_motion(
     )
 
 
-def stopped_motion(
-    scenario: Scenario, space: JointSpace, planned: JointTrajectory, at: float, *, on_path: bool
-) -> CheckedMotion:
+def stopped_motion(plan: CheckedMotion, at: float, *, on_path: bool) -> CheckedMotion:
     """Stop a planned motion: see `Plan.stop`."""
+    scenario, space, planned = plan.scenario, plan.space, plan.trajectory
     q, v, a = (planned(at, nu) for nu in range(3))
     at_rest = InputError(f"{scenario.name}: the motion is at rest at {at:g} s; it can't be stopped")
     if find_first_rest(planned.polynomial, at) == at:
@@ -169,7 +157,7 @@ def _checked(executed: _ExecutedMotion, warnings: Sequence[Finding] = ()) -> Che
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
     report = check(trajectory, scenario, space=space, known=[*warnings, *geometry])
-    return scenario, space, waypoints, trajectory, report
+    return CheckedMotion(scenario, space, waypoints, trajectory, report)
 
 
 def _geometry(
@@ -224,7 +212,7 @@ def _task_of(executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]) ->
     scenario, space, motion = executed.scenario, executed.space, executed.motion
     names = arrivals[0].name, arrivals[-1].name
     task = scene_from(scenario, space.robot, executed.planned, executed.span, names)
-    units = si_factors(scenario.given.units)
+    units = scenario.given.units.in_si
     stays = [list(stay) for _, stay in groupby(arrivals, partial(_task_waypoint, scenario))]
     waypoints = []
     for stay, switched in zip(stays, _actions(executed, [stay[0] for stay in stays]), strict=True):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knotwork.curves.trajectory import Event, JointTrajectory, Segment
+from knotwork.curves.trajectory import Event, Segment
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
@@ -16,9 +16,7 @@ from knotwork.planning.execution import scaled_motion, stopped_motion
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.task import Task
-from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification import Report
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -27,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(CheckedMotion):
     """A planned motion with its verdict, which can be shown, saved and changed.
 
     >>> swing = kw.plan("paper_case")
@@ -49,11 +47,7 @@ class Plan:
             all collided.
     """
 
-    scenario: Scenario
-    space: JointSpace
     joint_waypoints: JointWaypoints
-    trajectory: JointTrajectory
-    report: Report
     unsupported_options: tuple[str, ...] = ()
     solution: TaskSolution | None = None
     chosen: ChosenTimes | None = None
@@ -194,7 +188,7 @@ class Plan:
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
-        return Plan(*scaled_motion(self.scenario, self.space, self.trajectory, profile))
+        return Plan(**vars(scaled_motion(self, profile)))
 
     def stop(self, at: float, *, on_path: bool = True) -> Plan:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -219,8 +213,7 @@ class Plan:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        motion = stopped_motion(self.scenario, self.space, self.trajectory, at, on_path=on_path)
-        return Plan(*motion)
+        return Plan(**vars(stopped_motion(self, at, on_path=on_path)))
 
     def view(self) -> Page:
         """Show the motion of the arm in 3D.

@@ -19,7 +19,6 @@ from knotwork.task.scenario.joint_space import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.scene_shapes import SHAPES
-from knotwork.task.si_units import si_factors
 from knotwork.task.task_part import plain
 
 if TYPE_CHECKING:
@@ -75,7 +74,7 @@ def _task_from(
                 f"the task omits; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
                 "}` with its shape"
             )
-    units = si_factors(task.units)
+    units = task.units.in_si
     actions = [] if replaced is None else list(replaced.actions)
     immediate = [x for x in actions if x.after is x.before is x.at is None]
     switched: set[str | int | None] = {action.output for action in immediate}
@@ -105,19 +104,10 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
     return [item.name for item in held if times[item.take] <= at < times[item.leave]]
 
 
-def on_moving_frames(task: Task) -> list[int]:
+def on_moving_frames(task: PlainTask) -> list[int]:
     """Indices in a task of the waypoints that are in moving frames."""
-    frames = task.frames
-
-    def moves(name: str | None) -> bool:
-        while name in frames:
-            if frames[name].moves is not None:
-                return True
-            name = frames[name].parent
-        return False
-
-    names = (getattr(waypoint, "frame", None) or task.frame for waypoint in task.waypoints)
-    return [i for i, name in enumerate(names) if moves(name)]
+    frames = (getattr(step, "frame", None) or task.frame or "base" for step in task.waypoints)
+    return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]
 
 
 def scene_from(
@@ -205,7 +195,7 @@ def _put_down(
         placed = carrier.placement_at(scenario.waypoints[waypoint].time).actInv(placed)
     shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
-    place["position"] = (placed.translation / si_factors(task.units)[0]).tolist()
+    place["position"] = (placed.translation / task.units.in_si[0]).tolist()
     return SceneObject(
         **{key: value for key, value in shape.items() if value is not None},
         **place,

@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import Interpolation
-from knotwork.planning.task_to_joint import (
-    SequenceStep,
-    TaskSolution,
-    solve_task,
-)
+from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import find_clear_motions, segments
@@ -46,11 +42,6 @@ class ScenarioPlanner:
         """Maximum number of sequences to plan."""
         return FIXED_SEQUENCES if self.scenario.unknowns is None else TIMED_SEQUENCES
 
-    @property
-    def is_late(self) -> bool:
-        """Whether the time budget has ended."""
-        return self.budget.is_over
-
     @cached_property
     def _interpolation(self) -> Interpolation:
         return Interpolation.read(self.scenario, self.planner)
@@ -60,17 +51,14 @@ class ScenarioPlanner:
         chosen = self._interpolation
         return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
 
-    def choose_times(self, solution: TaskSolution | None = None) -> ChosenTimes:
-        """Choose times for a sequence of solutions, by default the best."""
-        from knotwork.planning.choosing import choose_times
-
-        return choose_times(self.scenario, self.budget, solution)
-
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
         if self.scenario.unknowns is None:
             return self._interpolate(solution or self.solve())
-        chosen = replace(self.choose_times(solution), fixed_arrivals=self.fixed_arrivals)
+        from knotwork.planning.choosing import choose_times
+
+        chosen = choose_times(self.scenario, self.budget, solution)
+        chosen = replace(chosen, fixed_arrivals=self.fixed_arrivals)
         self.budget.solved = self.budget.work
         self.budget.step(0, chosen.duration, "check")
         fixed = replace(self, scenario=chosen.scenario)

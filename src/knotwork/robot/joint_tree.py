@@ -64,7 +64,7 @@ class JointTree:
     @cached_property
     def alignment(self) -> FloatArray:
         """Rotations of frames with z along the joint's axis, shape (n + 1, 3, 3)."""
-        return np.array([np.eye(3), *map(_frame_along, self.axis[1:])])
+        return np.array([np.eye(3), *map(frame_along, self.axis[1:])])
 
     @cached_property
     def _steps(self) -> FloatArray:
@@ -227,7 +227,7 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
     return np.ascontiguousarray(columns.transpose(3, 0, 2, 1)), frames[:, 3].transpose(2, 0, 1)
 
 
-def _frame_along(axis: FloatArray) -> FloatArray:
+def frame_along(axis: FloatArray) -> FloatArray:
     """Make a rotation matrix whose third column is a unit vector, shape (3, 3)."""
     helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
     x = helper - helper.dot(axis) * axis

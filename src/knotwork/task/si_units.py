@@ -6,14 +6,13 @@ stay in the given units.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from knotwork.files.documents import Location, field_at
 from knotwork.files.documents.values import unit_of
-from knotwork.task.task import Task, TaskUnits
+from knotwork.task.task import Task
 from knotwork.task.task_part import TaskPart
 
 PartT = TypeVar("PartT", bound=TaskPart)
@@ -41,12 +40,6 @@ def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = No
     file_units = data.get("units") or {}
     own_units = {"length": file_units.get("length", "m"), "angle": file_units.get("angle", "rad")}
     return re.sub("length|angle", lambda word: own_units[word[0]], unit)
-
-
-def si_factors(units: TaskUnits) -> tuple[float, float]:
-    """The units of length [m] and angle [rad] of a task."""
-    length = 1.0 if units.length == "m" else 1e-3
-    return length, 1.0 if units.angle == "rad" else math.pi / 180
 
 
 def in_si(part: PartT, length: float, angle: float) -> PartT:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -52,6 +53,11 @@ class TaskUnits(TaskPart):
 
     length: Literal["m", "mm"] = optional("Unit of positions, speeds and prismatic joints", "m")
     angle: Literal["rad", "deg"] = optional("Unit of orientations and revolute joints", "rad")
+
+    @property
+    def in_si(self) -> tuple[float, float]:
+        """The units of length [m] and angle [rad]."""
+        return 1.0 if self.length == "m" else 1e-3, 1.0 if self.angle == "rad" else math.pi / 180
 
 
 class Task(TaskPart):
@@ -228,6 +234,12 @@ class PlainTask(Task):
     """A task without repeats."""
 
     waypoints: Several[Waypoint] = required("At least two in order of time, or one after a start")
+
+    def is_moving_frame(self, name: str) -> bool:
+        """Whether a frame, or one of its parents, moves."""
+        while (frame := self.frames.get(name)) is not None and frame.moves is None:
+            name = frame.parent
+        return frame is not None
 
     def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
         """A copy with changed values at some waypoints, validated.

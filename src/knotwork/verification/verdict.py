@@ -29,6 +29,7 @@ from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import TRIED, Finding
 from knotwork.verification.waypoint_checks import motion_finding
+from knotwork.waypoints import JointWaypoints
 
 REPORT_VERSION = 2
 """Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
@@ -269,3 +270,23 @@ class Report:
         if failures:
             lines = "\n".join(f"  {failure}" for failure in failures)
             raise CheckFailedError(self, f"{self.scenario}: {len(failures)} failed:\n{lines}")
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedMotion:
+    """A motion with its task and the verdict on it.
+
+    Attributes:
+        scenario: The task.
+        space: The joints it moves and their robot.
+        joint_waypoints: Joint positions and velocities at the waypoints; `None` where they are
+            unknown, as of a motion from a file.
+        trajectory: The motion.
+        report: Findings of the check.
+    """
+
+    scenario: Scenario
+    space: JointSpace
+    joint_waypoints: JointWaypoints | None
+    trajectory: JointTrajectory
+    report: Report

@@ -115,7 +115,7 @@ def _joint_requirements(
 ) -> Iterator[tuple[int, FloatArray]]:
     """Orders of derivatives with the values required at a waypoint, shape (d,)."""
     if state is not None:
-        yield from enumerate((state.position, state.velocity))
+        yield from enumerate(state)
     elif isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
         yield 1, np.zeros(len(space.joint_names))
 

@@ -62,15 +62,12 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     if np.isnan(distance).all():
         return None
     kinds = sorted({k for k in pairs if k >= 0})
-    bodies = [
-        (model.bodies[pairs_with_scene[k].second], model.bodies[pairs_with_scene[k].first])
-        for k in kinds
-    ]
+    drawn = [pairs_with_scene[k] for k in kinds]
     return ClearanceCurve(
         time,
         distance,
         [kinds.index(k) if k >= 0 else -1 for k in pairs],
-        [f"{first.name}, {second.name}" for first, second in bodies],
+        [f"{model.bodies[p.second].name}, {model.bodies[p.first].name}" for p in drawn],
     )
 
 

@@ -19,12 +19,13 @@ from knotwork.verification.brief import (
     without_utilisation,
     worst_failures,
 )
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.scene_data import scene_of
 from knotwork.view.scene_verdict import failures
-from knotwork.view.shown_motion import PlanLike, ShownMotion
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 """Verdicts with other words."""
 
 
-def report_page(plan: PlanLike) -> Page:
+def report_page(plan: CheckedMotion) -> Page:
     """Put the report of a plan on a page.
 
     Without a robot the page has plots but no 3D view, and gives the reason.
@@ -168,7 +169,7 @@ def _picture(figure: Figure) -> dict[str, str]:
     return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
 
 
-def _gauges(plan: PlanLike, figures: Sequence[Figure]) -> dict[str, Any]:
+def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
     """The curves whose values are shown next to the scene, in the displayed units.
 
     Returns:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from knotwork.robot import Robot
 from knotwork.view.mesh import Mesh, merge_meshes
@@ -87,7 +87,7 @@ def draw_paths(
     carrier = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     parts.draw("tool", _tool_mesh(robot, size), carrier=carrier)
     for joint, dashes in given_path_points(shown, size):
-        lines = (_line_mesh(points, GIVEN, WIDTH * size) for points in dashes)
+        lines = (line_mesh(points, GIVEN, WIDTH * size) for points in dashes)
         parts.draw("given path", _merged_lines(lines), lit=False, carrier=joint)
     paths = shown.scenario.paths
     return legend | {
@@ -105,17 +105,13 @@ def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
         part = trace.position[max(span.start - 1, 0) : span.stop + 1]
         # the tool may be at rest while the limit is exceeded
         ball = sphere(0.012 * size, RED).shift(part[0])
-        red.append(_line_mesh(part, RED[:3], 0.0065 * size) or ball)
+        red.append(line_mesh(part, RED[:3], 0.0065 * size) or ball)
     return merge_meshes(red) if red else None
 
 
 def _merged_lines(lines: Iterable[Mesh | None]) -> Mesh | None:
     drawn = [line for line in lines if line is not None]
     return merge_meshes(drawn) if drawn else None
-
-
-def _line_mesh(points: FloatArray, colour: Sequence[float], radius: float) -> Mesh | None:
-    return line_mesh(points, np.tile(colour, (len(points), 1)), radius)
 
 
 def _tool_mesh(robot: Robot, size: float) -> Mesh:
@@ -128,18 +124,18 @@ def _tool_mesh(robot: Robot, size: float) -> Mesh:
     return merge_meshes(parts)
 
 
-def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
+def line_mesh(points: FloatArray, colours: ArrayLike, radius: float) -> Mesh | None:
     """Draw a line as a tube; `None` if it has no length.
 
     Args:
         points: Points [m], shape (n, 3).
-        colours: Colour of each point, shape (n, 3).
+        colours: Colour of each point, shape (n, 3), or of all of them, shape (3,).
         radius: Radius [m].
     """
     segment_lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     keep = np.concatenate([[True], segment_lengths > 1e-9])
-    points, colours = points[keep], colours[keep]
-    return tube(points, colours, radius) if len(points) > 1 else None
+    painted = np.broadcast_to(np.asarray(colours, dtype=float), points.shape)
+    return tube(points[keep], painted[keep], radius) if keep.sum() > 1 else None
 
 
 def given_path_points(
@@ -173,7 +169,7 @@ def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mes
             start, end = finding.interval
             on = dashed & (trace.time >= start) & (trace.time <= end)
             for span in _runs(on):
-                lines.append(_line_mesh(trace.position[span], WAY, WIDTH * size))
+                lines.append(line_mesh(trace.position[span], WAY, WIDTH * size))
     return _merged_lines(lines)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.robot.joint_tree import frame_along
 from knotwork.view.mesh import Mesh, from_triangles, merge_meshes, normalise_rows
 from knotwork.waypoints import FloatArray
 
@@ -69,11 +69,6 @@ def _revolve_along(
     heights = [[radius, along * length] for radius, along in profile]
     shape = from_triangles(creation.revolve(heights, sections=12).triangles, colour)
     return shape.move(frame_along(axis / length), foot)
-
-
-def frame_along(axis: FloatArray) -> FloatArray:
-    """Find a rotation matrix, shape (3, 3), whose z axis is a unit vector."""
-    return np.asarray(pin.Quaternion.FromTwoVectors(np.eye(3)[2], axis).matrix())
 
 
 def triad(length: float, radius: float) -> Mesh:

@@ -15,6 +15,7 @@ from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree, place_joints
 from knotwork.units import Units
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.base_joints import base_joints, drawn_joints
 from knotwork.view.environment_joints import (
     draw_other_robots,
@@ -27,7 +28,7 @@ from knotwork.view.page import Page, scene_page
 from knotwork.view.path_meshes import draw_paths, given_path_points
 from knotwork.view.scene_parts import SceneParts, pack_mesh, pack_numbers
 from knotwork.view.scene_verdict import verdict
-from knotwork.view.shown_motion import PlanLike, ShownMotion
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.surroundings import draw_surroundings
 from knotwork.view.targets import tool_targets
 from knotwork.view.task_marks import draw_frames, draw_marks
@@ -53,7 +54,7 @@ CLEAR_ANGLE = np.radians(75.0)
 VIEW_MARGIN = 0.35
 
 
-def scene_of(plan: PlanLike, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def scene_of(plan: CheckedMotion, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
 
     Raises:

@@ -35,7 +35,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     """All failures: the worst of each kind first, then the others in order of time.
 
     Each has a `line`, a `remedy`, the whole `fact`, the time `at` which to look [s], and further
-    times in `also`. The first collision lists the remedies that were attempted.
+    times in `also`. The remedy of the first collision lists those that were attempted.
     """
     kinds = group_alike(report.failures)
     others = [failure for _, *more in kinds for failure in more]
@@ -47,13 +47,8 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     collisions = (i for i, failure in enumerate(ordered) if failure.bodies and not failure.remedy)
     first = next(collisions, 0)
     for text in map(str, report.tried if failure_texts else ()):
-        advice, _, tried = text.partition("; tried: ")
-        if advice.startswith("tried: "):
-            advice, tried = "", advice.removeprefix("tried: ")
-        failure_texts[first]["remedy"] = "; ".join(
-            filter(None, (failure_texts[first]["remedy"], advice))
-        )
-        failure_texts[first]["fact"] += f"; tried: {tried}" if tried else ""
+        remedy = failure_texts[first]["remedy"]
+        failure_texts[first]["remedy"] = f"{remedy}; {text}" if remedy else text
     return failure_texts
 
 

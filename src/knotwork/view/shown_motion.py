@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,35 +25,11 @@ from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, check_derivative_limits
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
 
-
-class PlanLike(Protocol):
-    """The part of a `knotwork.Plan` that a picture needs."""
-
-    @property
-    def scenario(self) -> Scenario:
-        """The task."""
-
-    @property
-    def space(self) -> JointSpace:
-        """The joints and their limits."""
-
-    @property
-    def joint_waypoints(self) -> JointWaypoints | None:
-        """Joint values given at the waypoints, where known."""
-
-    @property
-    def trajectory(self) -> JointTrajectory:
-        """The motion."""
-
-    @property
-    def report(self) -> Report:
-        """Result of the check."""
-
-
-Drawable: TypeAlias = PlanLike | JointTrajectory
+Drawable: TypeAlias = CheckedMotion | JointTrajectory
 
 CACHED_MOTIONS = 4
 """Number of motions whose tool trace is kept: two side by side, and these before a change."""
@@ -80,7 +56,7 @@ class ShownMotion:
     label: str = "trajectory"
 
     @classmethod
-    def of_plan(cls, plan: PlanLike) -> ShownMotion:
+    def of_plan(cls, plan: CheckedMotion) -> ShownMotion:
         """The motion of a plan."""
         motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.space)
         return replace(motion, report=plan.report, joint_waypoints=plan.joint_waypoints)
@@ -226,9 +202,8 @@ class ShownMotion:
             return waypoints.position[rows][:, order], velocity
         nan = np.full(len(joints), np.nan)
         targets = self.space.targets or (None,) * len(self.times)
-        states = [target or JointState(nan, nan) for target in targets]
-        values = np.array([(state.position, state.velocity) for state in states])
-        position, velocity = values.reshape(-1, 2, len(joints)).swapaxes(0, 1)
+        states = np.array([target or JointState(nan, nan) for target in targets])
+        position, velocity = states.reshape(-1, 2, len(joints)).swapaxes(0, 1)
         return position, velocity
 
     @cached_property

@@ -10,10 +10,11 @@ import numpy as np
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
+from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.page import Page, asset, iframe, json_in_html, render_template, scene_page
 from knotwork.view.path_meshes import max_speed
 from knotwork.view.scene_data import make_scene
-from knotwork.view.shown_motion import PlanLike, ShownMotion
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
 DIFFERENCE_SAMPLES = 400
@@ -22,7 +23,7 @@ MIN_DIFFERENCE = 1e-3
 """Smallest height of a curve, in the displayed unit: less is not drawn as a difference."""
 
 
-def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
+def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
     """Put two motions on a page, each in its own scene, with one camera.
 
     Args:
@@ -68,7 +69,7 @@ def _common_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return joined
 
 
-def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
+def _difference(plans: Sequence[CheckedMotion]) -> dict[str, Any]:
     """Distances of the tools and of the joint that differs most, by the time since the start.
 
     After its end each motion stays at its last state.

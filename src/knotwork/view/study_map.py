@@ -108,11 +108,10 @@ def _label(study: Any, name: str) -> str:
 def _figure(study: Any, name: str, kinds: list[str]) -> list[float | None]:
     """A figure of passing rows in the displayed unit; `None` for other rows."""
     factor = study.units.shown(1.0, study.figures[name].unit)[0]
-    valid = [
-        kind == PASSED_ROW and value is not None and np.isfinite(value)
+    return [
+        factor * value if kind == PASSED_ROW and value is not None and np.isfinite(value) else None
         for kind, value in zip(kinds, study[name], strict=True)
     ]
-    return [factor * value if use else None for value, use in zip(study[name], valid, strict=True)]
 
 
 def _axis(study: Any, column: str, *, cells: bool) -> dict[str, Any]:

@@ -11,11 +11,12 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import frame_along
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.task.scenario import PlacedShape
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merge_meshes
-from knotwork.view.primitive_meshes import frame_along, solid, sphere
+from knotwork.view.primitive_meshes import solid, sphere
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 

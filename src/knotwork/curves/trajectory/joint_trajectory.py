@@ -17,13 +17,7 @@ from knotwork.curves.trajectory.motion_events import Event, Load, Segment
 from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.waypoints import (
-    FloatArray,
-    ReadOnlyArrays,
-    checked_joints,
-    checked_times,
-    read_only,
-)
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, checked_times, read_only
 
 
 @dataclass(frozen=True)

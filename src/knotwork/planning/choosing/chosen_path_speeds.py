@@ -83,12 +83,12 @@ def with_max_speeds(
     for number, path in enumerate(task.scenario.paths):
         if path.requested.at_most:
             bounds = {
-                k: min(
+                stretch: min(
                     (max_speed, AT_MOST),
-                    (caps.get(path.first + 1 + k, math.inf), ADJACENT_MOTION),
+                    (caps.get(path.first + 1 + stretch, math.inf), ADJACENT_MOTION),
                     key=itemgetter(0),
                 )
-                for k, max_speed in path.requested.at_most.items()
+                for stretch, max_speed in path.requested.at_most.items()
             }
             problems[number] = PathSpeedProblem(task, path, bounds)
     try:
@@ -128,14 +128,15 @@ def _fastest_feasible_paths(
             slower = dict.fromkeys(problems.values(), TOLERANCES)
             continue
         excess = {
-            p: p.correct_from_plan(timed, timed.scenario.paths[i]) for i, p in problems.items()
+            problem: problem.correct_from_plan(timed, timed.scenario.paths[number])
+            for number, problem in problems.items()
         }
         missed = {problem: error for problem, error in excess.items() if error}
         failed = next(iter(missed.values()), None)
         if failed is None:
             min_duration, best = duration, _chosen_path_speeds(timed, problems.values())
         is_corrected = attempt + 1 >= CORRECTED_PLANS
-        slower = {p: error.limit for p, error in missed.items()} if is_corrected else {}
+        slower = {problem: error.limit for problem, error in missed.items()} if is_corrected else {}
     if best is None:
         raise failed or NoSpeedsError(task.scenario.paths[0], 0, TOLERANCES)
     return best
@@ -146,9 +147,11 @@ def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> Timi
     scenario, unit = task.scenario, task.scenario.shown_length[0]
     changed = scenario.given.with_waypoints(
         {
-            scenario.task_index[problem.path.first + 1 + k]: {"speed": round_speed(unit * speed)}
+            scenario.task_index[problem.path.first + 1 + stretch]: {
+                "speed": round_speed(unit * speed)
+            }
             for problem in problems
-            for k, speed in problem.speeds.items()
+            for stretch, speed in problem.speeds.items()
         }
     )
     scenario = resolve_task(changed, scenario.places)
@@ -169,10 +172,10 @@ def _chosen_path_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) 
     names = [waypoint.name for waypoint in task.scenario.waypoints]
     speeds, binding = {}, []
     for problem in problems:
-        for k, speed in problem.speeds.items():
-            i, limit = problem.path.first + 1 + k, problem.limiting[k]
-            speeds[i] = speed
-            binding.append(Binding(names[i - 1], names[i], limit.joint, limit.quantity, None))
+        for stretch, speed in problem.speeds.items():
+            end, limit = problem.path.first + 1 + stretch, problem.limiting[stretch]
+            speeds[end] = speed
+            binding.append(Binding(names[end - 1], names[end], limit.joint, limit.quantity, None))
     return ChosenPathSpeeds(task, speeds, tuple(binding))
 
 
@@ -184,31 +187,31 @@ def paths_beyond_limits(paths: ChosenPathSpeeds) -> list[InputError]:
     """
     task, errors = paths.task, list[InputError]()
     for path in task.scenario.paths:
-        if any(i + 1 in paths.speeds for i in range(path.first, path.last)):
+        if any(end in paths.speeds for end in range(path.first + 1, path.last + 1)):
             continue
         utilisation = LimitUtilisation(task, path)
         shares = utilisation.of_motion(task, path).max(axis=1)
-        for k in np.flatnonzero((shares > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
-            limit = utilisation.limits[int(shares[k].argmax())]
-            errors.append(_path_error(task, path, k, limit, float(shares[k].max())))
+        for stretch in np.flatnonzero((shares > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
+            limit = utilisation.limits[int(shares[stretch].argmax())]
+            errors.append(_path_error(task, path, stretch, limit, float(shares[stretch].max())))
     return errors
 
 
 def _infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputError:
     """The error for a path without feasible speeds, with accepted changes."""
-    path, k, limit = error.path, error.stretch, error.limit
+    path, stretch, limit = error.path, error.stretch, error.limit
     if limit == NOTHING:
         unbounded = InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
         )
-        return task.locate(unbounded, path.first + 1 + k, "speed")
-    return _path_error(task, path, k, limit)
+        return task.locate(unbounded, path.first + 1 + stretch, "speed")
+    return _path_error(task, path, stretch, limit)
 
 
 def _path_error(
     task: TimingTask,
     path: ScenarioPath,
-    k: int,
+    stretch: int,
     limit: Limit,
     share: float | None = None,
 ) -> InputError:
@@ -217,20 +220,20 @@ def _path_error(
     Args:
         task: The task.
         path: The path.
-        k: Index of the stretch.
+        stretch: Its index along the path.
         limit: The exceeded limit.
         share: Utilisation of it, if known.
     """
-    scenario, i = task.scenario, path.first + 1 + k
-    start, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
+    scenario, waypoint = task.scenario, path.first + 1 + stretch
+    start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))
     requested, text = path.requested, scenario.units.text
-    chosen, duration = k in requested.at_most, requested.durations[k]
-    given = requested.speeds[k] or path.stretches[k].speed
+    chosen, duration = stretch in requested.at_most, requested.durations[stretch]
+    given = requested.speeds[stretch] or path.stretches[stretch].speed
     if requested.at_most and duration:  # the stretches still have the nominal speed
-        given = requested.lengths[k] / duration
+        given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
-        woven = path.stretches[k].kind.startswith("woven")
+        woven = path.stretches[stretch].kind.startswith("woven")
         accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
     elif chosen:
         accepted = "another path or path.acceleration"
@@ -250,10 +253,10 @@ def _path_error(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit"
     )
-    return task.locate(error, i, _key(task, i))
+    return task.locate(error, waypoint, _key(task, waypoint))
 
 
-def _key(task: TimingTask, i: int) -> str:
+def _key(task: TimingTask, waypoint: int) -> str:
     """The key that gives the speed to a waypoint on a path."""
-    waypoint = task.scenario.given.waypoints[task.scenario.task_index[i]]
-    return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
+    step = task.scenario.given.waypoints[task.scenario.task_index[waypoint]]
+    return next(key for key in ("speed", "after", "time") if getattr(step, key) is not None)

@@ -16,7 +16,6 @@ from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.task.si_units import si_factors
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
@@ -179,7 +178,7 @@ def clear_motion_findings(
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
-    length, _ = si_factors(scenario.given.units)
+    length, _ = scenario.given.units.in_si
     resolution = scenario.scene.collisions.resolution
     for indices, chosen in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))

@@ -19,7 +19,6 @@ from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.joint_space import by_joint
-from knotwork.task.si_units import si_factors
 from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -68,7 +67,7 @@ def solutions_near(
     """
     positions = task.waypoints.position if positions is None else positions
     index, paths = task.scenario.task_index, task.scenario.paths
-    units = si_factors(task.scenario.given.units)
+    units = task.scenario.given.units.in_si
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
@@ -85,7 +84,7 @@ def solutions_near(
 def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot, waypoint = task.unknowns.speed[i], task.space.robot, task.scenario.waypoints[i]
-    length, angle = si_factors(task.scenario.given.units)
+    length, angle = task.scenario.given.units.in_si
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
@@ -117,7 +116,7 @@ def _chosen_motion(
         segment: A segment.
         motion: Its motion.
     """
-    length, angle = si_factors(timed.task.units)
+    length, angle = timed.task.units.in_si
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[list(segment.waypoints)])
     velocities = {

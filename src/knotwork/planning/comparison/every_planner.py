@@ -185,15 +185,9 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
     if not _same_motion(trajectory, base.trajectory):
         known = report.select(group=FEASIBILITY)
         report = check(trajectory, scenario, space=space, known=known)
-
-    deviations, speeds, clearances = (
-        _values_and_limits(report, subject, quantity)
-        for subject, quantity in (
-            ("path", "path_deviation"),
-            ("path", "path_speed"),
-            ("pair", "clearance"),
-        )
-    )
+    deviations = _values_and_limits(report, "path", "path_deviation")
+    speeds = _values_and_limits(report, "path", "path_speed")
+    clearances = _values_and_limits(report, "pair", "clearance")
     speed_tolerance = scenario.task.tolerances.path_speed
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2

@@ -35,7 +35,7 @@ def describe_choices(search: SolutionSearch, chosen: ChosenSequence) -> tuple[Ch
             solutions=len(candidates.q),
             sampled=candidates.redundant,
         )
-        for i, candidates in enumerate(search.candidates)
+        for i, candidates in enumerate(chosen.candidates)
         if candidates is not None
     )
 
@@ -57,7 +57,7 @@ def find_infeasibilities(search: SolutionSearch, chosen: ChosenSequence) -> tupl
     ]
     failures += [
         _velocity_finding(robot, scenario, np.abs(chosen.velocities[i]), scenario.waypoints[i])
-        for i, candidates in enumerate(search.candidates)
+        for i, candidates in enumerate(chosen.candidates)
         if candidates is not None and i not in search.free_velocity
     ]
     return tuple(failure for failure in failures if failure is not None)

@@ -155,9 +155,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
         targets=tuple(
             None
             if target is None
-            else JointState(
-                pad_virtual(target.position, count), pad_virtual(target.velocity, count)
-            )
+            else JointState(*(pad_virtual(values, count) for values in target))
             for target in space.targets
         ),
         near=None if space.near is None else pad_virtual(space.near, count),

@@ -127,11 +127,8 @@ class Obstacles:
             return np.full(len(candidates.q), max_clearance)
         _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
-        return np.asarray(
-            self._pairs.clearance(self._arm_positions(candidates.q[firsts]), time, max_clearance)[
-                branches
-            ]
-        )
+        q = self._arm_positions(candidates.q[firsts])
+        return np.asarray(self._pairs.clearance(q, time, max_clearance)[branches])
 
     def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -50,11 +50,15 @@ class ChosenSequence(NamedTuple):
         cost: Cost of the sequence, shape (7,): see `CostLevel`.
         positions: Joint positions [rad or m], shape (n, d).
         velocities: Joint velocities [rad/s or m/s], shape (n, d).
+        candidates: Candidates at each waypoint; `None` where joint positions are given.
+        tracks: Tracks of the paths.
     """
 
     cost: FloatArray
     positions: FloatArray
     velocities: FloatArray
+    candidates: list[Candidates | None]
+    tracks: list[PathTrack]
 
 
 def home(space: JointSpace) -> FloatArray:
@@ -80,8 +84,6 @@ class SolutionSearch:
         free_velocity: Waypoints whose speed is chosen later, by index.
         joints: Rules for the joints.
         steps: Rules for the interval after each waypoint but the last.
-        candidates: Candidates at each waypoint; `None` where joint positions are given.
-        tracks: Tracks of the paths.
     """
 
     def __init__(
@@ -104,8 +106,6 @@ class SolutionSearch:
         self.free_velocity = frozenset(i for i, kind in enumerate(kinds) if kind != "given")
         self.joints = joint_rules(robot)
         self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)
-        self.candidates: list[Candidates | None] = [None] * len(space.targets)
-        self.tracks: list[PathTrack] = []
 
     def solve(self) -> ChosenSequence:
         """Choose positions and velocities at all waypoints.
@@ -117,37 +117,40 @@ class SolutionSearch:
             BranchError: No sequence of candidates is in the requested branch.
             SingularityError: The chosen configuration does not allow the velocity at a waypoint.
         """
-        self._find_candidates()
+        candidates, tracks = self._find_candidates()
         start = self.space.targets[0]
         if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies:
             self.obstacles.check_start(start.position)
-        layers = [self._layer(i) for i in range(len(self.candidates))]
+        layers = [self._layer(i, candidates) for i in range(len(candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)
         blocked = sequence.blocked_at
         if blocked is not None:
-            raise no_branch(self.scenario, self.robot, blocked, self.candidates[blocked])
+            raise no_branch(self.scenario, self.robot, blocked, candidates[blocked])
         positions = sequence.q
         velocities = [
-            velocity_at(self.scenario, self.chains, track_of(self.tracks, i), i, q)
+            velocity_at(self.scenario, self.chains, track_of(tracks, i), i, q)
             if target is None
             else target.velocity
             for i, (q, target) in enumerate(zip(positions, self.space.targets, strict=True))
         ]
-        return ChosenSequence(sequence.cost, positions, np.array(velocities))
+        return ChosenSequence(sequence.cost, positions, np.array(velocities), candidates, tracks)
 
-    def _find_candidates(self) -> None:
-        """Find the candidates at all waypoints."""
+    def _find_candidates(self) -> tuple[list[Candidates | None], list[PathTrack]]:
+        """Find the candidates at all waypoints, and the tracks of the paths."""
+        candidates: list[Candidates | None] = [None] * len(self.space.targets)
+        tracks: list[PathTrack] = []
         for chain in self.chains:
-            for i, candidates in self._find_on_chain(chain).items():
+            for i, on_chain in self._find_on_chain(chain).items():
                 reference = self.space.solutions.get(i, self._reference(i))
-                self.candidates[i] = chain.expand(candidates, self.robot, reference)
+                candidates[i] = chain.expand(on_chain, self.robot, reference)
         solver = GroupSolver(self.scenario, self.chains, self.obstacles)
         for group in dict.fromkeys(self._group_of.values()):
-            first = self.candidates[group[0]]
+            first = candidates[group[0]]
             if first is not None:
                 solution = solver.solve(group, first)
-                self.candidates[group.start : group.stop] = solution.candidates
-                self.tracks += solution.tracks
+                candidates[group.start : group.stop] = solution.candidates
+                tracks += solution.tracks
+        return candidates, tracks
 
     def _find_on_chain(self, chain: FreedomChain) -> dict[int, Candidates]:
         """Candidates at the independent waypoints that belong to a chain, by index."""
@@ -183,17 +186,17 @@ class SolutionSearch:
         )
         return next(given, home(self.space))
 
-    def _layer(self, index: int) -> Layer:
+    def _layer(self, index: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""
         target = self.space.targets[index]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
             flags, weight = configuration_flags(self.robot, q), travel_weights(self.robot, q)
             return Layer(q, v, make_cost(1), weight, flags, fixed=True)
-        candidates = cast(Candidates, self.candidates[index])
+        candidates = cast(Candidates, candidates_by_waypoint[index])
         group = self._group_of.get(index)
         first = index if group is None else group[0]
-        begin = cast(Candidates, self.candidates[first])
+        begin = cast(Candidates, candidates_by_waypoint[first])
         rows = allowed_rows(self.scenario, self.robot, first, begin)
         q = candidates.q[rows]
         distance, travel = np.zeros((2, len(rows)))
@@ -219,7 +222,7 @@ class SolutionSearch:
             distance=distance,
             travel=travel,
         )
-        previous = self.candidates[index - 1] if first < index else None
+        previous = candidates_by_waypoint[index - 1] if first < index else None
         return Layer(
             q,
             candidates.velocity[rows],

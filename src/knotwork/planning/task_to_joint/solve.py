@@ -90,7 +90,7 @@ def _solve_poses(
     infeasibilities = find_infeasibilities(search, chosen)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
     hopeless = bool(infeasibilities) or chosen.cost[CostLevel.COLLISIONS] > 0.0
-    tracks = {track.path.first: track for track in search.tracks}
+    tracks = {track.path.first: track for track in chosen.tracks}
     solution = TaskSolution(
         complete_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
         infeasibilities=infeasibilities,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,15 +14,13 @@ from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
-from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
 SAME_STATE_TOLERANCE = 1e-12
 """Distance within which poses and joint positions are equal [m, rad]."""
 
 
-@dataclass(frozen=True, eq=False)
-class JointState:
+class JointState(NamedTuple):
     """Joint values required at a waypoint.
 
     Attributes:
@@ -45,7 +43,7 @@ class JointReader:
 
     def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
-        length, angle = (1.0, 1.0) if si else si_factors(self.scenario.given.units)
+        length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
         units = zip(self.names, self.units, strict=True)
         scale = {name: angle if unit == "rad" else length for name, unit in units}
         if not isinstance(values, Mapping):

@@ -17,7 +17,7 @@ from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import read_waypoints
-from knotwork.task.si_units import in_si, si_factors
+from knotwork.task.si_units import in_si
 from knotwork.task.task_source import read_document
 from knotwork.units import SI
 
@@ -65,7 +65,7 @@ def resolve_task(
     array([0., 2.])
     """
     given, places = expand_repeats(task, places or Places())
-    length, angle = si_factors(given.units)
+    length, angle = given.units.in_si
     source = TaskInSI(with_waits(in_si(given, length, angle)), places)
     _check_keys(source, given)
     task_in_si = source.task

@@ -10,7 +10,6 @@ import numpy as np
 
 from knotwork.files.documents import Location, Places
 from knotwork.task import JointWaypoint, Placement, PlainTask
-from knotwork.task.si_units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
@@ -43,7 +42,7 @@ class TaskInSI:
     @property
     def length(self) -> float:
         """The file's unit of length [m]."""
-        return si_factors(self.task.units)[0]
+        return self.task.units.in_si[0]
 
     @cached_property
     def frames(self) -> Frames:

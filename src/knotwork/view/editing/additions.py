@@ -13,7 +13,6 @@ from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.robot import Robot
 from knotwork.task import PathWaypoint, Task
 from knotwork.task.scenario import Scenario
-from knotwork.task.si_units import si_factors
 from knotwork.view.editing.handles import (
     ANGLE_STEP,
     FORMS,
@@ -54,7 +53,7 @@ def waypoint_here(
         InputError: The waypoint is on a curved tool path, or on a line with joint values.
     """
     task = scenario.given
-    length, angle = si_factors(task.units)
+    length, angle = task.units.in_si
     neighbour_waypoint = task.waypoints[max(after, 0)]
     added, changes = _time_between(scenario, after, fraction)
     line = "along" in added
@@ -68,7 +67,7 @@ def waypoint_here(
         }
     else:
         frame = getattr(neighbour_waypoint, "frame", None)
-        if _moves(task, frame or task.frame or "base"):
+        if task.is_moving_frame(frame or task.frame or "base"):
             frame = "base"
         parent = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
         pose = robot.forward(q)
@@ -85,13 +84,6 @@ def waypoint_here(
     where = scenario.places.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
     at = (*where[:-1], int(where[-1]) + 1)
     return [*changes, {"at": at, "value": added, "insert": True}]
-
-
-def _moves(task: Task, frame: str) -> bool:
-    """Whether a frame, or one of its parents, moves."""
-    while (placed := task.frames.get(frame)) is not None and placed.moves is None:
-        frame = placed.parent
-    return placed is not None
 
 
 def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
@@ -125,7 +117,7 @@ def _time_between(
             )
         path = following.to_dict()
         added = {key: path[key] for key in ("along", "speed") if key in path}
-        added["blend"] = file_values([CORNER_BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
+        added["blend"] = file_values([CORNER_BLEND], task.units.in_si[0], LENGTH_STEP)[0]
     if isinstance(following.after, float):
         first = round(fraction * following.after, 3)
         added["after"] = first
@@ -165,7 +157,7 @@ def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
         point: Its centre in the base frame [m], shape (3,).
         size: Its edge length [m].
     """
-    length, _ = si_factors(task.units)
+    length, _ = task.units.in_si
     taken_names = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
     names = ("box", *(f"box {k}" for k in range(2, len(taken_names) + 3)))
     name = next(name for name in names if name not in taken_names)

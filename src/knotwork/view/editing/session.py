@@ -15,7 +15,8 @@ import pinocchio as pin
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, KnotworkError
-from knotwork.files.documents import validate
+from knotwork.files import storage
+from knotwork.files.documents import edited_text, read, validate
 from knotwork.files.documents.edits import part_of
 from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
@@ -23,7 +24,7 @@ from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import joint_space
-from knotwork.task.si_units import si_factors
+from knotwork.task.task_source import moved_paths
 from knotwork.view.editing.additions import box_at, waypoint_here
 from knotwork.view.editing.draft import Draft, as_javascript, structure_digest, units
 from knotwork.view.editing.handles import Handle, handles, move_handle
@@ -207,7 +208,7 @@ class Session:
         }
         if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle must have norm 1")
-        changes = move_handle(handle, si_factors(reading.scenario.given.units), **values)
+        changes = move_handle(handle, reading.scenario.given.units.in_si, **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
         return {"build": structure_digest(self.draft.document().data)}
 
@@ -302,10 +303,6 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     Raises:
         InputError: The file does not exist, or the copy exists already.
     """
-    from knotwork.files import storage
-    from knotwork.files.documents import edited_text, read
-    from knotwork.task.task_source import moved_paths
-
     if copy is None:
         return Draft(source)
     document = read(source)
