@@ -127,12 +127,10 @@ def _time_between(
         ]
     elif following.time is not None:
         before = task.waypoints[after].time if after >= 0 else 0.0
-        timed = (
-            {}
-            if before is None
-            else {"time": round(before + fraction * (following.time - before), 3)}
-        )
-        added |= timed or {"after": 1.0}
+        if before is None:
+            added["after"] = 1.0
+        else:
+            added["time"] = round(before + fraction * (following.time - before), 3)
     elif following.after is not None:
         added["after"] = "fastest"
     return added, changes
