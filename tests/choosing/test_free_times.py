@@ -51,16 +51,6 @@ def test_planned_scenario_has_no_free_times() -> None:
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
-def test_saved_scenario_keeps_name(tmp_path: Path) -> None:
-    """Its file is called scenario.yaml, whatever the task is called."""
-    import yaml
-
-    file = tmp_path / "quick.yaml"
-    file.write_text(yaml.safe_dump(swing(to(1))))
-    kw.plan(file).save(tmp_path / "made")
-    assert load_scenario(tmp_path / "made" / "scenario.yaml").name == "quick"
-
-
 def test_keeps_waits_and_given_times() -> None:
     made = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
     made.report.raise_if_failed()

@@ -76,15 +76,6 @@ def test_exports_pass_the_check_again(
     assert json.loads(ran.out)["ok"]
 
 
-def test_tables_in_drive_units_can_not_be_checked(knotwork: Command, tmp_path: Path) -> None:
-    file = tmp_path / "m.csv"
-    arguments = ("export", SCENARIO, "-f", "pvt", "--scale", "joint_1=2", "-o", file)
-    assert knotwork(*arguments).code == 0
-    ran = knotwork("check", file, "-s", SCENARIO)
-    assert ran.code == 2
-    assert "'drive', which is no unit of a position of joint 'joint_1'" in ran.err
-
-
 def test_positions_alone_fail_the_check(knotwork: Command, tmp_path: Path) -> None:
     file = tmp_path / "m.csv"
     rows = list(csv.reader(knotwork("export", SCENARIO, "-f", "csv").out.splitlines()))

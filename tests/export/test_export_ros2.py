@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from fractions import Fraction
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -30,16 +33,6 @@ def replayed_error(trajectory: JointTrajectory, message: dict, rate: int = 1000)
     own = [float(start + Fraction(int(tick), NANOSECONDS)) for tick in ticks]
     own = np.clip(own, trajectory.start_time, trajectory.end_time)
     return float(np.abs(controller(message, ticks) - trajectory(own)).max())
-
-
-@pytest.mark.parametrize("accelerations", [False, True])
-def test_replay_is_plan(deburring: Plan, deburring_by_waypoints: Plan, accelerations: bool) -> None:
-    for plan in (deburring, deburring_by_waypoints):
-        text = plan.trajectory.to_ros2(accelerations=accelerations)
-        message = yaml.safe_load(text)
-        assert len(message["points"]) == len(plan.trajectory.breaks)
-        assert replayed_error(plan.trajectory, message) < 1e-12
-    assert len(message["points"]) == 2 * len(deburring_by_waypoints.scenario.waypoints)
 
 
 def nanosecond_bound(trajectory: JointTrajectory, order: int) -> float:
@@ -140,47 +133,14 @@ def test_a_motion_longer_than_a_duration_is_refused() -> None:
 
 
 def test_message_objects_without_ros_2(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "trajectory_msgs.msg", None)
+    monkeypatch.setitem(sys.modules, "trajectory_msgs.msg", None)
     with pytest.raises(InputError, match="source a ROS 2 installation"):
         motion().to_ros2_message()
 
 
-def test_message_objects_get_every_field(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With stand-ins that, as ROS 2's own classes, take their fields as keywords."""
-    import sys
-    import types
-
-    def record(*fields: str) -> type:
-        def init(self: object, **values: object) -> None:
-            assert set(values) <= set(fields)
-            vars(self).update({"points": []} if "points" in fields else {}, **values)
-
-        return type("Message", (), {"__init__": init})
-
-    message = types.SimpleNamespace(
-        JointTrajectory=record("header", "joint_names", "points"),
-        JointTrajectoryPoint=record("positions", "velocities", "accelerations", "time_from_start"),
-    )
-    action = types.SimpleNamespace(
-        FollowJointTrajectory=types.SimpleNamespace(Goal=record("trajectory"))
-    )
-    duration = types.SimpleNamespace(Duration=record("sec", "nanosec"))
-    for name, module in (
-        ("trajectory_msgs.msg", message),
-        ("control_msgs.action", action),
-        ("builtin_interfaces.msg", duration),
-    ):
-        monkeypatch.setitem(sys.modules, name, module)
-    made = motion().to_ros2_message(goal=True).trajectory
-    data = yaml.safe_load(motion().to_ros2())
-    assert made.joint_names == data["joint_names"]
-    for point, row in zip(made.points, data["points"], strict=True):
-        assert (point.positions, point.velocities) == (row["positions"], row["velocities"])
-        assert vars(point.time_from_start) == row["time_from_start"]
-
-
 DISTRIBUTIONS = (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY)
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+POINT = "trajectory_msgs/msg/JointTrajectoryPoint"
 GOAL = "control_msgs/msg/FollowJointTrajectory_Goal"
 # control_msgs is not among the definitions that come with the reader.
 TOLERANCE = "string name\nfloat64 position\nfloat64 velocity\nfloat64 acceleration\n"
@@ -255,3 +215,26 @@ def test_the_goal_holds_the_message(store: Any) -> None:
     # nothing asked for: the controller's own tolerances hold
     assert back.path_tolerance == back.goal_tolerance == []
     assert back.goal_time_tolerance.sec == back.goal_time_tolerance.nanosec == 0
+
+
+def test_message_objects_get_every_field(store: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of classes made of the definitions, where what is left out is empty, as in ROS 2."""
+    tolerances = {"path_tolerance": [], "goal_tolerance": [], "goal_time_tolerance": None}
+    goal = partial(store.types[GOAL], multi_dof_trajectory=None, **tolerances)
+    messages = {
+        "JointTrajectory": partial(store.types[TRAJECTORY], header=None, points=[]),
+        "JointTrajectoryPoint": partial(store.types[POINT], accelerations=[], effort=[]),
+    }
+    duration = store.types["builtin_interfaces/msg/Duration"]
+    for name, classes in (
+        ("trajectory_msgs.msg", messages),
+        ("control_msgs.action", {"FollowJointTrajectory": SimpleNamespace(Goal=goal)}),
+        ("builtin_interfaces.msg", {"Duration": duration}),
+    ):
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(**classes))
+    made = motion().to_ros2_message(goal=True).trajectory
+    data = yaml.safe_load(motion().to_ros2())
+    assert made.joint_names == data["joint_names"]
+    for point, row in zip(made.points, data["points"], strict=True):
+        assert (point.positions, point.velocities) == (row["positions"], row["velocities"])
+        assert point.time_from_start == duration(**row["time_from_start"])

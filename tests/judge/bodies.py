@@ -150,7 +150,6 @@ class Surroundings:
         itself = self.rules.get("self", True)
         moved = [self._moves(body) for body in self.bodies]
         self.pairs: list[tuple[Body, Body, float, list[int]]] = []
-        at_home = []
         for i, one in enumerate(self.bodies):
             for j in range(i + 1, len(self.bodies)):
                 other = self.bodies[j]
@@ -163,8 +162,6 @@ class Surroundings:
                 carried = "tool" in kinds and bool(kinds & {"held", "standing"}) and not apart
                 if carried or (kinds == {"link"} and names in links):
                     continue
-                if own:
-                    at_home.append(len(self.pairs))
                 around = "object" in kinds
                 self.pairs.append((one, other, margin if around else 0.0, []))
         for one, other, _, indices in self.pairs:

@@ -103,19 +103,6 @@ def arc_about(
     return Arc(start, centre, axis, angle + 2.0 * math.pi * turns)
 
 
-def arc_of_radius(
-    start: np.ndarray, end: np.ndarray, radius: float, normal: np.ndarray, large: bool
-) -> Arc:
-    """The shorter arc that turns positively about a normal, or the longer one."""
-    normal, chord = normal / np.linalg.norm(normal), end - start
-    half = 0.5 * float(np.linalg.norm(chord))
-    left = np.cross(normal, chord) / (2.0 * half)
-    depth = math.sqrt(max(radius**2 - half**2, 0.0))
-    centre = start + 0.5 * chord + (-depth if large else depth) * left
-    angle = 2.0 * math.asin(min(half / radius, 1.0))
-    return Arc(start, centre, normal, 2.0 * math.pi - angle if large else angle)
-
-
 def _angle(one: np.ndarray, other: np.ndarray, axis: np.ndarray) -> float:
     """From one spoke to another, positively about an axis, in (0, 2π]."""
     axis = axis / np.linalg.norm(axis)

@@ -1,9 +1,9 @@
 """`Task`: a scenario's file, read with ruamel.yaml and the descriptions of its schema alone.
 
-What no shipped scenario uses is not read, and is an error here: blends, quaternions from a file of
-points, freedoms but that of the turn, tangent turning along a curve through points, and speeds at a
-pose without a path. Times and speeds that are free must have numbers, as the scenario that
-`knotwork plan --out` saves has them.
+What no shipped scenario uses is not read, and is an error here: blends, arcs by their radius,
+quaternions from a file of points, freedoms but that of the turn, tangent turning along a curve
+through points, and speeds at a pose without a path. Times and speeds that are free must have
+numbers, as the scenario that `knotwork plan --out` saves has them.
 """
 
 from __future__ import annotations
@@ -352,13 +352,9 @@ class Task:
         axis = None if normal is None else frame.rotation @ np.array(normal, dtype=float)
         if "through" in arc:
             return curves.arc_through(start, point(arc["through"]), end)
-        if "centre" in arc:
-            turns = int(arc.get("turns") or 0)
-            return curves.arc_about(start, point(arc["centre"]), end, axis, turns)
-        assert axis is not None
-        return curves.arc_of_radius(
-            start, end, self.length * arc["radius"], axis, bool(arc.get("large"))
-        )
+        assert "centre" in arc, "arcs by their radius are not read here"
+        turns = int(arc.get("turns") or 0)
+        return curves.arc_about(start, point(arc["centre"]), end, axis, turns)
 
     # --- the rest
 

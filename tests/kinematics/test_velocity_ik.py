@@ -19,7 +19,6 @@ from knotwork.errors import (
 )
 from knotwork.robot.kinematics import (
     pull_to_middle,
-    singular_values,
     smallest_singular_value,
     solve_velocity_ik,
 )
@@ -145,16 +144,6 @@ def test_tolerance_grows_with_speed() -> None:
     np.testing.assert_allclose(v, 1e6 * solve_velocity_ik(UR5, q, twist), rtol=1e-9)
     with pytest.raises(SingularityError):
         solve_velocity_ik(PLANAR, [0.5, 1.2], [0, 0, 2e-9, 0, 0, 0])
-
-
-@pytest.mark.parametrize("name", robot_names())
-def test_singular_values_of_jacobian(name: str) -> None:
-    robot = ROBOTS[name]
-    q = robot.configuration("home")
-    J = robot.jacobian(q)
-    squares = np.sort(np.linalg.eigvalsh(J @ J.T))[::-1][: min(6, robot.dof)]
-    np.testing.assert_allclose(singular_values(robot, q) ** 2, squares, atol=1e-12)
-    assert smallest_singular_value(robot, q) == singular_values(robot, q)[-1]
 
 
 @pytest.mark.parametrize("twist", [[0] * 5, [0, 0, 0, 0, 0, np.nan], "fast", np.zeros((6, 1))])

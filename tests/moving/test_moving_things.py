@@ -84,14 +84,6 @@ def test_waypoints_and_paths_move_with_frame() -> None:
     assert speed.proof == "bounded"
 
 
-def test_check_fails_motion_off_path_on_belt() -> None:
-    plan = kw.plan(belt())
-    still = belt()
-    still["frames"]["belt"]["moves"]["angular"] = [0, 0, 0.101]
-    failed = {one.quantity for one in kw.check(plan.trajectory, kw.load_scenario(still)).failures}
-    assert {"position", "path_deviation"} <= failed
-
-
 BOX = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
 
 

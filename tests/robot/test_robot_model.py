@@ -145,11 +145,18 @@ def test_replaces_limits() -> None:
         ({"position": {"elbow": (1.0, 1.0)}}, "lower limit 1 must be less than upper limit 1"),
         ({"position": {"elbow": (1.0,)}}, "has 1 value, fewer than 2"),
         ({"velocty": 1.0}, "did you mean 'velocity'"),
+        ({"velocity": np.ones(2)}, "must be a positive number for every joint or a mapping"),
     ],
 )
 def test_refuses_invalid_limits(limits: dict, says: str) -> None:
     with pytest.raises(DocumentError, match=says):
         PLANAR.with_limits(**limits)
+
+
+def test_takes_limits_from_numpy() -> None:
+    changed = PLANAR.with_limits(velocity=np.int64(2), jerk={"elbow": np.float32(3.0)})
+    assert changed.velocity_limit.tolist() == [2.0, 2.0]
+    assert changed.jerk_limit[1] == 3.0
 
 
 def test_refuses_limit_of_unknown_joint() -> None:

@@ -73,18 +73,6 @@ def post(at: Vector) -> list[str]:
     ]
 
 
-def test_first_moving_link_is_checked_against_fixed_parts(tmp_path: Path) -> None:
-    parts = [PEDESTAL, UPPER, joint("shoulder", "base", "upper"), *post((0.3, 0, 0))]
-    arm = robot(tmp_path, parts, tool_frame="upper")
-    report = turn(arm, [0.8], [-0.8])
-    assert not report.ok
-    assert not clearances(report)["upper, post"].ok
-    exempt = said(report, "pairs_not_checked")
-    assert "as a joint joins them: base and upper" in exempt
-    assert "post" not in exempt
-    assert turn(arm, [0.8], [0.3]).ok
-
-
 def test_touching_links_are_checked_where_one_moves_deeper(tmp_path: Path) -> None:
     """A disc that is always 1 mm in a post, and beside it a fin that is swept 39 mm into it."""
     disc = collision('<cylinder radius="0.3" length="0.04"/>')

@@ -93,17 +93,6 @@ def test_time_of_inverts_arc_length():
     np.testing.assert_array_equal(timing.time_of([0.0, 0.1, 0.3]), timing.times)
 
 
-def test_short_stretch_reports_feasible_values():
-    with pytest.raises(RampError, match=r"the path is 0\.01 m long") as raised:
-        profile([0.01], [0.1], start_speed=0.0, end_speed=0.0)
-    error = raised.value
-    assert isinstance(error, InputError)
-    assert error.needed == pytest.approx(1.5 * 0.1**2)
-    assert error.highest_speed == pytest.approx(math.sqrt(0.01 / 1.5))
-    assert error.lowest_acceleration == pytest.approx(1.5)
-    assert "0.081649" in str(error)
-
-
 @examples()
 @given(
     st.floats(0.01, 1.0),

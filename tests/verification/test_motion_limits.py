@@ -87,23 +87,6 @@ def test_checks_each_limited_link() -> None:
     ]
 
 
-def test_checks_tool_acceleration_limit() -> None:
-    plan = kw.plan(move())
-    t, step = np.linspace(0.001, 1.999, 20_001), 1e-4
-    places = [
-        np.array([plan.space.robot.forward(q).translation for q in plan.trajectory(t + at)])
-        for at in (-step, 0.0, step)
-    ]
-    second = (places[0] - 2 * places[1] + places[2]) / step**2
-    peak = float(np.linalg.norm(second, axis=1).max())
-    assert kw.plan(move(limits={"tool_acceleration": peak * 1.01})).report.ok
-    report = kw.plan(move(limits={"tool_acceleration": peak * 0.99})).report
-    assert [one.quantity for one in report.failures] == ["tool_acceleration"]
-    (found,) = report.failures
-    assert found.proof == "bounded"
-    assert str(found).startswith("tool: acceleration reaches")
-
-
 def test_velocity_jump_makes_tool_acceleration_and_torque_infinite() -> None:
     """Straight lines: no piece accelerates, but the corner can't be passed at any torque."""
     q = kw.load_robot("ur5").configuration(HOME)

@@ -260,16 +260,6 @@ def test_refuses_unknown_frames_and_limits() -> None:
         singular_value_bound(robot, other)
 
 
-def test_bounds_speed_of_elbow() -> None:
-    plan = planned("ur5_deburring")
-    elbow = plan.space.robot.with_tool("forearm_link")
-    found = tool_speed_bound(plan.space.robot, plan.trajectory, frame="forearm_link")
-    only = kw.PiecewisePolynomial(
-        plan.trajectory.polynomial.c[:, :, : elbow.dof], plan.trajectory.breaks
-    )
-    compare(found, only, speed_of(elbow), 3_000, 1e-9)
-
-
 @pytest.mark.parametrize("limit", ["a", [1.0], True, math.nan, -1.0, 0])
 def test_refuses_limits_that_are_not_positive(limit: Any) -> None:
     plan = planned("ur5_deburring")

@@ -9,7 +9,6 @@ import pytest
 
 import knotwork as kw
 from knotwork.verification import Finding
-from plans import planned
 
 POSE = {"position": [450, 0, 300], "rpy": [180, 0, 0]}
 
@@ -50,12 +49,6 @@ def test_full_circle_between_waits_is_not_a_wait(robot: str, turning: str | None
         q = plan.trajectory.position(np.linspace(*found.interval, 1001))
         assert np.ptp(q, axis=0).max() == 0.0
     assert all(found.ok for found in plan.report.findings if found.subject in ("path", "waypoint"))
-
-
-def test_shipped_waits_are_exactly_still() -> None:
-    still = standing(planned("xarm7_bead"))
-    assert len(still) == 2
-    assert [found.value for found in still] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("planner", ["modified-hermite", "quintic", "3-5-3", "bspline"])

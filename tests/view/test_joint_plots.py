@@ -30,7 +30,7 @@ from knotwork import Plan
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
 from knotwork.view import plot_joints
-from knotwork.view.curves import jump_breaks, strokes
+from knotwork.view.curves import strokes
 from plans import planned
 from sweeps import examples, mostly_exhaustive
 
@@ -268,15 +268,6 @@ def test_the_exact_extrema_are_among_the_points(seed: int, order: int, degree: i
     scale = max(1.0, float(extrema.peak[0]))
     assert float(drawn.value.max()) == pytest.approx(float(extrema.maximum[0]), abs=1e-9 * scale)
     assert float(drawn.value.min()) == pytest.approx(float(extrema.minimum[0]), abs=1e-9 * scale)
-
-
-def test_rounding_makes_no_jump() -> None:
-    """One cubic, cut into pieces, continues at the cuts but for rounding."""
-    cubic = np.poly1d([0.3, -1.0, 2.0, 1e3])
-    breaks = np.linspace(0.0, 3.0, 8)
-    c = [[cubic.deriv(k)(t) / [1, 1, 2, 6][k] for t in breaks[:-1]] for k in (3, 2, 1, 0)]
-    curve = PiecewisePolynomial(np.array(c)[:, :, None], breaks)
-    assert [jump_breaks(curve, 0, order).size for order in range(4)] == [0, 0, 0, 0]
 
 
 @examples()

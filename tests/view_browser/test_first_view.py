@@ -104,31 +104,13 @@ SEEKS = [("Home", 0.15), ("End", 0.5), ("Home", 0.5), ("End", 0.85)]
 ROUNDED = 8
 
 
-class Scene:
-    """A page whose pixels are looked at as the screen has them: `capture_image` would draw."""
-
-    def __init__(self, tabs: Any, address: str, at: str = "paused", **options: Any) -> None:
-        self.tab = tabs.open(f"{address}#{at}", size=(800, 600), **options)
-
-    @property
-    def time(self) -> float:
-        return float(self.tab.evaluate("knotwork.time()"))
-
-    def pixels(self) -> NDArray[np.int64]:
-        """The window, the pointer out of the way."""
-        self.tab.mouse.move(2, 2)
-        self.tab.evaluate("document.activeElement.blur()")
-        self.tab.evaluate(FRAMES)
-        image = Image.open(io.BytesIO(self.tab.screenshot())).convert("RGB")
-        return np.asarray(image).astype(np.int64)
-
-    def click(self, share: float) -> None:
-        """Click the strip at a share of its width."""
-        box = self.tab.locator("#strip").bounding_box()
-        self.tab.mouse.click(box["x"] + share * box["width"], box["y"] + 20)
-
-    def key(self, name: str) -> None:
-        self.tab.keyboard.press(name)
+def pixels(tab: Any) -> NDArray[np.int64]:
+    """The window as the screen has it, the pointer out of the way: `capture_image` would draw."""
+    tab.mouse.move(2, 2)
+    tab.evaluate("document.activeElement.blur()")
+    tab.evaluate(FRAMES)
+    image = Image.open(io.BytesIO(tab.screenshot())).convert("RGB")
+    return np.asarray(image).astype(np.int64)
 
 
 @pytest.fixture
@@ -145,19 +127,17 @@ def differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> int:
 def test_paused_scene_shows_time_from_either_side(count: int, tabs: Any, address: str) -> None:
     """Against pages opened at that time."""
     opened: dict[float, NDArray[np.int64]] = {}
-
-    def afresh(time: float) -> NDArray[np.int64]:
-        if time not in opened:
-            fresh = Scene(tabs, address, f"t={time:.6f}")
-            assert fresh.time == pytest.approx(time, abs=1e-5)
-            opened[time] = fresh.pixels()
-            fresh.tab.close()
-        return opened[time]
-
-    scene = Scene(tabs, address)
+    tab = tabs.open(f"{address}#paused", size=(800, 600))
     for first, share in SEEKS[:count]:
-        scene.key(first)
-        scene.pixels()
-        scene.click(share)
-        assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
+        tab.keyboard.press(first)
+        pixels(tab)
+        box = tab.locator("#strip").bounding_box()
+        tab.mouse.click(box["x"] + share * box["width"], box["y"] + 20)
+        shown, time = pixels(tab), tab.evaluate("knotwork.time()")
+        if time not in opened:
+            fresh = tabs.open(f"{address}#t={time:.6f}", size=(800, 600))
+            assert fresh.evaluate("knotwork.time()") == pytest.approx(time, abs=1e-5)
+            opened[time] = pixels(fresh)
+            fresh.close()
+        assert differ(shown, opened[time]) <= ROUNDED, (first, share)
     assert min(differ(*two) for two in pairwise(opened.values())) > 1000

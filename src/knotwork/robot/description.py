@@ -139,7 +139,11 @@ class Description:
 
     def with_limits(self, limits: Mapping[str, Any], planned: Sequence[str]) -> Description:
         """Override limits; see `Robot.with_limits`."""
-        given = {kind: table for kind, table in limits.items() if table not in (None, {})}
+        given = {
+            kind: table.tolist() if isinstance(table, np.generic | np.ndarray) else table
+            for kind, table in limits.items()
+            if table is not None and (not isinstance(table, Mapping) or table)
+        }
         tables = list_limits(validate(LimitsFile, Document(given)), self.urdf)
         for kind, table in given.items():
             for joint in table if isinstance(table, Mapping) else ():

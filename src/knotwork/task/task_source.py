@@ -55,10 +55,16 @@ def read_document(reference: str | Path | Mapping[str, Any]) -> Document:
     """The data of a task: a shipped scenario by name, a file by path, or a mapping.
 
     Raises:
-        InputError: The file is missing, can't be read, or describes a robot.
+        InputError: The file is missing, can't be read, or describes a robot; or the reference has
+            another type.
     """
     if isinstance(reference, Mapping):
         return Document(plain(reference))
+    if not isinstance(reference, str | Path):
+        raise InputError(
+            f"a scenario is {reference!r}; accepted: a shipped name, the path of a file, a mapping "
+            "or a Task"
+        )
     path = resources.find("scenarios", reference)
     if path.suffix.lower() in (".urdf", ".xacro", ".sdf"):
         raise InputError(

@@ -3,6 +3,7 @@ from .blend import Blend as Blend
 from .curve import Curve as Curve
 from .line import Line as Line
 from .orientation import OrientationCurve as OrientationCurve
+from .points_file import PathPoints as PathPoints
 from .points_file import read_points as read_points
 from .stretch_speed import speed_for_duration as speed_for_duration
 from .tangent import tangent_orientation as tangent_orientation
