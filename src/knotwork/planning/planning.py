@@ -155,7 +155,7 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
             {scenario.task_index[i]: {"way": "clear"} for i in timed}
         )
         try:
-            scenario = resolve_task(clear, scenario.places)
+            scenario = resolve_task(clear, scenario.locations)
             detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
