@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 class JointSpace:
     """Joints with their units and limits, their robot, and the requirements on them.
 
-    It has, in SI, all data on joints that planning and check need. Neither reads joint values in the
-    units of a file.
+    It has, in SI, all data on joints that planning and check need. Neither reads joint values in
+    the units of a file.
 
     Attributes:
         joint_names: Names, length d.
