@@ -40,9 +40,7 @@ CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
 
 LENGTH_DIGITS = 12
-"""Number of decimal digits of lengths [m] that are compared when times are chosen, so that every
-machine makes the same choice.
-"""
+"""Decimal digits of lengths [m] that decide between times, equal on every machine."""
 
 CLEARANCE_PRECISION = 1e-3
 """Precision of the minimum clearance of a pair [m], if its share of the clearance is not larger."""
@@ -300,17 +298,11 @@ class _ClearanceSearch:
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _find_enclosed(self) -> None:
-        """Find solids inside meshes.
-
-        If the surfaces never touch, one test decides for the whole motion.
-        """
-        for c in np.flatnonzero(self.distance > 0.0).tolist():
-            table = self.table
-            if not table.exact[c]:
-                continue
+        """Find solids inside meshes. If surfaces never touch, one test decides for all times."""
+        for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
             start = float(self.windows[self.pair[c]][0])
-            turn, shift = (x[0] for x in table.axes(*self._place([start])))
-            if is_one_inside_other(*table.placed_pair(c, turn, shift)):
+            turn, shift = (x[0] for x in self.table.axes(*self._place([start])))
+            if is_one_inside_other(*self.table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 

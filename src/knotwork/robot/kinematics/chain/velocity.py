@@ -118,23 +118,39 @@ def solve_velocity_ik(
     if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
     (v,) = solve_velocities(robot, J[None], wanted, self_motion)
-    residual, (U, s, _) = wanted - J @ v, np.linalg.svd(J, full_matrices=False)
-    linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
-    scale = max(1.0, float(np.linalg.norm(wanted)))
+    residual, scale = wanted - J @ v, max(1.0, float(np.linalg.norm(wanted)))
+    linear, angular = np.linalg.norm(residual.reshape(2, 3), axis=1).tolist()
     is_attained = linear <= linear_tolerance * scale and angular <= angular_tolerance * scale
-    is_singular = s[-1] < IMPLAUSIBLE_SINGULAR_VALUE
-    fast = _implausibly_fast_joints(robot, v) if is_attained and is_singular else []
+    error = _velocity_error(
+        robot, J, v, residual, is_attained, waypoint=waypoint, where=where, units=units
+    )
+    if error is not None:
+        raise error
+    return np.asarray(v)
+
+
+def _velocity_error(
+    robot: Robot,
+    J: FloatArray,
+    v: FloatArray,
+    residual: FloatArray,
+    is_attained: bool,
+    **described: Any,
+) -> SingularityError | None:
+    """The error for a twist that is not attained, or only with implausibly fast joints."""
+    U, s, _ = np.linalg.svd(J, full_matrices=False)
+    is_singular = is_attained and s[-1] < IMPLAUSIBLE_SINGULAR_VALUE
+    fast = _implausibly_fast_joints(robot, v) if is_singular else []
     if is_attained and not fast:
-        return np.asarray(v)
-    raise SingularityError(
-        waypoint,
-        (U[:, -1] if fast else residual).tolist(),
-        fast,
+        return None
+    linear, angular = np.linalg.norm(residual.reshape(2, 3), axis=1).tolist()
+    return SingularityError(
+        direction=(U[:, -1] if fast else residual).tolist(),
+        fast_joints=fast,
         smallest_singular_value=float(s[-1]),
         residual=(linear, angular),
         joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
-        where=where,
-        units=units,
+        **described,
     )
 
 
