@@ -306,8 +306,8 @@ class Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
         Thus a task on a turntable is one of an ordinary serial chain. The chain then consists of
-        the inverse joints from that link to the world frame, and of the joints of the arm. All of these
-        joints are planned. The link may be one of an external axis.
+        the inverse joints from that link to the world frame, and of the joints of the arm. All of
+        these joints are planned. The link may be one of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.
