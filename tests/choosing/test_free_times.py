@@ -16,7 +16,6 @@ from knotwork.errors import InputError
 from knotwork.planning.timing import timed_motion
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import load_scenario
-from plans import planned
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}
@@ -215,11 +214,6 @@ def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
     saved = tmp_path / "out" / "scenario.yaml"
     assert "aliases" in saved.read_text().splitlines()[0]
     assert np.array_equal(kw.plan(saved).trajectory.breaks, made.trajectory.breaks)
-
-
-def test_refuses_to_freeze_given_times(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no value is free"):
-        planned("paper_case").freeze(tmp_path / "frozen.yaml")
 
 
 def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:

@@ -204,7 +204,7 @@ def assemble_pieces(
 
     The acceleration is linear between the knots, so its values there determine it. Position and
     velocity at each knot come from the waypoint next to it. Both pieces at a knot use the same
-    state, so that they agree to rounding. A waypoint with a given acceleration is itself a knot,
+    state, so they agree to rounding. A waypoint with a given acceleration is itself a knot,
     where the jerk may jump.
 
     Args:

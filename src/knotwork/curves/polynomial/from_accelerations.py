@@ -55,7 +55,8 @@ def cubics_from_accelerations(
 ) -> FloatArray:
     """Compute the coefficients of the cubics, shape (4, (n - 1) pieces, d), highest power first.
 
-    Args as of `correct_accelerations`; only positions and velocities at interval starts are used.
+    The arguments are those of `correct_accelerations`. Only positions and velocities at interval
+    starts are used.
     """
     left, right, s = a[:, :-1], a[:, 1:], span[:, :, None]
     gain = 0.5 * s * (left + right)

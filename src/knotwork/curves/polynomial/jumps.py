@@ -2,7 +2,7 @@
 
 A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the effect of
 rounding of coefficients and times, and in any case if it is larger than `ALWAYS_A_JUMP`. This last
-rule does not depend on the curve, so that no choice of breaks and no other part of the curve can
+rule does not depend on the curve, so no choice of breaks and no other part of the curve can
 hide a jump.
 """
 

@@ -88,7 +88,7 @@ def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
     """The scenario with another task, and expected times [s] by index in the task."""
-    resolved = resolve_task(task, scenario.places, expected)
+    resolved = resolve_task(task, scenario.locations, expected)
     return replace(resolved, continued_motion=scenario.continued_motion)
 
 
@@ -130,7 +130,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
-        chosen = choose(resolve_task(part, scenario.places))
+        chosen = choose(resolve_task(part, scenario.locations))
     except InputError:
         return scenario
     return _with_expected_times(scenario, task.with_waypoints(_speeds(scenario, chosen)), {})
