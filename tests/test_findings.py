@@ -11,9 +11,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.units import SI
-from knotwork.verification import CHECKS, Finding, Motion
-from knotwork.verification.brief import group_lines
+from knotwork.verification import CHECKS, Finding, Motion, Report
 from knotwork.view import report_page
 
 FAST = "the tool whistles at 'three four'"
@@ -180,7 +178,7 @@ def test_no_line_hides_one_line(count: int, last: str) -> None:
         Finding("Odd", "tool", "", "oddity", "information", "", brief=f"odd {i}")
         for i in range(count)
     ]
-    lines = group_lines({"Odd": findings}, SI, 80, ok=True)
+    lines = Report("odd", None, "cubic", 0.0, 1.0, findings=tuple(findings)).brief()
     assert lines[-1].strip() == last
 
 
