@@ -95,7 +95,7 @@ nitpick_ignore_regex = [
     # types that its description spells out.
     (
         r"py:.*",
-        r"(knotwork\.[\w.]+\.)?(Document|Places|Description|VirtualJoint|Drawable|CheckedMotion|"
+        r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|Drawable|CheckedMotion|"
         r"MovingFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|PlainTask|Carrying|"
         r"EndAcceleration|Status|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
     ),

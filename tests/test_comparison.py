@@ -96,9 +96,6 @@ def test_rule_after_colon_has_own_row() -> None:
 @pytest.mark.parametrize(
     ("names", "says"),
     [
-        (["cubic:balanced"], "balanced"),
-        (["quintic:balanced"], "balanced"),
-        (["quintic:"], "quintic"),
         (["quintik"], "did you mean 'quintic'"),
         ([], "no planner is given.*modified-hermite"),
     ],

@@ -11,7 +11,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.verification import CHECKS, Finding, Motion
+from knotwork.verification import CHECKS, Finding, Motion, Report
 from knotwork.view import report_page
 
 FAST = "the tool whistles at 'three four'"
@@ -170,6 +170,16 @@ def test_outputs_show_incomplete_findings(
     json.dumps(plan.report.to_dict(), allow_nan=False)
     failed = {found.quantity for found in plan.report.failures}
     assert failed == {found.quantity for found in findings if found.verdict == "failed"}
+
+
+@pytest.mark.parametrize(("count", "last"), [(4, "odd 3"), (5, "odd 4"), (6, "and 2 more")])
+def test_no_line_hides_one_line(count: int, last: str) -> None:
+    findings = [
+        Finding("Odd", "tool", "", "oddity", "information", "", brief=f"odd {i}")
+        for i in range(count)
+    ]
+    lines = Report("odd", None, "cubic", 0.0, 1.0, findings=tuple(findings)).brief()
+    assert lines[-1].strip() == last
 
 
 def test_number_of_further_failures_is_not_marked_as_failure(

@@ -84,13 +84,6 @@ def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
     assert after.planner == before.planner
 
 
-@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
-def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="rate"):
-        deburring.save(tmp_path / "out", rate=rate)
-    assert not (tmp_path / "out").exists()
-
-
 def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> None:
     data = json.loads((stored / "report.json").read_text(encoding="utf-8"))
     assert set(data.pop("files")) == {"samples.csv", "trajectory.json"}

@@ -171,14 +171,6 @@ def test_a_jump_of_a_quantity_that_is_zero_elsewhere_counts():
 # ---- extrema ------------------------------------------------------------------------------------
 
 
-def test_extrema_by_name_and_by_order_for_every_joint(trajectory):
-    for nu, name in enumerate(("position", "velocity", "acceleration", "jerk")):
-        found, by_order = trajectory.extrema(name), trajectory.extrema(nu)
-        np.testing.assert_array_equal(found.maximum, by_order.maximum)
-        np.testing.assert_array_equal(found.minimum, by_order.minimum)
-        assert found.maximum.shape == (2,)
-
-
 def test_unknown_quantity(trajectory):
     with pytest.raises(UnknownNameError, match="did you mean 'velocity'"):
         trajectory.extrema("velocities")

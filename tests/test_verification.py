@@ -171,16 +171,6 @@ def test_too_short_trajectory_fails() -> None:
     assert failing(check(SOUND, scenario(), defects=["scratched"])) == {("", "defect")}
 
 
-def test_joints_may_come_in_any_order() -> None:
-    swapped = JointTrajectory(
-        (SLIDE, TURN), PiecewisePolynomial(SOUND.polynomial.c[:, :, ::-1], SOUND.breaks)
-    )
-    task = scenario(limits={"velocity": {TURN: 0.5}})
-    one, other = check(SOUND, task), check(swapped, task)
-    assert one.to_dict() == other.to_dict()
-    assert failing(one) == {(TURN, "velocity")}
-
-
 def test_refuses_other_joints() -> None:
     c, x = SOUND.polynomial.c, SOUND.breaks
     with pytest.raises(InputError, match=r"lacks joint lift; .* are turn, lift"):

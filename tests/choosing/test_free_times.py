@@ -16,7 +16,6 @@ from knotwork.errors import InputError
 from knotwork.planning.timing import timed_motion
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import load_scenario
-from plans import planned
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}
@@ -217,11 +216,6 @@ def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
     assert np.array_equal(kw.plan(saved).trajectory.breaks, made.trajectory.breaks)
 
 
-def test_refuses_to_freeze_given_times(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no value is free"):
-        planned("paper_case").freeze(tmp_path / "frozen.yaml")
-
-
 def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
     made = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
     path = made.freeze(tmp_path / "frozen.yaml")
@@ -263,6 +257,16 @@ def test_report_lists_chosen_times() -> None:
     assert data["duration"] == made.trajectory.duration
     assert data["gap"] == pytest.approx(data["duration"] / data["lower_bound"] - 1)
     assert math.isclose(data["times"]["place"], made.trajectory.duration)
+
+
+@pytest.mark.parametrize("keys", [{"knots": "optimal"}, {"times": "fastest", "duration": 2}])
+def test_given_duration_is_no_minimum(keys: dict[str, Any]) -> None:
+    after = {} if "times" in keys else {"after": 2}
+    made = kw.plan({"limits": SMOOTH, "waypoints": [to(0), to(1, **after)], **keys})
+    (duration,) = made.report.select(quantity="duration")
+    assert duration.message == f"{'times' if 'times' in keys else 'motion'} chosen: 2 s, as given"
+    assert (duration.group == "Chosen times") == ("times" in keys)
+    assert not made.report.select(quantity="lower_bound")
 
 
 def test_reports_assumed_jerk_limit() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from pathlib import Path
@@ -74,16 +73,6 @@ def test_exports_pass_the_check_again(
     ran = knotwork("check", file, "-s", scenario, "--json")
     assert ran.code == 0, ran.out
     assert json.loads(ran.out)["ok"]
-
-
-def test_positions_alone_fail_the_check(knotwork: Command, tmp_path: Path) -> None:
-    file = tmp_path / "m.csv"
-    rows = list(csv.reader(knotwork("export", SCENARIO, "-f", "csv").out.splitlines()))
-    wanted = [i for i, head in enumerate(rows[0]) if "time" in head or "position" in head]
-    file.write_text("\n".join(",".join(row[i] for i in wanted) for row in rows))
-    ran = knotwork("check", file, "-s", SCENARIO)
-    assert ran.code == 1
-    assert "velocity jumps" in ran.out
 
 
 def test_a_stored_trajectory_is_exported(knotwork: Command, stored: Path) -> None:

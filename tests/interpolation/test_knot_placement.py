@@ -178,26 +178,6 @@ def test_each_section_is_the_spline_of_its_own_waypoints(rule):
             np.testing.assert_allclose(whole(t, nu), alone(t, nu), atol=1e-10 * scale(whole, nu))
 
 
-def test_an_arm_that_waits_does_not_move_at_all():
-    x = np.array([0.0, 1.0, 1.3, 3.0])
-    y = np.array([[0.0], [0.7], [0.7], [2.0]])
-    v, a = np.zeros((4, 1)), np.full((4, 1), np.nan)
-    moves = ModifiedHermiteSpline(x, y, v, acceleration=a, knots="balanced")
-    a[1:3] = 0.0
-    waits = ModifiedHermiteSpline(x, y, v, acceleration=a, knots="balanced")
-    t = np.linspace(1.0, 1.3, 1001)
-    assert np.ptp(moves(t)) > 1e-3  # without the accelerations it does
-    assert np.ptp(waits(t)) == 0.0
-
-
-def test_no_known_acceleration_is_the_papers_curve_to_the_bit():
-    x, y, v, a = data(6)
-    plain = ModifiedHermiteSpline(x, y, v)
-    same = ModifiedHermiteSpline(x, y, v, acceleration=np.full_like(a, np.nan))
-    np.testing.assert_array_equal(plain.c, same.c)
-    np.testing.assert_array_equal(plain.x, same.x)
-
-
 @pytest.mark.parametrize("planner", ["modified-hermite", "quintic", "septic", "nonic", "3-5-3"])
 def test_planners_meet_known_accelerations(planner):
     x, y, v, a = data(8)

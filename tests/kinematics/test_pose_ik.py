@@ -139,17 +139,6 @@ def test_reports_distance_out_of_reach() -> None:
     assert caught.value.closest_distance == pytest.approx(0.6, abs=1e-6)
 
 
-def test_reports_unreachable_orientation() -> None:
-    """Tilting the planar arm's tool out of its plane by 0.5 rad is never possible."""
-    flat = PLANAR.forward([0.5, 1.2])
-    pose = pin.SE3(pin.utils.rotate("x", 0.5) @ flat.rotation, flat.translation)
-    message = r"point is reachable, but not in this orientation: .* off by 0.5 rad$"
-    with pytest.raises(UnreachablePoseError, match=message) as caught:
-        solve_pose_ik(PLANAR, pose, [0.1, 0.1])
-    assert caught.value.closest_distance <= 1e-8
-    assert caught.value.closest_angle == pytest.approx(0.5, abs=1e-6)
-
-
 def test_reports_blocking_limits() -> None:
     robot = UR5.with_limits(position={"elbow_joint": (-0.5, 0.5)})
     pose = UR5.forward(UR5.configuration("home"))

@@ -12,8 +12,6 @@ import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import (
     BranchError,
-    DocumentError,
-    RobotError,
     SingularityError,
     WaypointDataError,
 )
@@ -205,14 +203,6 @@ def test_pull_to_middle_at_passing_speed() -> None:
     wild = kw.plan({**PASSING, "pull_to_middle": 1000}).joint_waypoints.velocity[1]
     use = np.abs(wild) / PANDA.velocity_limit
     assert use.max() == pytest.approx(1.0)  # as far as the velocity limits let it
-
-
-def test_pull_to_middle_needs_redundant_arm() -> None:
-    task = {"robot": "ur5", "pull_to_middle": 1, "waypoints": PASSING["waypoints"]}
-    with pytest.raises(RobotError, match="pull_to_middle: robot 'ur5': is not redundant: it has 6"):
-        kw.plan(task)
-    with pytest.raises(DocumentError, match="pull_to_middle"):
-        kw.plan({**PASSING, "pull_to_middle": -1})
 
 
 @pytest.mark.parametrize("branch", ["keep", "fixed"])

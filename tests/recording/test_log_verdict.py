@@ -240,10 +240,3 @@ def test_finds_jumps_above_noise(
     report = judge(tmp_path, deburring, samples, 6 if noise else None)
     found = {one.name for one in report.failures if one.quantity == "sample_off_the_curve"}
     assert deburring.trajectory.joint_names[2] in found
-
-
-def test_checks_logs_of_joints_without_robot(tmp_path: Path, paper_case: Plan) -> None:
-    samples = record(paper_case.trajectory, rate=50.0, noise=1e-4)
-    report = judge(tmp_path, paper_case, samples)
-    assert report.ok, [str(one) for one in report.failures]
-    assert not report.select(quantity="tool_deviation")

@@ -184,13 +184,6 @@ def test_names_for_python_are_no_keys_of_files() -> None:
         kw.load_scenario({**TASK.to_dict(), "frames": frames})
 
 
-def test_tasks_are_planned_in_other_processes() -> None:
-    one, other = kw.plan_many([SWING, TASK], workers=1)
-    assert isinstance(one, kw.Plan)
-    assert isinstance(other, kw.Plan)
-    assert motion(one) == motion(kw.plan(SWING))
-
-
 def test_null_is_the_same_as_a_value_left_out() -> None:
     branch = {"shoulder": "left", "elbow": None}
     task = kw.Task.load("ur5_valve")

@@ -228,13 +228,6 @@ def test_arc_with_rounded_centre_ends_exactly():
     np.testing.assert_allclose(arc.end, end, atol=1e-15)
 
 
-def test_full_circle_closes():
-    arc = tp.Arc.about([0.04, 0, 0], [0, 0, 0], [0.04, 0, 0], normal=[0, 0, 2])
-    assert arc.length == pytest.approx(0.08 * np.pi)
-    np.testing.assert_allclose(arc.position([arc.length]), [[0.04, 0, 0]], atol=1e-16)
-    np.testing.assert_allclose(arc.position([arc.length], 1), [[0, 1, 0]], atol=1e-15)
-
-
 def test_nearest_stays_in_turn_of_guess():
     arc = tp.Arc.about([1, 0, 0], [0, 0, 0], [1, 0, 0], [0, 0, 1], turns=2)
     s = np.linspace(0.1, arc.length - 0.1, 40)

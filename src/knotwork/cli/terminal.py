@@ -19,7 +19,7 @@ def cell(text: str, *, lines: bool = False) -> str:
 
     Args:
         text: From a file.
-        lines: Keep line feeds; by default they are escaped, so that a name is in one line.
+        lines: Keep line feeds; by default they are escaped, so a name stays in one line.
     """
     from rich.markup import escape
 

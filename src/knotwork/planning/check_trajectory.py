@@ -60,11 +60,13 @@ def check_alone(
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give it with --robot or in the scene")
-    places = surroundings.places
+    locations = surroundings.locations
     # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
-    task = validate(Task, Document(data, places.file, places.lines)).replace(name=Path(path).name)
-    moved = moved_robot(resolve_task(task, places))
+    task = validate(Task, Document(data, locations.file, locations.lines)).replace(
+        name=Path(path).name
+    )
+    moved = moved_robot(resolve_task(task, locations))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
     )
@@ -73,7 +75,7 @@ def check_alone(
             f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
             f"{', '.join(moved.joint_names)}"
         )
-    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), places)
+    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), locations)
     space = joint_space(scenario)
     report = check(motion, scenario, space=space, defects=defects)
     # the ends of the motion are its own waypoints
@@ -145,7 +147,9 @@ def clearance_between(
     name = Path(robot.scenario).stem
     scene = scenario.given.scene
     with_other = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
-    resolved_scene = resolve_task(scenario.given.replace(scene=with_other), scenario.places).scene
+    resolved_scene = resolve_task(
+        scenario.given.replace(scene=with_other), scenario.locations
+    ).scene
     space = space if space is not None else joint_space(scenario)
     nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
     if nearest is None:

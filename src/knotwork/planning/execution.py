@@ -91,7 +91,7 @@ def scaled_motion(plan: CheckedMotion, profile: Mapping[float, float]) -> Checke
     scenario, space, planned = plan.scenario, plan.space, plan.trajectory
     moving = on_moving_frames(scenario.given)
     if moving:
-        raise scenario.places.error(
+        raise scenario.locations.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
     limits = space.limits["acceleration"], space.limits["jerk"]

@@ -100,7 +100,7 @@ class Interpolation:
 
     @classmethod
     def read(cls, scenario: Scenario, planner: str | None) -> Interpolation:
-        """Read the options of a scenario; `planner` as of `knotwork.plan`.
+        """Read the options of a scenario. `planner` replaces its own, as in `knotwork.plan`.
 
         Raises:
             InputError: An option is wrong, or the planner does not support it.

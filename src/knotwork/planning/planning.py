@@ -125,7 +125,6 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
             break
     if best is None:
         raise first_error or AssertionError("a sequence without a plan has an error")
-    best = replace(best, tried_sequences=tried)
     if failed_pairs(best.report.findings):
         return _with_clear_motion(planner, best, tried)
     if tried == 1:
@@ -155,7 +154,7 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
             {scenario.task_index[i]: {"way": "clear"} for i in timed}
         )
         try:
-            scenario = resolve_task(clear, scenario.places)
+            scenario = resolve_task(clear, scenario.locations)
             detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
@@ -187,7 +186,7 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     """Waypoints, by index, at which `way: clear` could avoid a collision of the motion to them.
 
     This motion is between two collision-free waypoints and is not a tool path. Waypoints with a
-    free velocity keep it, so that the motions to them and from them are replaced together.
+    free velocity keep it. Thus the motions to them and from them are replaced together.
     """
     scenario = plan.scenario
     requested = scenario if plan.chosen is None else plan.chosen.requested

@@ -27,7 +27,8 @@ class ScenarioPlanner:
     """Plans a scenario with one sequence of IK solutions, after its unknowns are chosen.
 
     Attributes:
-        scenario, planner: As of `plan`.
+        scenario: The scenario; its unknowns are chosen before it is planned.
+        planner: Planner that replaces the scenario's own, or `None`.
         budget: Budget and progress of all plans together.
         fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
     """

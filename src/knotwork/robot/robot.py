@@ -307,9 +307,9 @@ class Robot:
     def with_base(self, link: str) -> Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
-        So a task on a turntable is one of an ordinary serial chain. The chain then consists of the
-        inverse joints from that link to the world frame, and of the joints of the arm. All of these
-        joints are planned. The link may be one of an external axis.
+        Thus a task on a turntable is one of an ordinary serial chain. The chain then consists of
+        the inverse joints from that link to the world frame, and of the joints of the arm. All of
+        these joints are planned. The link may be one of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.

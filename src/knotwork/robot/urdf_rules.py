@@ -1,6 +1,6 @@
 """Validation of a URDF before Pinocchio reads it: a tree of links of limited size.
 
-Pinocchio's parser is recursive, so that a long chain of links would crash the process, and its
+Pinocchio's parser is recursive, so a long chain of links would crash the process, and its
 result for links in a ring depends on the order of the file.
 """
 

@@ -16,7 +16,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.errors import InputError
-from knotwork.files.documents import Places
+from knotwork.files.documents import Locations
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import (
     JointTree,
@@ -61,7 +61,7 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
     >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
     (8, 'base_link', 'a joint joins them')
     """
-    return _Builder(robot, Scene(), Places()).model()
+    return _Builder(robot, Scene(), Locations()).model()
 
 
 class Hold(NamedTuple):
@@ -138,7 +138,7 @@ def build_collision_model(
     appearance_times = {
         item.name: times[item.appears] for item in items if item.appears is not None
     }
-    return _Builder(robot, scene, scenario.places, holds, appearance_times).model()
+    return _Builder(robot, scene, scenario.locations, holds, appearance_times).model()
 
 
 class _Builder:
@@ -148,11 +148,11 @@ class _Builder:
         self,
         robot: Robot,
         scene: Scene,
-        places: Places,
+        locations: Locations,
         holds: Mapping[str, Hold] = MappingProxyType({}),
         appearance_times: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
-        self.robot, self.scene, self.places = robot, scene, places
+        self.robot, self.scene, self.locations = robot, scene, locations
         self.joints, self.links = joint_tree(robot.model), read_link_bodies(robot)
         self.holds, self.appearance_times = holds, appearance_times
         self.known_motions: list[ExtendedCurve] = []
@@ -180,7 +180,7 @@ class _Builder:
         ]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        given = resolve_rules(scene, self.robot, bodies, self.places)
+        given = resolve_rules(scene, self.robot, bodies, self.locations)
         pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
         return CollisionModel(
             self.joints,
@@ -208,8 +208,8 @@ class _Builder:
             theirs = motion.robot
             one_cell = are_in_one_cell(robot, theirs)
         except InputError as error:
-            place = ("scene", "robots", placed.name, "scenario")
-            raise self.places.error(place, str(error)) from error
+            location = ("scene", "robots", placed.name, "scenario")
+            raise self.locations.error(location, str(error)) from error
         if one_cell:
             link = robot.world_frame
             carrier, placement = _joint_of_link(robot, link)
@@ -322,7 +322,7 @@ class _Builder:
             if shape.path is not None:
                 self._check_size(placed, shape)
         except InputError as error:
-            raise self.places.error((*shape.location, shape.kind), str(error)) from error
+            raise self.locations.error((*shape.location, shape.kind), str(error)) from error
         return placed
 
     def _check_size(self, solid: Solid, shape: PlacedShape) -> None:

@@ -44,7 +44,7 @@ class Pair(NamedTuple):
     Attributes:
         first, second: Their indices among the bodies; the second one moves with the robot.
         margin: Required clearance [m].
-        involves_scene: Whether one of them belongs to the scene, so that `way: clear` may help.
+        involves_scene: Whether one of them belongs to the scene. Then `way: clear` may help.
     """
 
     first: int

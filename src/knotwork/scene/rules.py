@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.files.documents import Places
+from knotwork.files.documents import Location, Locations
 from knotwork.robot import Robot
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import TOOL_BODY
@@ -15,27 +15,28 @@ ALLOWED = "the scenario allows it"
 IGNORED = "the scenario ignores it"
 
 Reasons = dict[frozenset[str], str]
-Place = tuple[str | int, ...]
 
 
-def resolve_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> Reasons:
+def resolve_rules(
+    scene: Scene, robot: Robot, bodies: Sequence[Body], locations: Locations
+) -> Reasons:
     """Find the pairs that `allow` and `ignore` exclude, each with its reason.
 
     Raises:
         InputError: A name is unknown or ambiguous, or an object has the name of a link.
     """
-    names = _Names(robot, bodies, places)
+    names = _Names(robot, bodies, locations)
     reasons: Reasons = {}
     items = [(("scene", "objects", item.name), item.name, item.allow) for item in scene.objects]
     items += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
-    for place, name, allowed in items:
+    for location, name, allowed in items:
         if name in robot.frame_names:
-            raise names.wrong(place, "is the name of a link of the robot", "any other name")
+            raise names.wrong(location, "is the name of a link of the robot", "any other name")
         identity = f"scenario:{name}"
-        for other in names.meant(allowed, (*place, "allow"), TOOL_BODY):
+        for other in names.meant(allowed, (*location, "allow"), TOOL_BODY):
             if other == identity:
                 fault = f"names {name!r} itself"
-                raise names.wrong((*place, "allow"), fault, "names of bodies that may touch it")
+                raise names.wrong((*location, "allow"), fault, "names of bodies that may touch it")
             reasons[frozenset((identity, other))] = ALLOWED
     for i, pair in enumerate(scene.collisions.ignore):
         at = ("collisions", "ignore", i)
@@ -50,8 +51,8 @@ def resolve_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Pl
 class _Names:
     """Names of the robot's links and of the scenario's bodies."""
 
-    def __init__(self, robot: Robot, bodies: Sequence[Body], places: Places) -> None:
-        self.places = places
+    def __init__(self, robot: Robot, bodies: Sequence[Body], locations: Locations) -> None:
+        self.locations = locations
         self.meanings: dict[str, set[str]] = {}
         for body in bodies:
             for name in (body.link or body.name, body.identity):
@@ -59,27 +60,27 @@ class _Names:
         self.bare = {name for link in robot.frame_names for name in (link, f"link:{link}")}
         self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
 
-    def meant(self, named: Sequence[str], place: Place, also: str = "") -> list[str]:
+    def meant(self, named: Sequence[str], location: Location, also: str = "") -> list[str]:
         """Identities of the named bodies; a link without shapes has none.
 
         Args:
             named: The names.
-            place: Location of the names.
+            location: Location of the names.
             also: One further accepted name, with or without shapes.
         """
         identities = []
-        where = self.places.where(place)
+        where = self.locations.where(location)
         for name in named:
             meanings = sorted(self.meanings.get(name, ()))
             if len(meanings) > 1:
                 fault = f"{name!r} is a link of the robot and something of the scenario"
-                raise self.wrong(place, fault, " or ".join(map(repr, meanings)))
+                raise self.wrong(location, fault, " or ".join(map(repr, meanings)))
             identities += meanings
             if not meanings and name != also and name not in self.bare:
                 names = dict.fromkeys([*self.listed, also] if also else self.listed)
                 raise UnknownNameError("link or object", name, list(names), where=where)
         return identities
 
-    def wrong(self, place: Place, fault: str, accepted: str) -> InputError:
+    def wrong(self, location: Location, fault: str, accepted: str) -> InputError:
         """The error for a field of the scenario."""
-        return self.places.error(place, fault, accepted)
+        return self.locations.error(location, fault, accepted)

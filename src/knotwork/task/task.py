@@ -274,9 +274,9 @@ class Repeat(TaskPart):
         | Several[
             Annotated[Text | Frame, Forms("the name of a frame, or a mapping with a position")]
         ],
-        Forms("the name of a frame with a grid, a list of frames and places, or a file"),
+        Forms("the name of a frame with a grid, a list of frames and locations, or a file"),
     ] = required(
-        "Places: a frame with a grid, a list of frame names and of places, or a CSV "
+        "Locations: a frame with a grid, a list of frame names and of locations, or a CSV "
         "file; inside the block, the frame place is the current place"
     )
     holds: dict[Text, HeldObject] = optional(

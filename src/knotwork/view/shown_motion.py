@@ -170,7 +170,7 @@ class ShownMotion:
 
     @property
     def chosen_velocities(self) -> set[str]:
-        """Names of waypoints whose velocity planning chose, so that it was not given."""
+        """Names of waypoints whose velocity was not given, but chosen by planning."""
         return {name for section in self.scenario.given.chosen or () for name in section.velocities}
 
     @property

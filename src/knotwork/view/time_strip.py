@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.curves.trajectory import Segment
 from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import sample_freedoms
@@ -58,9 +59,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
                 segment.start - start,
                 segment.end - start,
                 segment.name,
-                _limiting_constraint(
-                    segment.start, segment.end, shown.findings, utilisations, time
-                ),
+                _limiting_constraint(segment, shown.findings, utilisations, time),
             ]
             for segment in trajectory.segments
         ],
@@ -93,12 +92,13 @@ def broken_spans(
 
 
 def _limiting_constraint(
-    start: float, end: float, findings: Sequence[Finding], utilisations: _Shares, time: FloatArray
+    segment: Segment, findings: Sequence[Finding], utilisations: _Shares, time: FloatArray
 ) -> str:
     """Limiting constraint of a segment: that of the choice of times, else the limit nearest to it.
 
     Positions within their range are not constraints.
     """
+    start, end = segment.start, segment.end
     for finding in findings:
         span = finding.interval if finding.quantity == "binding_limits" else None
         if span is not None and span[0] <= start and end <= span[1]:

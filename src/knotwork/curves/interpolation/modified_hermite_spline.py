@@ -22,7 +22,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
     """Modified piecewise cubic Hermite interpolator of values and first derivatives (C2 smooth).
 
     A cubic Hermite spline through the waypoints is C1 only. This spline has rebuilt knots, one
-    before and one after each inner waypoint. So it meets every value and every derivative with a
+    before and one after each inner waypoint. Thus it meets every value and every derivative with a
     continuous second derivative, and its degree is still three: Eqs. (30), (31), (34) of the paper,
     on the knots of Eq. (39). Time and memory are linear in n, for any times.
 
@@ -204,7 +204,7 @@ def assemble_pieces(
 
     The acceleration is linear between the knots, so its values there determine it. Position and
     velocity at each knot come from the waypoint next to it. Both pieces at a knot use the same
-    state, so that they agree to rounding. A waypoint with a given acceleration is itself a knot,
+    state, so they agree to rounding. A waypoint with a given acceleration is itself a knot,
     where the jerk may jump.
 
     Args:

@@ -5,7 +5,7 @@ the accelerations a at the breaks,
 
     Δv = Σ τ (a + a')/2        Δq - v h = Σ τ² (2 a + a')/6 + τ R (a + a')/2,
 
-with R the time from the end of a piece to that of the interval. So the minimum-norm change of the
+with R the time from the end of a piece to that of the interval. Thus the minimum-norm change of the
 inner accelerations that meets both is the solution of two equations per component.
 """
 
@@ -55,7 +55,8 @@ def cubics_from_accelerations(
 ) -> FloatArray:
     """Compute the coefficients of the cubics, shape (4, (n - 1) pieces, d), highest power first.
 
-    Args as of `correct_accelerations`; only positions and velocities at interval starts are used.
+    The arguments are those of `correct_accelerations`. Only positions and velocities at interval
+    starts are used.
     """
     left, right, s = a[:, :-1], a[:, 1:], span[:, :, None]
     gain = 0.5 * s * (left + right)

@@ -64,7 +64,7 @@ class TurnBounds:
 
     with k = 0…3. Joint i does not turn its own axis: |a(i+1) - ai| = |v(i+1) - vi| and, for
     neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
-    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. If all axes are the same,
+    |vk × vi|, so |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. If all axes are the same,
     the bounds are exact.
     """
 

@@ -26,7 +26,7 @@ class Blend(PolynomialCurve):
     """Rounded corner between two lines: a quintic Bézier curve.
 
     The curve begins on the first line and ends on the second one, at the same distance from the
-    corner. At both ends three control points are on the line, so that the curvature is zero.
+    corner. At both ends three control points are on the line, so the curvature is zero.
 
     Args:
         before: A point on the first line [m], shape (3,).

@@ -29,7 +29,7 @@ class Jump:
         joint: Name of the joint; `None` if there is no inner break.
         time: Time of the break [s]; `None` if there is none.
         relative: The largest ratio of a joint's jump to that joint's own peak absolute value. Jumps
-            that rounding of the coefficients explains are left out, so that noise about zero, as in
+            that rounding of the coefficients explains are left out. Thus noise about zero, as in
             the acceleration of a straight motion, does not count.
     """
 

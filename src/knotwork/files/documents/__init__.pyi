@@ -1,6 +1,6 @@
 from .document import Document as Document
 from .document import Location as Location
-from .document import Places as Places
+from .document import Locations as Locations
 from .document import field_path as field_path
 from .edits import REMOVED as REMOVED
 from .edits import Edits as Edits

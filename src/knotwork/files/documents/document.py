@@ -13,7 +13,7 @@ Location = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
-class Places:
+class Locations:
     """Location of each part of the data in its file, for messages.
 
     Attributes:
@@ -51,8 +51,8 @@ class Places:
         """Describe a location, for example `task.yaml: line 12: waypoints[2].time`."""
         line = self.line(location)
         file = str(self.file) if self.file is not None else ""
-        place = f"line {line}" if line is not None else ""
-        return ": ".join(part for part in (file, place, self.path(location)) if part)
+        in_file = f"line {line}" if line is not None else ""
+        return ": ".join(part for part in (file, in_file, self.path(location)) if part)
 
     def error(self, location: Location, message: str, accepted: str = "") -> DocumentError:
         """Make the error for one problem at a location."""
@@ -82,7 +82,7 @@ class Places:
 
 
 @dataclass(frozen=True, init=False)
-class Document(Places):
+class Document(Locations):
     """Plain data, and the location of each part in its file.
 
     Attributes:
@@ -103,9 +103,9 @@ class Document(Places):
         object.__setattr__(self, "data", data)
 
     @property
-    def places(self) -> Places:
+    def locations(self) -> Locations:
         """Locations of the parts, without the data."""
-        return Places(self.file, self.lines, self.prefix, self.origins)
+        return Locations(self.file, self.lines, self.prefix, self.origins)
 
     def part(self, location: Location) -> Document:
         """Take a part as its own document, with locations in the same file."""

@@ -91,7 +91,7 @@ class StrictModel(BaseModel):
 
 
 def required(description: str, *, unit: str = "", key: str | None = None) -> Any:
-    """A field that must be given; arguments as of `optional`."""
+    """A field that must be given. The arguments have the same meaning as in `optional`."""
     return Field(**_about(description, unit, key))
 
 

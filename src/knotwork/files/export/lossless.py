@@ -43,7 +43,7 @@ class Points:
 
     Attributes:
         trajectory: The curve that the receiver computes: its knots are the points.
-        with_acceleration: Whether the points have accelerations, so that the pieces are quintics.
+        with_acceleration: Whether the points have accelerations. Then the pieces are quintics.
         exact: Whether the curve is the motion itself up to rounding.
         error: Largest error [rad or m], over all joints and all time.
         velocity_error: Largest velocity error [rad/s or m/s].

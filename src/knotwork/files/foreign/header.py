@@ -85,7 +85,7 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
     a unit s, ms, us or ns. A joint's position is its name, or the name with a word for the quantity
     before or after it, and its unit: `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`,
     `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like, labels, and columns of `tool`
-    are skipped. Headings of our export are matched whole, so that a joint may have any name.
+    are skipped. Headings of our export are matched whole, so a joint may have any name.
 
     Raises:
         HeadingError: The heading is unknown, has a unit that the joint does not have, or

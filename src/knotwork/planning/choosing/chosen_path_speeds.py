@@ -70,15 +70,13 @@ def with_max_speeds(
     Raises:
         InputError: No speeds are feasible, or the task can't be solved.
     """
-    unknowns = scenario.unknowns
-    if unknowns is None:
-        raise TypeError("nothing is unknown")
+    unknowns = scenario.required_unknowns
     task = _solved_task(scenario, unknowns, solution)
     if not unknowns.path_speed:
         return ChosenPathSpeeds(task)
     if solution is not None:
         changed = scenario.given.with_waypoints(solutions_near(task))
-        task = _solved_task(resolve_task(changed, scenario.places), unknowns)
+        task = _solved_task(resolve_task(changed, scenario.locations), unknowns)
     problems = {}
     for number, path in enumerate(task.scenario.paths):
         if path.requested.at_most:
@@ -154,7 +152,7 @@ def _with_speeds(task: TimingTask, problems: Iterable[PathSpeedProblem]) -> Timi
             for stretch, speed in problem.speeds.items()
         }
     )
-    scenario = resolve_task(changed, scenario.places)
+    scenario = resolve_task(changed, scenario.locations)
     return _solved_task(scenario, scenario.unknowns or replace(task.unknowns, path_speed={}))
 
 

@@ -49,7 +49,7 @@ def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMo
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
-    timed = resolve_task(numbers, scenario.places)
+    timed = resolve_task(numbers, scenario.locations)
     if not motions:
         return timed
     sections = [_chosen_motion(task, timed, *pair) for pair in motions.items()]

@@ -43,7 +43,7 @@ _TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
 
 
 def _use(quantity: str) -> RowFigure:
-    """Figure for the largest used fraction of a kind of limit."""
+    """Figure for the largest utilisation of a kind of limit."""
     # the tool also has a position at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 

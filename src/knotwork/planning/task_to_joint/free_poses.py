@@ -195,7 +195,7 @@ def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
 
 
 def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
-    """Key that equal virtual joints have in common, so that freedoms share them."""
+    """Key of a virtual joint; freedoms share joints of equal keys."""
     axes = b"" if joint.axes is None else np.asarray(joint.axes).tobytes()
     return joint.name, joint.axis, axes
 

@@ -73,7 +73,7 @@ class TimedMotion(ReadOnlyArrays):
         velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
-        status: `"optimal"`; `"stopped"` if the budget ended first, so that a better motion may
+        status: `"optimal"`; `"stopped"` if the budget ended first, so a better motion may
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
         binding: Active limits of each interval, the longest first.

@@ -1,7 +1,7 @@
 """Reader of COLLADA, by pycollada: shapes as nodes place them, and their colours.
 
 As in ROS, the unit of length of a file is used and its upward axis ignored. Nodes can show other
-nodes, so that a short file can show millions of shapes. Therefore shapes are counted first. Lines
+nodes, so a short file can show millions of shapes. Therefore shapes are counted first. Lines
 have no surface and are not read.
 """
 

@@ -37,7 +37,7 @@ def path_carrier(source: TaskInSI, first: int, last: int) -> MovingFrame | None:
     carrier = source.carrier(last)
     for i in range(first, last):
         if _joints_of(source.carrier(i)) != _joints_of(carrier):
-            raise source.places.error(
+            raise source.locations.error(
                 ("waypoints", i),
                 f"does not move with waypoint {last + 1}, the next one of the path",
                 "a path with all waypoints in one frame, including its start",
@@ -71,7 +71,7 @@ def check_smooth(
             k, axis = np.unravel_index(int(jumps.argmax()), jumps.shape)
             unit = "rad/s" if joints[0].turns[axis] else "m/s"
             jump = source.units.text(float(jumps[k, axis]), unit, ".3g")
-            raise source.places.error(
+            raise source.locations.error(
                 ("waypoints", i),
                 f"the tool is on the path to it from {span[0]:.4g} s to {span[1]:.4g} s, and "
                 f"at {curve.x[k + 1]:.4g} s the speed of frame {name!r} jumps by {jump}, which "
@@ -134,13 +134,13 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
     name = source.pose_frames[i]
     link, other_link = moving[name].link, link_text(source.carrying_link)
     if source.is_fixed(i) and carrier is not None:
-        raise source.places.error(
+        raise source.locations.error(
             location,
             f"is in frame {name!r}, which moves, and other poses are {other_link}",
             "a fixed frame, or a task without the other poses",
         )
     if isinstance(waypoint, PathWaypoint) and (source.is_fixed(i) or source.is_fixed(i - 1)):
-        raise source.places.error(
+        raise source.locations.error(
             location,
             f"ends a path with poses in the base, and other poses are {other_link}",
             f"a path with all waypoints {other_link}, or poses without along",
@@ -149,7 +149,7 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
     for axes_name, *key in ((requested, "orientation_in"), (axes, "velocity", "in")):
         frame = moving.get(axes_name or "")
         if frame is not None and frame.link != link:
-            raise source.places.error(
+            raise source.locations.error(
                 (*location, *key),
                 f"frame {axes_name!r} is {link_text(frame.link)}, and the pose {link_text(link)}",
                 "a frame that is fixed relative to the pose",
@@ -158,13 +158,13 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
         joints = moving[source.frames.find(requested, (*location, "orientation_in"))].joints
         is_turning = any(any(part.turns) for part in (*_joints_of(carrier), *joints))
         if joints != _joints_of(carrier) and is_turning:
-            raise source.places.error(
+            raise source.locations.error(
                 (*location, "orientation_in"),
                 "rotates relative to the frame of the pose",
                 "a frame with the same rotation",
             )
     if carrier is not None and isinstance(getattr(waypoint, "speed", None), str | AtMost):
-        raise source.places.error(
+        raise source.locations.error(
             (*location, "speed"),
             f"is chosen, but the motion of frame {name!r} depends on the time",
             "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
@@ -189,7 +189,7 @@ def mark_arrivals(source: TaskInSI, unknowns: Unknowns, task_index: Sequence[int
     ]
     if in_moving_frames and unknowns.total is not None:
         name = source.pose_frames[task_index[in_moving_frames[0]]]
-        raise source.places.error(
+        raise source.locations.error(
             ("duration",),
             f"is given, and the time in moving frame {name!r} is chosen",
             "no duration, or time or after [s] at the waypoints in that frame and before",

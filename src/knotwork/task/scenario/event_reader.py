@@ -65,7 +65,7 @@ class EventReader:
             self._check_inside(location, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
-                raise self.source.places.error(
+                raise self.source.locations.error(
                     location,
                     f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
                     f"{before.text} at {before.time:.6g} s, the previous one in the file",
@@ -100,7 +100,7 @@ class EventReader:
         value = parse_switched(value)
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 location, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
@@ -127,7 +127,7 @@ class EventReader:
         path = next(candidates, None)
         name = self.waypoints[waypoint].name
         if path is None:
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 location,
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
@@ -139,7 +139,7 @@ class EventReader:
             low, high = (
                 self.source.units.text(offset, "m", ".6g") for offset in (-before, length - before)
             )
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 location,
                 f"{self.source.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
@@ -149,7 +149,7 @@ class EventReader:
     def _check_inside(self, location: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
         if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 location,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a time from {start:.6g} s to {end:.6g} s",

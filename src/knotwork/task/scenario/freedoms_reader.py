@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch, Velocity
 from knotwork.task.scenario.scenario import ScenarioPath
 from knotwork.task.scenario.task_in_si import TaskInSI
@@ -27,13 +27,13 @@ def read_freedoms(source: TaskInSI, free_turns: Collection[int] = ()) -> Freedom
         DocumentError: A turn does not contain the pose or reaches beyond `MAX_FREE_TURNS`; a tilt
             is too large; or a velocity is given in free axes.
     """
-    task, places = source.task, source.places
+    task, locations = source.task, source.locations
     tool = None if task.tool is None else task.tool.free
     freedoms: Freedoms = []
     for i, waypoint in enumerate(task.waypoints):
         own_freedom = None if isinstance(waypoint, JointWaypoint) else waypoint.free
         if own_freedom == "none" and i in free_turns:
-            raise places.error(
+            raise locations.error(
                 ("waypoints", i, "free"),
                 "is none, but normals leave the turn about the tool axis open",
                 "turn: z, or columns qx, qy, qz, qw",
@@ -57,7 +57,7 @@ def _check_velocity(source: TaskInSI, i: int, freedom: PoseFreedom) -> None:
     across = [*velocity.linear[:2], *velocity.angular[:2]]
     is_tilted = freedom.tilt and any([*velocity.linear, *velocity.angular])
     if is_tilted or (freedom.turn[0] < freedom.turn[1] and any(across)):
-        raise source.places.error(
+        raise source.locations.error(
             ("waypoints", i, "velocity", "in"),
             "is tool, whose axes are free at this pose",
             "base or a named frame, or free: none"
@@ -86,7 +86,7 @@ def _torch_ranges(source: TaskInSI, i: int, pose: FreePose, location: Location) 
 
     torch = _torch_at(source.task, i)
     if torch is None:
-        raise source.places.error(
+        raise source.locations.error(
             location,
             "gives angles to a seam, and the pose has none",
             "torch: {seam, normal, …} in the pose, or orientation: {normal, …} along the path",
@@ -99,7 +99,7 @@ def _torch_ranges(source: TaskInSI, i: int, pose: FreePose, location: Location) 
             (lower, _), (given, _), (upper, unit) = (
                 source.units.shown(value, "rad") for value in (low, angle, high)
             )
-            raise source.places.error(
+            raise source.locations.error(
                 (*location, name),
                 f"is [{lower:g}, {upper:g}] {unit}",
                 f"a range with the pose's {given:g} in it, below a quarter of a turn",
@@ -114,7 +114,7 @@ def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseF
     tilt, torch, box, units = pose.tilt or 0.0, None, PoseFreedom.box, source.units
     if tilt >= 0.5 * math.pi:
         quarter, _ = units.shown(0.5 * math.pi, "rad")
-        raise source.places.error(
+        raise source.locations.error(
             (*location, "tilt"),
             f"is {units.text(tilt, 'rad')}",
             f"an angle below a quarter of a turn, {quarter:.6g}",
@@ -132,7 +132,7 @@ def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseF
         (lower, _), (upper, unit), (limit, _) = (
             units.shown(angle, "rad") for angle in (low, high, max_turn)
         )
-        raise source.places.error(
+        raise source.locations.error(
             (*location, "turn"),
             f"is [{lower:g}, {upper:g}] {unit}",
             f"turns from the pose: a lower bound from -{limit:.6g} to 0, and an upper bound from 0 "
@@ -143,13 +143,13 @@ def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseF
     return freedom
 
 
-def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFreedom | None:
+def freedom_of(path: ScenarioPath, freedoms: Freedoms, locations: Locations) -> PoseFreedom | None:
     """Freedom of the poses along a path.
 
     Args:
         path: A path; its first waypoint is the file's.
         freedoms: Freedom at all waypoints.
-        places: Locations in the file, for errors.
+        locations: Locations in the file, for errors.
 
     Raises:
         DocumentError: The freedom changes along the path, includes the position, or the path begins
@@ -158,20 +158,20 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
     along: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, freedom in enumerate(along, path.first + 1):
         if freedom is not None and freedom.position_is_free:
-            raise places.error(
+            raise locations.error(
                 ("waypoints", i, "free"),
                 "leaves the position open along a path, which defines the position",
                 "position at poses where the tool stops",
             )
         if freedom != along[0]:
-            raise places.error(
+            raise locations.error(
                 ("waypoints", i, "free"),
                 "differs from the freedom of the previous path",
                 "one freedom for a whole path, or stop: true where it changes",
             )
     begins = freedoms[path.first]
     if begins is not None and not begins.is_within(along[0]):
-        raise places.error(
+        raise locations.error(
             ("waypoints", path.first + 1),
             "the pose at the start of the path has more freedom than the path",
             "no more freedom at the pose than along the path, for example free: none",

@@ -17,7 +17,7 @@ from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError, suggest_name
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
 from knotwork.waypoints import FloatArray, rotation_error
 
@@ -41,12 +41,12 @@ axis."""
 FRAME_JOINTS_TEXT = "x, y, z [m], yaw, pitch, roll [rad]"
 
 
-def rotation(placement: Placement, places: Places, location: Location) -> FloatArray:
+def rotation(placement: Placement, locations: Locations, location: Location) -> FloatArray:
     """Rotation matrix, shape (3, 3), of a placement's orientation; the identity if it has none.
 
     Args:
         placement: Placement as given in the file, in SI.
-        places: Locations in the file, for errors.
+        locations: Locations in the file, for errors.
         location: Location of the placement.
 
     Raises:
@@ -55,12 +55,14 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
     for name, order in (("quaternion_xyzw", (3, 0, 1, 2)), ("quaternion_wxyz", (0, 1, 2, 3))):
         values = getattr(placement, name)
         if values is not None:
-            return _from_quaternion(np.array([values[i] for i in order]), places, (*location, name))
+            return _from_quaternion(
+                np.array([values[i] for i in order]), locations, (*location, name)
+            )
     if placement.torch is not None:
-        return _torch_axes(placement.torch, places, (*location, "torch"))
+        return _torch_axes(placement.torch, locations, (*location, "torch"))
     if placement.rotation_matrix is not None:
         matrix = np.array(placement.rotation_matrix)
-        return _from_matrix(matrix, places, (*location, "rotation_matrix"))
+        return _from_matrix(matrix, locations, (*location, "rotation_matrix"))
     if placement.rotation_vector is not None:
         return np.asarray(pin.exp3(np.array(placement.rotation_vector)))
     if placement.rpy is not None:
@@ -72,10 +74,10 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
     return result
 
 
-def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> FloatArray:
+def _from_quaternion(wxyz: FloatArray, locations: Locations, location: Location) -> FloatArray:
     norm = float(np.linalg.norm(wxyz))
     if abs(norm - 1) > FILE_ROTATION_TOLERANCE:
-        raise places.error(
+        raise locations.error(
             location,
             f"has norm {norm:.6g}",
             f"a unit quaternion, norm 1 within {FILE_ROTATION_TOLERANCE:g}",
@@ -84,19 +86,19 @@ def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> Fl
     return np.asarray(pin.Quaternion(w, x, y, z).matrix())
 
 
-def _torch_axes(torch: SeamTorch, places: Places, location: Location) -> FloatArray:
+def _torch_axes(torch: SeamTorch, locations: Locations, location: Location) -> FloatArray:
     try:
         axes = seam_frames([torch.seam], torch.normal)[0]
         turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
         return np.asarray(axes @ turned)
     except PathError as error:
-        raise places.error(location, str(error)) from error
+        raise locations.error(location, str(error)) from error
 
 
-def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> FloatArray:
+def _from_matrix(matrix: FloatArray, locations: Locations, location: Location) -> FloatArray:
     fault = rotation_error(matrix, FILE_ROTATION_TOLERANCE)
     if fault:
-        raise places.error(
+        raise locations.error(
             location,
             f"is not a rotation matrix: {fault}",
             f"orthonormal rows within {FILE_ROTATION_TOLERANCE:g}, right-handed",
@@ -105,13 +107,13 @@ def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> Floa
     return np.asarray(u @ vt)
 
 
-def read_placement(placement: Placement, places: Places, location: Location) -> pin.SE3:
+def read_placement(placement: Placement, locations: Locations, location: Location) -> pin.SE3:
     """Make a placement in its parent frame from its values in the file, in SI.
 
     Raises:
         DocumentError: As for `rotation`.
     """
-    return pin.SE3(rotation(placement, places, location), np.array(placement.position))
+    return pin.SE3(rotation(placement, locations, location), np.array(placement.position))
 
 
 class Frames:
@@ -119,7 +121,7 @@ class Frames:
 
     Args:
         frames: Frames as given in the file, in SI.
-        places: Locations in the file, for errors.
+        locations: Locations in the file, for errors.
 
     Attributes:
         moving: Motion of each frame.
@@ -129,18 +131,18 @@ class Frames:
             or a frame has a reserved name.
     """
 
-    def __init__(self, frames: Mapping[str, Frame], places: Places) -> None:
-        self._places = places
+    def __init__(self, frames: Mapping[str, Frame], locations: Locations) -> None:
+        self._locations = locations
         self.moving = {"base": MovingFrame((), pin.SE3.Identity())}
         for reserved in ("base", "tool"):
             if reserved in frames:
-                raise places.error(
+                raise locations.error(
                     ("frames", reserved), "is a reserved name", "any other name for a frame"
                 )
         for name, frame in frames.items():
             if frame.parent != "base" and frame.parent not in frames:
                 choices = ["base", *(choice for choice in frames if choice != name)]
-                raise places.error(
+                raise locations.error(
                     ("frames", name, "in"),
                     f"unknown frame {frame.parent!r}",
                     suggest_name(frame.parent, choices),
@@ -150,7 +152,7 @@ class Frames:
             ordered = [*TopologicalSorter(parents).static_order()]
         except CycleError as error:
             circle = error.args[1][::-1]  # each frame before its parent
-            raise places.error(
+            raise locations.error(
                 ("frames", circle[0], "in"), f"frames placed in a circle: {' in '.join(circle)}"
             ) from error
         for name in ordered:
@@ -160,12 +162,12 @@ class Frames:
     def _moving(self, name: str, frame: Frame) -> MovingFrame:
         """A frame, whose parent is placed already."""
         location: Location = ("frames", name)
-        placement = read_placement(frame, self._places, location)
+        placement = read_placement(frame, self._locations, location)
         moving = self.moving[frame.parent].inside(placement)
         if frame.on is not None:
             moving = replace(moving, link=frame.on)
         if frame.moves is not None:
-            moving = move_frame(moving, frame.moves, self._places, (*location, "moves"))
+            moving = move_frame(moving, frame.moves, self._locations, (*location, "moves"))
         return moving
 
     def __getitem__(self, name: str) -> pin.SE3:
@@ -180,25 +182,27 @@ class Frames:
         if name in self.moving or name in also:
             return name
         choices = [*self.moving, *also]
-        raise self._places.error(location, f"unknown frame {name!r}", suggest_name(name, choices))
+        raise self._locations.error(
+            location, f"unknown frame {name!r}", suggest_name(name, choices)
+        )
 
 
 def move_frame(
-    frame: MovingFrame, motion: FrameMotion, places: Places, location: Location
+    frame: MovingFrame, motion: FrameMotion, locations: Locations, location: Location
 ) -> MovingFrame:
     """A frame in motion.
 
     Args:
         frame: The frame without its own motion.
         motion: Its motion, in SI.
-        places: Locations in the file, for errors.
+        locations: Locations in the file, for errors.
         location: Location of the motion.
 
     Raises:
         DocumentError: The file is missing, or has other joints.
     """
     if motion.file is not None:
-        return _move_by_file(frame, motion.file, motion.at, places, location)
+        return _move_by_file(frame, motion.file, motion.at, locations, location)
     axes, turns, rates = [], [], []
     for vector, turn in ((motion.linear, False), (motion.angular, True)):
         rate = float(np.linalg.norm(vector or (0.0,)))
@@ -214,13 +218,13 @@ def move_frame(
 
 
 def _move_by_file(
-    frame: MovingFrame, file: str, begin: float, places: Places, location: Location
+    frame: MovingFrame, file: str, begin: float, locations: Locations, location: Location
 ) -> MovingFrame:
-    path = places.named_file(file, (*location, "file"))
+    path = locations.named_file(file, (*location, "file"))
     try:
         motion = _read_motion(path)
     except InputError as error:
-        raise places.error((*location, "file"), str(error)) from error
+        raise locations.error((*location, "file"), str(error)) from error
     order = [motion.joint_names.index(name) for name in FRAME_JOINTS if name in motion.joint_names]
     names = [motion.joint_names[i] for i in order]
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)

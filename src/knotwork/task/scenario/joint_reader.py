@@ -50,7 +50,7 @@ class JointReader:
             values = dict.fromkeys(self.names, float(values))
         for name in values:
             if name not in scale:
-                raise self.scenario.places.error(
+                raise self.scenario.locations.error(
                     (*location, name), f"unknown joint {name!r}", suggest_name(name, self.names)
                 )
         return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
@@ -59,7 +59,7 @@ class JointReader:
         """A value for every joint, shape (d,), or a list, (d, m); `missing` for joints left out."""
         if isinstance(values, str):
             if values not in self.configurations:
-                raise self.scenario.places.error(
+                raise self.scenario.locations.error(
                     location,
                     f"unknown configuration {values!r}",
                     suggest_name(values, self.configurations),
@@ -68,7 +68,7 @@ class JointReader:
         values = self.by_joint(values, *location)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
-            raise self.scenario.places.error(
+            raise self.scenario.locations.error(
                 location,
                 f"gives no value for joint {', '.join(absent)}",
                 f"a value for each of {', '.join(self.names)}",
@@ -123,7 +123,7 @@ class JointReader:
         names, location = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:
-                raise self.scenario.places.error(
+                raise self.scenario.locations.error(
                     (*location, "velocities", name),
                     f"unknown waypoint {name!r}",
                     suggest_name(name, names),

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 class JointSpace:
     """Joints with their units and limits, their robot, and the requirements on them.
 
-    It has all that planning and the check need of a task's joints in SI, so that neither reads
-    joint values in the units of a file.
+    It has, in SI, all data on joints that planning and check need. Neither reads joint values in
+    the units of a file.
 
     Attributes:
         joint_names: Names, length d.
@@ -162,12 +162,12 @@ def moved_robot(scenario: Scenario) -> Robot:
     from knotwork.robot import load_robot
     from knotwork.task.scenario.geometry import read_placement
 
-    reference, file = scenario.task.robot, scenario.places.file
+    reference, file = scenario.task.robot, scenario.locations.file
     if reference is None:
         raise InputError(f"{scenario.name} names no robot")
     with scenario.error_context("robot"):
         robot = load_robot(
-            scenario.places.document(reference, ("robot",))
+            scenario.locations.document(reference, ("robot",))
             if isinstance(reference, dict)
             else reference,
             relative_to=file.parent if file is not None else None,
@@ -175,8 +175,8 @@ def moved_robot(scenario: Scenario) -> Robot:
     tool = scenario.task.tool or Tool.model_construct()
     offset = None
     if tool.offset is not None:
-        offset = read_placement(tool.offset, scenario.places, ("tool", "offset"))
-    payload = read_payload(tool, scenario.places, ("tool",))
+        offset = read_placement(tool.offset, scenario.locations, ("tool", "offset"))
+    payload = read_payload(tool, scenario.locations, ("tool",))
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
     for name, frame in scenario.given.frames.items():  # all links that carry frames exist

@@ -84,7 +84,7 @@ class PathCurves:
                 else str(error)
             )
             location: Location = ("waypoints", i, *(key or ("along",)))
-            raise self.source.places.error(location, message) from error
+            raise self.source.locations.error(location, message) from error
 
     def text(self, length: float, digits: int = 9) -> str:
         """Write a length [m] in the file's unit, with a number of significant digits."""
@@ -116,7 +116,7 @@ class PathCurves:
             if axes is not None and requested is None:
                 rotations = transport_axes(start_rotation, axes)
         if requested is not None and rotations is not None:
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 (*location, "orientation"),
                 "is given together with points that have orientations",
                 "orientation: tangent, or columns of orientations or normals, not both",
@@ -172,7 +172,7 @@ class PathCurves:
     def _check_rotation(self, angle: float, location: Location, fault: str, accepted: str) -> None:
         """Refuse an orientation at an angle [rad] to that of a waypoint."""
         if angle > SAME_WAYPOINT_ANGLE:
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 location, fault.format(f"{np.degrees(angle):.4g}"), accepted
             )
 
@@ -237,7 +237,7 @@ class PathCurves:
         frame, axes = self.source.frame(i), self.source.axes(i)
         rotations = z_axes = None
         if isinstance(along.points, str):
-            file = self.source.places.file
+            file = self.source.locations.file
             path = (file.parent if file is not None else Path()) / along.points
             read = tool_paths.read_points(path, self.source.length)
             points = read.points
@@ -255,7 +255,7 @@ class PathCurves:
         They are at the points of a path whose z axes are given, else at its start.
         """
         if (torch.normal is None) == (axes is None):
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 ("waypoints", i, "orientation"),
                 "gives no normal" if axes is None else "gives a normal, and so do the points",
                 "normal: out of the surface at the path's start, or columns nx, ny, nz of points",
@@ -314,14 +314,14 @@ class PathCurves:
         """The curve that rounds the corner between two lines."""
         lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
         if len(lines) < 2:
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 ("waypoints", i, "blend"),
                 "rounds the corner between two lines, and this waypoint is not between two lines",
                 "no blend; or along: line here and at the next waypoint",
             )
         longest = 0.5 * min(line.length for line in lines)
         if distance > longest * (1.0 + BLEND_ROUNDING):
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 ("waypoints", i, "blend"),
                 f"is {self.text(distance, 6)}, more than half of the shorter line",
                 f"at most {self.text(longest, 6)}",

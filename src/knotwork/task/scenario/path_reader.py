@@ -61,7 +61,7 @@ def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pi
     """
     steps = source.task.waypoints
     if first not in poses:
-        raise source.places.error(
+        raise source.locations.error(
             ("waypoints", first + 1, "along"),
             "the path has no pose at its start",
             "a waypoint with a pose before this one, not with joints",
@@ -69,7 +69,7 @@ def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pi
     for key in ("velocity", "speed"):
         waypoint = steps[first]
         if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
-            raise source.places.error(
+            raise source.locations.error(
                 ("waypoints", first, key),
                 "is given at the start of a path, which defines it",
                 f"no {key} here, as the path gives it; or stop: true",
@@ -168,7 +168,7 @@ class _PathReader:
             where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
             name = self.steps[k].name or str(self.first + 2 + k)
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 self._place(k),
                 f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
                 "stop: true; or blend: a length, between two lines that do not turn back",
@@ -185,7 +185,7 @@ class _PathReader:
             duration = step.after if isinstance(step.after, float) else None
             if step.time is not None:
                 if before is None:
-                    raise self.source.places.error(
+                    raise self.source.locations.error(
                         self._place(k, "time"),
                         "does not give a duration of the path, as the time of the previous "
                         "waypoint follows from a speed",
@@ -193,13 +193,13 @@ class _PathReader:
                     )
                 duration = step.time - before
                 if duration <= 0.0:
-                    raise self.source.places.error(
+                    raise self.source.locations.error(
                         self._place(k, "time"),
                         f"is not later than {before:g} s, the time of the previous waypoint",
                         f"a time greater than {before:g} s",
                     )
             if duration is None and step.speed is None:
-                raise self.source.places.error(
+                raise self.source.locations.error(
                     self._place(k),
                     "has neither speed nor after, so the speed of the tool is undefined",
                     "speed: along the path, or after: its duration [s]",
@@ -234,7 +234,7 @@ class _PathReader:
             k, fits = error.stretch, error.highest_speed
             key = "speed" if requested.speeds[k] is not None else _time_key(self.steps[k])
             lowest_acceleration, _ = units.shown(error.lowest_acceleration, "m/s²")
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 self._place(k, key),
                 f"the path is {units.text(error.length, 'm')} long here, but its changes of "
                 f"speed take {units.text(error.needed, 'm')} at {units.text(limit, 'm/s²')}",
@@ -244,7 +244,7 @@ class _PathReader:
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.longest:.6g} s"
             length = units.text(requested.lengths[k], "m")
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 self._place(k, _time_key(self.steps[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
@@ -252,7 +252,7 @@ class _PathReader:
                 "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
-            raise self.source.places.error(("waypoints", self.last), str(error)) from error
+            raise self.source.locations.error(("waypoints", self.last), str(error)) from error
 
 
 def wait_on(

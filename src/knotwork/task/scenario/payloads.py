@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import Load
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.robot.payload import Payload, find_payload_fault
 from knotwork.task import HeldObject, Tool
 from knotwork.task.scenario.scenario import Scenario
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 
-def read_payload(carried: Tool | HeldObject, places: Places, location: Location) -> Payload | None:
+def read_payload(
+    carried: Tool | HeldObject, locations: Locations, location: Location
+) -> Payload | None:
     """The mass of a tool or of a held object, in SI as the file is; `None` without one.
 
     Raises:
@@ -36,7 +38,7 @@ def read_payload(carried: Tool | HeldObject, places: Places, location: Location)
     fault = find_payload_fault(carried.mass, inertia)
     if fault is not None:
         field, fault_text, accepted = fault
-        raise places.error((*location, field), fault_text, accepted)
+        raise locations.error((*location, field), fault_text, accepted)
     default_centre = carried.position if isinstance(carried, HeldObject) else (0.0, 0.0, 0.0)
     return Payload(carried.mass, np.array(carried.centre_of_mass or default_centre), inertia)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.errors import DocumentError, suggest_name
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task import Frame, Grid, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.scenario.unknowns import ends_wait
@@ -24,7 +24,7 @@ MAX_REPEATED_WAYPOINTS = 10_000
 """Largest number of waypoints in all repetitions."""
 
 
-def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask, Places]:
+def expand_repeats(task: Task, locations: Locations | None = None) -> tuple[PlainTask, Locations]:
     """Write out every repetition of every block.
 
     Names of waypoints and objects of a block get the number of the repetition. In `allow`, the name
@@ -32,7 +32,7 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
 
     Args:
         task: The task, in its own units.
-        places: Locations of its parts in the file, for errors.
+        locations: Locations of its parts in the file, for errors.
 
     Returns:
         The task without repeats, and the locations of its parts: for a repetition, that of the
@@ -41,19 +41,19 @@ def expand_repeats(task: Task, places: Places | None = None) -> tuple[PlainTask,
     Raises:
         DocumentError: The locations of a block are wrong, or a name is not unique.
     """
-    places = places or Places()
+    locations = locations or Locations()
     if isinstance(task, PlainTask):
-        return task, places
+        return task, locations
     if any(isinstance(step, Repeat) for step in task.waypoints):
-        return _Expansion(task, places).result()
-    return PlainTask.model_construct(task.model_fields_set, **dict(task)), places
+        return _Expansion(task, locations).result()
+    return PlainTask.model_construct(task.model_fields_set, **dict(task)), locations
 
 
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
     for waypoint, i in enumerate(scenario.task_index):
-        location = scenario.places.given(("waypoints", i))
+        location = scenario.locations.given(("waypoints", i))
         if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, waypoint):
             starts.setdefault(location[:2], []).append(waypoint)
     return list(starts.values())
@@ -62,18 +62,18 @@ def repetition_starts(scenario: Scenario) -> list[list[int]]:
 class _Expansion:
     """The parts of a task, with those of all repetitions."""
 
-    def __init__(self, task: Task, places: Places) -> None:
-        self.task, self.places = task, places
+    def __init__(self, task: Task, locations: Locations) -> None:
+        self.task, self.locations = task, locations
         self.frames = dict(task.frames)
         self.holds = dict(task.tool.holds) if task.tool is not None else {}
         self.waypoints: list[Any] = []
         self.origins: dict[Location, Location] = {}
         self.objects: dict[str, list[str]] = {}
 
-    def result(self) -> tuple[PlainTask, Places]:
+    def result(self) -> tuple[PlainTask, Locations]:
         task = self.task
         if PLACE_FRAME in task.frames:
-            raise self.places.error(
+            raise self.locations.error(
                 ("frames", PLACE_FRAME),
                 "is the frame of the current place in repeat",
                 "any other name",
@@ -97,12 +97,12 @@ class _Expansion:
         expanded_task = PlainTask.model_construct(
             task.model_fields_set | parts.keys(), **dict(task) | parts
         )
-        return expanded_task, replace(self.places, origins=self.origins)
+        return expanded_task, replace(self.locations, origins=self.origins)
 
     def _add_block(self, block: Repeat, location: Location) -> None:
         frames = [*self._frames_of(block, (*location, "over"))]
         if len(self.waypoints) + len(frames) * len(block.repeat) > MAX_REPEATED_WAYPOINTS:
-            raise self.places.error(
+            raise self.locations.error(
                 (*location, "over"),
                 f"makes {len(frames)} repetitions of {len(block.repeat)} waypoints",
                 f"at most {MAX_REPEATED_WAYPOINTS} waypoints in all",
@@ -132,7 +132,7 @@ class _Expansion:
     def _add_held(self, name: str, number: int, held: HeldObject, location: Location) -> None:
         numbered = f"{name} {number}"
         if numbered in self.holds:
-            raise self.places.error(
+            raise self.locations.error(
                 location, f"{numbered!r} of repetition {number} is held twice", "a unique name"
             )
         self.holds[numbered] = held
@@ -174,10 +174,10 @@ class _Expansion:
                     yield frame
 
     def _frames_in_file(self, over: PlacesFile, location: Location) -> Iterator[str]:
-        path = self.places.named_file(over.file, location)
+        path = self.locations.named_file(over.file, location)
         points = read_points(path)
         if points.normals is not None:
-            raise self.places.error(
+            raise self.locations.error(
                 location,
                 f"{path} has normals, which leave the turn at a place open",
                 "columns qx, qy, qz, qw, or positions alone",
@@ -195,7 +195,7 @@ class _Expansion:
             position[: len(steps)] += np.multiply(steps[::-1], grid.pitches)
             numbered = f"{name} {number}"
             if numbered in self.task.frames:
-                raise self.places.error(
+                raise self.locations.error(
                     ("frames", numbered),
                     f"is the name of a place of the grid in {name!r}",
                     "another",
@@ -215,7 +215,7 @@ class _Expansion:
     def _no_frame(
         self, subject: str, name: str, location: Location, names: Iterable[str]
     ) -> DocumentError:
-        return self.places.error(
+        return self.locations.error(
             location, f"there is no frame {subject}", suggest_name(name, names)
         )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.files import documents
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task import Limits, PlainTask, Task
 from knotwork.task.scenario.carriers import mark_arrivals
 from knotwork.task.scenario.event_reader import EventReader, with_waits
@@ -46,17 +46,17 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
     if isinstance(reference, Task):
         return resolve_task(reference)
     document = read_document(reference)
-    return resolve_task(documents.validate(Task, document), document.places)
+    return resolve_task(documents.validate(Task, document), document.locations)
 
 
 def resolve_task(
-    task: Task, places: Places | None = None, expected: Mapping[int, float] | None = None
+    task: Task, locations: Locations | None = None, expected: Mapping[int, float] | None = None
 ) -> Scenario:
     """Resolve a task: see `load_scenario`.
 
     Args:
         task: The task, in its own units.
-        places: Locations of its parts in its file, for messages.
+        locations: Locations of its parts in its file, for messages.
         expected: Expected times of waypoints with a chosen time [s], by their index
             in the task.
 
@@ -64,17 +64,17 @@ def resolve_task(
     >>> resolve_task(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
-    given, places = expand_repeats(task, places or Places())
+    given, locations = expand_repeats(task, locations or Locations())
     length, angle = given.units.in_si
-    source = TaskInSI(with_waits(in_si(given, length, angle)), places)
+    source = TaskInSI(with_waits(in_si(given, length, angle)), locations)
     _check_keys(source, given)
     task_in_si = source.task
     waypoints, paths, task_index = read_waypoints(source, expected or {})
-    unknowns = read_unknowns(task_in_si, places, task_index)
+    unknowns = read_unknowns(task_in_si, locations, task_index)
     if task_in_si.frames and unknowns is not None:
         unknowns = mark_arrivals(source, unknowns, task_index)
     events = EventReader(source, waypoints, paths, task_index)
-    file_name = "scenario" if places.file is None else places.file.stem
+    file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
         name=given.name or file_name,
         waypoints=waypoints,
@@ -89,7 +89,7 @@ def resolve_task(
         pose_frame_link=source.carrying_link if task_in_si.frames else "",
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(source, waypoints, task_index),
-        places=places,
+        locations=locations,
     )
 
 
@@ -107,17 +107,17 @@ def _check_keys(source: TaskInSI, given: PlainTask) -> None:
         source: The task.
         given: The task in its own units.
     """
-    task, places = source.task, source.places
+    task, locations = source.task, source.locations
     if task.robot is None:
         _check_joints_alone(source)
     elif task.joint_units:
-        raise places.error(
+        raise locations.error(
             ("joint_units",), "is for scenarios without a robot, which defines its joints"
         )
     if isinstance(task.robot, dict) and source.units != SI:
         for key in ("locked", "configurations", "limits", "external_axes"):
             if task.robot.get(key):
-                raise places.error(
+                raise locations.error(
                     ("robot", key),
                     "is in SI like every robot description, but the file has other units",
                     "a robot file of its own, units m and rad, or the scenario's own limits",
@@ -127,7 +127,7 @@ def _check_keys(source: TaskInSI, given: PlainTask) -> None:
     for name in ("path", "path_orientation", "path_speed"):
         value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
         if value < SMALLEST_PATH_TOLERANCE:
-            raise places.error(
+            raise locations.error(
                 ("tolerances", name),
                 f"is {given_value:g}, below the resolution of floating point",
                 f"at least {SMALLEST_PATH_TOLERANCE * given_value / value:.4g}",
@@ -136,23 +136,23 @@ def _check_keys(source: TaskInSI, given: PlainTask) -> None:
 
 def _check_joints_alone(source: TaskInSI) -> None:
     """Refuse keys that need a robot in a task without one."""
-    task, locations = source.task, list[Location]()
+    task, needing_robot = source.task, list[Location]()
     for i, waypoint in enumerate(task.waypoints):
         keys = [key for key in ("pose", "way") if getattr(waypoint, key, None) is not None]
         if isinstance(getattr(waypoint, "joints", None), str):
             keys.append("joints")
-        locations += [("waypoints", i, key) for key in keys]
+        needing_robot += [("waypoints", i, key) for key in keys]
     if isinstance(task.start, str):
-        locations.append(("start",))
+        needing_robot.append(("start",))
     keys_given = task.model_fields_set & NEEDING_ROBOT
-    locations += [
+    needing_robot += [
         (key,) for key in sorted(keys_given) if getattr(task, key) not in ("free", "travel")
     ]
     limits = ("tool_speed", "tool_acceleration", "frame_speed", "singular_value")
-    locations += [("limits", key) for key in limits if getattr(task.limits, key) is not None]
-    if locations:
-        raise source.places.error(
-            locations[0],
+    needing_robot += [("limits", key) for key in limits if getattr(task.limits, key) is not None]
+    if needing_robot:
+        raise source.locations.error(
+            needing_robot[0],
             "needs a robot, and the file names none",
             "robot: the name of one (`knotwork robots` lists them) or a path",
         )

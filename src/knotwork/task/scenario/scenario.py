@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors import DocumentError, InputError
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task.scenario.scene_model import Scene
 from knotwork.task.scenario.unknowns import Unknowns
 from knotwork.task.task_options import Balanced
@@ -41,7 +41,7 @@ class JointTarget:
         velocity: Joint velocities by name, in the task's units; none at rest.
         location: Location of the joint positions in the task.
         where: Location of the waypoint's definition, for messages.
-        in_world_frame: As of `CartesianWaypoint`; joint values have no frame.
+        in_world_frame: Always `False`, because joint values have no frame.
 
     >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
@@ -154,7 +154,7 @@ class Scenario:
         unknowns: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and options of the collision check.
-        places: Locations of its parts in the file, for errors.
+        locations: Locations of its parts in the file, for errors.
         continued_motion: The motion that it continues, and the time in it [s], or `None`.
 
     >>> from knotwork import load_scenario
@@ -176,7 +176,7 @@ class Scenario:
     unknowns: Unknowns | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
-    places: Places = field(default_factory=Places, repr=False, compare=False)
+    locations: Locations = field(default_factory=Locations, repr=False, compare=False)
     continued_motion: tuple[JointTrajectory, float] | None = field(
         default=None, repr=False, compare=False
     )
@@ -184,7 +184,7 @@ class Scenario:
     @property
     def source(self) -> Path | None:
         """Its file, or `None`."""
-        return self.places.file
+        return self.locations.file
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:
@@ -210,7 +210,7 @@ class Scenario:
         Args:
             location: Keys and indices of the field.
         """
-        return self.places.where(location)
+        return self.locations.where(location)
 
     @property
     def branch(self) -> str | dict[str, str]:
@@ -233,6 +233,13 @@ class Scenario:
     def shown_length(self) -> tuple[float, str]:
         """Number of the file's length units per metre, and the unit's name, for messages."""
         return self.units.shown(1.0, "m")
+
+    @property
+    def required_unknowns(self) -> Unknowns:
+        """The unknowns, which must exist."""
+        if self.unknowns is None:
+            raise TypeError("nothing is free")
+        return self.unknowns
 
     @property
     def times(self) -> FloatArray:

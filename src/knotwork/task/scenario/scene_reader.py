@@ -93,7 +93,7 @@ class _SceneReader:
         )
 
     def _error(self, location: Location, fault: str, accepted: str) -> DocumentError:
-        return self.source.places.error(location, fault, accepted)
+        return self.source.locations.error(location, fault, accepted)
 
     def _waypoint(self, name: str, location: Location) -> int:
         """Index of a waypoint by name."""
@@ -161,7 +161,7 @@ class _SceneReader:
             allow=tuple(held.allow),
             carriers=(taken_from, left_on),
             appears=appears,
-            payload=read_payload(held, self.source.places, location),
+            payload=read_payload(held, self.source.locations, location),
         )
 
     def _frame(self, name: str) -> MovingFrame | None:
@@ -173,7 +173,7 @@ class _SceneReader:
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         location: Location = ("scene", "robots", name)
-        places, frames = self.source.places, self.source.frames
+        locations, frames = self.source.locations, self.source.frames
         base = frames.moving[frames.find(robot.parent, (*location, "in"))]
         if base.is_moving or base.link:
             raise self._error(
@@ -181,9 +181,9 @@ class _SceneReader:
                 f"frame {robot.parent!r} moves; the robot's base must not",
                 "a fixed frame",
             )
-        folder = places.file.parent if places.file is not None else Path()
+        folder = locations.file.parent if locations.file is not None else Path()
         path = folder / os.path.expanduser(robot.scenario)
-        motion = robot.motion and places.named_file(robot.motion, (*location, "motion"))
+        motion = robot.motion and locations.named_file(robot.motion, (*location, "motion"))
         return PlacedRobot(
             name=name,
             placement=base.rest_placement * self.source.placement(robot, *location),
@@ -195,18 +195,18 @@ class _SceneReader:
 
     def _shape(self, item: ToolShape | SceneObject | HeldObject, location: Location) -> PlacedShape:
         """A shape, placed in the frame that carries it, or in the base if it is an object."""
-        places, placement = self.source.places, self.source.placement(item, *location)
+        locations, placement = self.source.locations, self.source.placement(item, *location)
         if isinstance(item, SceneObject):
             frames = self.source.frames
             placement = frames[frames.find(item.parent, (*location, "in"))] * placement
         kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
-            path = places.named_file(item.points.file, (*location, "points", "file"))
+            path = locations.named_file(item.points.file, (*location, "points", "file"))
             scale = item.points.scale * self.source.length
             resolution = item.points.resolution
         if item.mesh is not None:
-            path = places.named_file(item.mesh, (*location, "mesh"))
+            path = locations.named_file(item.mesh, (*location, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
             scale = (item.scale or 1.0) * (1.0 if has_unit else self.source.length)
         scales, size = (scale, scale, scale), _shape_size(item)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from knotwork.files.documents import Places
+from knotwork.files.documents import Locations
 from knotwork.waypoints import FloatArray
 
 # Minimum distance of waypoints that define a direction [m].
@@ -60,12 +60,12 @@ def _tangent(before: _Chord, after: _Chord) -> FloatArray:
 
 
 def neighbours_twist(
-    places: Places, i: int, speed: float, poses: Mapping[int, pin.SE3]
+    locations: Locations, i: int, speed: float, poses: Mapping[int, pin.SE3]
 ) -> pin.Motion:
     """Velocity at a waypoint of a file that gives only its speed.
 
     Args:
-        places: Locations of the parts of the file, for errors.
+        locations: Locations of the parts of the file, for errors.
         i: Index of the waypoint.
         speed: Speed of the TCP [m/s].
         poses: Poses of its neighbours that have one, and its own.
@@ -78,7 +78,7 @@ def neighbours_twist(
     """
     location = ("waypoints", i, "speed")
     if i - 1 not in poses or i + 1 not in poses:
-        raise places.error(
+        raise locations.error(
             location,
             "the path's direction is undefined, because a neighbouring waypoint is given by joint "
             "values, or there is none",
@@ -88,7 +88,7 @@ def neighbours_twist(
         before, after = _chord(poses[i - 1], poses[i]), _chord(poses[i], poses[i + 1])
         tangent = _tangent(before, after)
     except NoDirectionError as error:
-        raise places.error(
+        raise locations.error(
             location, str(error), "velocity: {linear, angular} or stop: true instead"
         ) from error
     arcs = _arc(before, tangent), _arc(after, tangent)

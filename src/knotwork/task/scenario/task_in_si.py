@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task import JointWaypoint, Placement, PlainTask
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
@@ -28,11 +28,11 @@ class TaskInSI:
 
     Attributes:
         task: The task, in SI but for joint values.
-        places: Locations of its parts in its file, for errors.
+        locations: Locations of its parts in its file, for errors.
     """
 
     task: PlainTask
-    places: Places
+    locations: Locations
 
     @property
     def units(self) -> Units:
@@ -49,7 +49,7 @@ class TaskInSI:
         """The named frames, placed in the base."""
         from knotwork.task.scenario.geometry import Frames
 
-        return Frames(self.task.frames, self.places)
+        return Frames(self.task.frames, self.locations)
 
     @cached_property
     def pose_frames(self) -> dict[int, str]:
@@ -78,7 +78,7 @@ class TaskInSI:
         carrying_link = moving[first[1]].link
         for i, name in further:
             if moving[name].link != carrying_link:
-                raise self.places.error(
+                raise self.locations.error(
                     ("waypoints", i),
                     f"is in frame {name!r}, {link_text(moving[name].link)}, and earlier poses are "
                     f"in frame {first[1]!r}, {link_text(carrying_link)}",
@@ -113,7 +113,7 @@ class TaskInSI:
         """A placement at a location of the task, in its parent frame."""
         from knotwork.task.scenario.geometry import read_placement
 
-        return read_placement(placement, self.places, location)
+        return read_placement(placement, self.locations, location)
 
     def stops(self, i: int) -> bool:
         """Whether the tool stops at a waypoint where a path begins or ends."""

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from knotwork.files.documents import Location, Places
+from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 from knotwork.waypoints import BoolArray, FloatArray
 
@@ -70,6 +70,11 @@ class Unknowns:
         return chosen
 
     @property
+    def duration_given(self) -> bool:
+        """Whether the whole duration is given, itself or by all times."""
+        return self.total is not None or not self.chosen_duration.any()
+
+    @property
     def first_unknown_time(self) -> int:
         """The first waypoint with an unknown time; n without one."""
         return int(np.append(self.chosen_duration, True).argmax()) + 1
@@ -124,12 +129,14 @@ def max_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_unknowns(task: PlainTask, places: Places, task_index: Sequence[int]) -> Unknowns | None:
+def read_unknowns(
+    task: PlainTask, locations: Locations, task_index: Sequence[int]
+) -> Unknowns | None:
     """Read the unknowns of a task, or `None` without any.
 
     Args:
         task: The task, in SI.
-        places: Locations of its parts in the file, for errors.
+        locations: Locations of its parts in the file, for errors.
         task_index: Index in the task of each waypoint of the scenario; -1 for the start.
 
     Raises:
@@ -176,10 +183,10 @@ def read_unknowns(task: PlainTask, places: Places, task_index: Sequence[int]) ->
     duration[[waypoint - 1 for waypoint in dependent]] = True
     unknowns = replace(unknowns, time_dependent=dependent)
     for location, message, accepted in _misused(task, unknowns):
-        raise places.error(location, message, accepted)
+        raise locations.error(location, message, accepted)
     if dependent and task.duration is not None:
         number = task_index[dependent[0]] + 1
-        raise places.error(
+        raise locations.error(
             ("duration",),
             f"is given together with the time at waypoint {number}, after chosen ones",
             "one of them",
@@ -196,7 +203,7 @@ def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
     return {"time": 1.0} if has_free_times and task.duration is None else {"jerk": 1.0}
 
 
-def check_open_values(task: PlainTask, places: Places) -> None:
+def check_open_values(task: PlainTask, locations: Locations) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
@@ -205,7 +212,7 @@ def check_open_values(task: PlainTask, places: Places) -> None:
     is_chosen = False
     for i, waypoint in enumerate(task.waypoints):
         for key, message, accepted in _misplaced(task, i, after_chosen=is_chosen):
-            raise places.error(("waypoints", i, key), message, accepted)
+            raise locations.error(("waypoints", i, key), message, accepted)
         is_chosen |= min_time(task, i) is not None
         is_chosen |= isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
 

@@ -60,25 +60,27 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
     Raises:
         DocumentError: A time, frame, pose or velocity is missing or wrong.
     """
-    task, places = source.task, source.places
+    task, locations = source.task, source.locations
     names = _names(source)
     if len(names) + (task.start is not None) < 2:
-        raise places.error(
+        raise locations.error(
             ("waypoints",),
             "a motion needs at least two waypoints, and there is one",
             "two or more, or one with start: the start of the motion",
         )
-    check_open_values(task, places)
+    check_open_values(task, locations)
     arrivals = _read_arrivals(source, expected, _rest_poses(source))
     freedoms = read_freedoms(source, arrivals.free_turns)
-    paths = [replace(path, freedom=freedom_of(path, freedoms, places)) for path in arrivals.paths]
+    paths = [
+        replace(path, freedom=freedom_of(path, freedoms, locations)) for path in arrivals.paths
+    ]
     motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
     reader = _WaypointReader(source, arrivals, motions, freedoms)
     waits: list[ScenarioPath] = []
     waypoints: list[ScenarioWaypoint] = []
     task_index: list[int] = []
     if task.start is not None:
-        where = places.where(("start",))
+        where = locations.where(("start",))
         waypoints.append(JointTarget(START, 0.0, task.start, {}, ("start",), where))
         task_index.append(-1)
     for i, name in enumerate(names):
@@ -116,7 +118,7 @@ def _names(source: TaskInSI) -> list[str]:
     }
     for i, name in enumerate(names):
         if name in used_names:
-            raise source.places.error(
+            raise source.locations.error(
                 ("waypoints", i, "name"),
                 f"{name!r} is the name of another waypoint",
                 "a unique name",
@@ -145,7 +147,7 @@ def _check_turned(source: TaskInSI, i: int, waypoint: PoseWaypoint) -> None:
     following = source.task.waypoints[i + 1 : i + 2]
     begins_torch = any(isinstance(getattr(step, "orientation", None), Torch) for step in following)
     if not waypoint.pose.turned and not begins_torch:
-        raise source.places.error(
+        raise source.locations.error(
             ("waypoints", i, "pose"),
             f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
         )
@@ -223,14 +225,14 @@ def _arrival(
     elif before is None:
         time = 0.0
     else:
-        raise source.places.error(
+        raise source.locations.error(
             location,
             "has no time",
             "time (since 0), after (since the previous one) [s], or after: fastest",
         )
     if before is not None and time <= before:
         earlier = "start" if i == 0 else "the previous waypoint"
-        raise source.places.error(
+        raise source.locations.error(
             location,
             f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
             f"a time greater than {before:g} s",
@@ -256,7 +258,7 @@ class _WaypointReader:
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        step, where = self.source.task.waypoints[i], self.source.places.where(("waypoints", i))
+        step, where = self.source.task.waypoints[i], self.source.locations.where(("waypoints", i))
         time, freedom = self.arrivals.times[i], self.freedoms[i]
         if isinstance(step, JointWaypoint):
             if step.velocity is None:
@@ -267,7 +269,7 @@ class _WaypointReader:
         pose, twist = self._state(i, step)
         rides = step.wait is not None and self.source.carrier(i) is not None
         if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
@@ -309,14 +311,14 @@ class _WaypointReader:
 
             # of a chosen speed the direction alone is known
             given = speed if isinstance(speed, float) else 1.0
-            return neighbours_twist(source.places, i, given, poses)
+            return neighbours_twist(source.locations, i, given, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
     def _check_stop(self, i: int, accepted: str) -> None:
         if not self.source.stops(i):
-            raise self.source.places.error(
+            raise self.source.locations.error(
                 ("waypoints", i),
                 "is passed without a stop and gives no speed",
                 f"{accepted}, or stop: true",

@@ -85,7 +85,7 @@ class WeaveReader:
         return weaves, ExtendedCurve(curve, delay=start), np.concatenate(breaks)
 
     def _error(self, k: int, fault: str, accepted: str, *key: str) -> DocumentError:
-        return self.curves.source.places.error(
+        return self.curves.source.locations.error(
             ("waypoints", self.first + 1 + k, *(key or ("weave",))), fault, accepted
         )
 

@@ -254,7 +254,7 @@ def _least_velocity(samples: PathSamples, bend: FloatArray, error: FloatArray) -
     """Lower bound of the velocity along the path on each interval, shape (n,).
 
     The angle between the tangent and the bisector of the tangents at both ends is at most half of
-    the turn of the tangent. The velocity is near its chord. So the components of both along and
+    the turn of the tangent. The velocity is near its chord. Thus the components of both along and
     across the bisector are bounded.
 
     Args:

@@ -69,7 +69,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         robot: Its robot.
     """
     file = scenario.task
-    frames = Frames(file.frames, scenario.places)
+    frames = Frames(file.frames, scenario.locations)
     moving = frames.moving.items()
     fixed_frames = {
         name
@@ -98,9 +98,9 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             if (name if where == ("frames",) else part.parent) not in fixed_frames:
                 continue
             at, parent = (*where, name), frame(part.parent)
-            if scenario.places.given(at) != at:
+            if scenario.locations.given(at) != at:
                 continue  # the place of a repetition
-            pose = parent * read_placement(part, scenario.places, at)
+            pose = parent * read_placement(part, scenario.locations, at)
             form, order = _form(part)
             axes, kind = (parent, parent.rotation), where[-1].removesuffix("s")
             numbered = in_file[name].position, form or "rpy", order
@@ -116,7 +116,7 @@ def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Ite
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
-    at = scenario.places.given(("waypoints", i))
+    at = scenario.locations.given(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.given.waypoints[i])
     pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
     form, position = _form(waypoint.pose), raw.pose.position

@@ -67,7 +67,7 @@ class DraftReading:
             KnotworkError: The draft can't be read.
         """
         revision, document = draft.revision, draft.document()
-        scenario = resolve_task(validate(Task, document), document.places)
+        scenario = resolve_task(validate(Task, document), document.locations)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         return cls(
@@ -243,8 +243,8 @@ class Session:
             after, fraction = _place_in_file(planned, float(request.get("time", 0.0)))
             if "after" in request:
                 place, fraction = tuple(request["after"]), 0.5
-                places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
-                inside = [i for i, known in enumerate(places) if known[: len(place)] == place]
+                locations = map(scenario.locations.given, (("waypoints", i) for i in range(count)))
+                inside = [i for i, known in enumerate(locations) if known[: len(place)] == place]
                 after = max(inside, default=after)
             joints = request.get("what") == "joints"
             changes = waypoint_here(scenario, robot, q, after, fraction=fraction, joints=joints)
@@ -283,7 +283,9 @@ def _names(scenario: Scenario) -> dict[str, str]:
     named: dict[str, str] = {}
     for i, waypoint in zip(scenario.task_index, scenario.waypoints, strict=True):
         if i >= 0:
-            named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), waypoint.name)
+            named.setdefault(
+                as_javascript(scenario.locations.given(("waypoints", i))), waypoint.name
+            )
     return named
 
 

@@ -118,39 +118,14 @@ def solve_velocity_ik(
     if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
     (v,) = solve_velocities(robot, J[None], wanted, self_motion)
-    tolerances = linear_tolerance, angular_tolerance
-    _check_attained(
-        robot, J, wanted, v, tolerances=tolerances, waypoint=waypoint, where=where, units=units
-    )
-    return np.asarray(v)
-
-
-def _check_attained(
-    robot: Robot,
-    J: FloatArray,
-    wanted: FloatArray,
-    v: FloatArray,
-    tolerances: tuple[float, float],
-    waypoint: str,
-    where: str,
-    units: Units,
-) -> None:
-    """Raise an error if joint velocities miss a twist or are too high near a singularity."""
     residual, (U, s, _) = wanted - J @ v, np.linalg.svd(J, full_matrices=False)
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
-    is_attained = linear <= tolerances[0] * scale and angular <= tolerances[1] * scale
-    plausible = plausible_speeds(robot)
-    fast: list[FastJoint] = []
-    if is_attained and s[-1] < IMPLAUSIBLE_SINGULAR_VALUE:
-        joints = zip(
-            robot.joint_names, robot.joint_units, np.abs(v).tolist(),
-            robot.velocity_limit.tolist(), plausible.tolist(), strict=True,
-        )  # fmt: skip
-        rows = (FastJoint(name, f"{unit}/s", *numbers) for name, unit, *numbers in joints)
-        fast = [joint for joint in rows if joint.speed > joint.plausible]
+    is_attained = linear <= linear_tolerance * scale and angular <= angular_tolerance * scale
+    is_singular = s[-1] < IMPLAUSIBLE_SINGULAR_VALUE
+    fast = _implausibly_fast_joints(robot, v) if is_attained and is_singular else []
     if is_attained and not fast:
-        return
+        return np.asarray(v)
     raise SingularityError(
         waypoint,
         (U[:, -1] if fast else residual).tolist(),
@@ -161,6 +136,16 @@ def _check_attained(
         where=where,
         units=units,
     )
+
+
+def _implausibly_fast_joints(robot: Robot, v: FloatArray) -> list[FastJoint]:
+    """The joints with velocities above the plausible ones."""
+    joints = zip(
+        robot.joint_names, robot.joint_units, np.abs(v).tolist(),
+        robot.velocity_limit.tolist(), plausible_speeds(robot).tolist(), strict=True,
+    )  # fmt: skip
+    rows = (FastJoint(name, f"{unit}/s", *numbers) for name, unit, *numbers in joints)
+    return [joint for joint in rows if joint.speed > joint.plausible]
 
 
 def plausible_speeds(robot: Robot) -> FloatArray:

@@ -38,7 +38,7 @@ class JointsOnPath:
 
     The path is integrated once. Between two steps the joints are a quintic through the positions,
     velocities and accelerations of both, projected onto the path. All times use the same integral,
-    so that self-motion is continuous.
+    so self-motion is continuous.
 
     Args:
         robot: The arm.
