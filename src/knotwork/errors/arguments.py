@@ -1,4 +1,4 @@
-"""Checks of numbers, flags and types given by a caller."""
+"""Checks of numbers, flags and types that a caller gives."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def require_type(value: Any, types: Any, subject: str, accepted: str) -> None:
         value: The given value.
         types: The accepted type or types, as for `isinstance`.
         subject: Name of the value, for the error.
-        accepted: What is accepted, for the error.
+        accepted: Accepted values, for the error.
 
     Raises:
         InputError: The value has another type.
