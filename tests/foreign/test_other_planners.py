@@ -225,9 +225,7 @@ def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
 
 
 @pytest.mark.parametrize("command", ["check", "plot"])
-def test_an_unknown_file_is_refused_with_the_kinds_that_are_read(
-    command: str, run: Command
-) -> None:
+def test_an_unknown_kind_of_file_is_refused(command: str, run: Command) -> None:
     Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")
     ran = run(command, "arm.urdf", "-s", SCENARIO)
     assert ran.code == 2

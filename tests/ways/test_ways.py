@@ -243,7 +243,7 @@ def test_tool_speed_limit_costs_no_more_in_free_space() -> None:
 
 @pytest.mark.exhaustive
 def test_moves_heavy_load_where_arm_can_hold_it() -> None:
-    """Straight motions between random configurations once passed where gravity alone is too much."""
+    """Straight motions between random configurations passed where gravity alone is too much."""
     bar = {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
     heavy = past()
     heavy["tool"]["holds"] = {"bar": bar | {"mass": 25}}
