@@ -259,6 +259,16 @@ def test_report_lists_chosen_times() -> None:
     assert math.isclose(data["times"]["place"], plan.trajectory.duration)
 
 
+@pytest.mark.parametrize("keys", [{"knots": "optimal"}, {"times": "fastest", "duration": 2}])
+def test_given_duration_is_no_minimum(keys: dict[str, Any]) -> None:
+    after = {} if "times" in keys else {"after": 2}
+    plan = kw.plan({"limits": SMOOTH, "waypoints": [to(0), to(1, **after)], **keys})
+    (duration,) = plan.report.select(quantity="duration")
+    assert duration.message == f"{'times' if 'times' in keys else 'motion'} chosen: 2 s, as given"
+    assert (duration.group == "Chosen times") == ("times" in keys)
+    assert not plan.report.select(quantity="lower_bound")
+
+
 def test_reports_assumed_jerk_limit() -> None:
     plan = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
     assert plan.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}

@@ -43,15 +43,12 @@ class Plan(CheckedMotion):
         solution: IK solution chosen for each pose.
         chosen: Chosen values of a scenario with free times; `scenario` then has them as numbers.
             `None` if no value was free.
-        tried_sequences: Number of IK sequences planned until one was collision-free; if none was,
-            all collided.
     """
 
     joint_waypoints: JointWaypoints
     unsupported_options: tuple[str, ...] = ()
     solution: TaskSolution | None = None
     chosen: ChosenTimes | None = None
-    tried_sequences: int = 1
 
     @property
     def events(self) -> tuple[Event, ...]:

@@ -125,7 +125,6 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
             break
     if best is None:
         raise first_error or AssertionError("a sequence without a plan has an error")
-    best = replace(best, tried_sequences=tried)
     if failed_pairs(best.report.findings):
         return _with_clear_motion(planner, best, tried)
     if tried == 1:

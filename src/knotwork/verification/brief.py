@@ -52,7 +52,7 @@ def group_lines(
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
     lines: list[str] = []
     for heading, texts in rows.items():
-        if len(texts) > max_texts:
+        if len(texts) > max_texts + 1:  # one more text takes no more space than its number
             texts = [*texts[:max_texts], f"and {len(texts) - max_texts} more"]
         head = f"{BRIEF_INDENT}{heading}"
         for text in texts:

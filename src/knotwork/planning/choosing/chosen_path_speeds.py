@@ -70,9 +70,7 @@ def with_max_speeds(
     Raises:
         InputError: No speeds are feasible, or the task can't be solved.
     """
-    unknowns = scenario.unknowns
-    if unknowns is None:
-        raise TypeError("nothing is unknown")
+    unknowns = scenario.required_unknowns
     task = _solved_task(scenario, unknowns, solution)
     if not unknowns.path_speed:
         return ChosenPathSpeeds(task)

@@ -21,7 +21,8 @@ from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import Verdict
 
-TIMES_GROUP = "Chosen times"
+TIMES_GROUP, MOTION_GROUP = "Chosen times", "Chosen motion"
+"""Groups of findings if a time was free, and if only velocities, knots or ways were."""
 WAYS_GROUP = "Ways"
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
@@ -45,14 +46,16 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         chosen: The chosen times.
         space: The joints and their limits.
     """
-    brief, group = _duration(chosen), TIMES_GROUP
+    unknowns, brief = chosen.requested.required_unknowns, _duration(chosen)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    duration = Finding.of_motion(group, "duration", f"times chosen: {brief}", verdict, brief=brief)
+    timed = bool(unknowns.chosen_duration.any())
+    group, fact = (TIMES_GROUP, "times chosen") if timed else (MOTION_GROUP, "motion chosen")
+    duration = Finding.of_motion(group, "duration", f"{fact}: {brief}", verdict, brief=brief)
     yield replace(duration, value=chosen.duration, unit="s")
-    scope = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
-    shortest = f"{chosen.lower_bound:.6g} s{_arrivals_note(chosen)}"
-    fact = f"no motion {scope} within the limits is shorter than {shortest}"
-    yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
+    if not unknowns.duration_given:
+        shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
+        fact = f"no motion for this task within the limits is shorter than {shortest}"
+        yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
     if unlimited := _unlimited_note(space):
         yield Finding.of_motion(group, "acceleration_limit", unlimited, "warning")
     if chosen.segments and chosen.assumed_jerk:
@@ -64,7 +67,7 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         ]
         label = _longest(limits)
         yield Finding(
-            group=TIMES_GROUP,
+            group=group,
             subject="waypoint",
             name=end,
             quantity="binding_limits",
@@ -77,33 +80,31 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
 
 
 def _duration(chosen: ChosenTimes) -> str:
-    text, bound = f"{chosen.duration:.6g} s", f"{chosen.lower_bound:.6g} s"
+    """Text of the duration, and whether it is the minimum."""
+    text, conditions = f"{chosen.duration:.6g} s", _conditions(chosen)
+    bound = f"lower bound {chosen.lower_bound:.6g} s{conditions}"
+    given = chosen.requested.required_unknowns.duration_given
+    better = "a smoother motion may exist" if given else f"a shorter motion may exist ({bound})"
+    if given:
+        text += ", as given"
     if chosen.status == "stopped":
-        speeds = " with these speeds along its paths" if _path_speeds_chosen(chosen) else ""
-        return (
-            f"{text}, the best so far when the budget ended: every limit is kept, but a shorter "
-            f"motion may exist (lower bound{speeds} {bound})"
-        )
+        return f"{text}, the best so far when the budget ended: every limit is kept, but {better}"
     if chosen.status == "resting":
-        return (
-            f"{text}: every limit is kept, but the arm rests between waypoints, and a shorter "
-            f"motion may exist (lower bound {bound})"
-        )
+        return f"{text}: every limit is kept, but the arm rests between waypoints, and {better}"
+    if given:
+        return text
     if chosen.gap < 1e-6:
-        return f"{text}, the minimum or as given{_arrivals_note(chosen)}"
-    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_arrivals_note(chosen)}"
+        return f"{text}, the minimum{conditions}"
+    return f"{text}, {100 * chosen.gap:.1f} % above the {bound}"
 
 
-def _arrivals_note(chosen: ChosenTimes) -> str:
-    """Text of the fixed arrivals at moving frames, on which the lower bound depends."""
+def _conditions(chosen: ChosenTimes) -> str:
+    """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    arrivals = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    return f" with {', '.join(arrivals)}" if arrivals else ""
-
-
-def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
-    """Whether speeds along paths were chosen, on which the lower bound depends."""
-    return chosen.requested.unknowns is not None and bool(chosen.requested.unknowns.path_speed)
+    conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
+    if chosen.requested.required_unknowns.path_speed:
+        conditions.insert(0, "these speeds along its paths")
+    return f" with {', '.join(conditions)}" if conditions else ""
 
 
 def _unlimited_note(space: JointSpace) -> str:

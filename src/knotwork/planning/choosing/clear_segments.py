@@ -223,13 +223,17 @@ def _located_error(
         accepted = "more space, a waypoint in between, or a smaller scene.margin"
     else:
         end, where = {0: "start", -1: "goal"}.get(k, f"{k}"), f"at {names[k]!r}"
-        if no_way.moving or no_way.joint is not None:
+        if no_way.moving or no_way.limit:
             way = "stopping after" if k == 0 else "coming from rest to"
             where = f"{way} {names[k]!r}"
-        if no_way.joint is not None:
+        if no_way.limit:
             joint, unit = task.space.joint_names[no_way.joint], task.space.joint_units[no_way.joint]
             depth = text(no_way.depth, unit, ".4g")
-            reason = f": {where}, {joint} goes {depth} beyond its position limit"
+            excess = {
+                "position": f"{joint} goes {depth} beyond its position limit",
+                "tool_speed": "the tool exceeds its speed limit",
+            }.get(no_way.limit, f"{joint} exceeds its {no_way.limit} limit")
+            reason = f": {where}, {excess}"
             accepted = "a lower velocity there, or a stop"
         else:
             bodies = first, second = no_way.bodies

@@ -19,7 +19,7 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.task import PlainTask
-from knotwork.task.scenario import Scenario, Unknowns, resolve_task
+from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
@@ -60,7 +60,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
     scenario, chosen = _first_choice(scenario, choose)
     for count in range(MAX_ARRIVAL_ROUNDS):
         expected, times = scenario.expected_times, _times(scenario, chosen)
-        arrivals = list(_unknowns(scenario).time_dependent)
+        arrivals = list(scenario.required_unknowns.time_dependent)
         if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
         task = scenario.given.with_waypoints(_speeds(scenario, chosen))
@@ -84,12 +84,6 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
     raise error
 
 
-def _unknowns(scenario: Scenario) -> Unknowns:
-    if scenario.unknowns is None:
-        raise TypeError("nothing is free")
-    return scenario.unknowns
-
-
 def _with_expected_times(
     scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 ) -> Scenario:
@@ -105,7 +99,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
         InputError: There is no solution for any guess.
     """
     scenario = _with_speeds_before(scenario, choose)
-    unknowns, (first, *_) = _unknowns(scenario), _unknowns(scenario).time_dependent
+    unknowns, (first, *_) = scenario.required_unknowns, scenario.required_unknowns.time_dependent
     task_index, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
     if scenario.given.waypoints[task_index].time is None and unknowns.duration[first - 1]:
@@ -130,7 +124,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    unknowns, task = _unknowns(scenario), scenario.given
+    unknowns, task = scenario.required_unknowns, scenario.given
     first = unknowns.time_dependent[0]
     if not any(i < first for i in unknowns.path_speed):
         return scenario
@@ -144,7 +138,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    unknowns, timed = _unknowns(scenario), chosen.scenario.given.waypoints
+    unknowns, timed = scenario.required_unknowns, chosen.scenario.given.waypoints
     last = unknowns.time_dependent[-1]
     ends = [scenario.task_index[waypoint] for waypoint in unknowns.path_speed if waypoint <= last]
     # a part of the task has its first waypoints only
@@ -154,7 +148,7 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen.scenario.given.waypoints
-    reached = scenario.task_index[1 : _unknowns(scenario).time_dependent[-1] + 1]
+    reached = scenario.task_index[1 : scenario.required_unknowns.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
@@ -165,7 +159,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen.scenario.times)
-    for waypoint in _unknowns(scenario).time_dependent:
+    for waypoint in scenario.required_unknowns.time_dependent:
         task_index = scenario.task_index[waypoint]
         time = scenario.given.waypoints[task_index].time
         if time is None or ends_wait(scenario.task_index, waypoint):
@@ -183,7 +177,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
 
 def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     """The scenario with numbers for its unknowns up to the last moving frame."""
-    unknowns, task = _unknowns(scenario), scenario.given
+    unknowns, task = scenario.required_unknowns, scenario.given
     last, spans = unknowns.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))

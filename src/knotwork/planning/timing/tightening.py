@@ -77,7 +77,7 @@ def tighten(
     beyond = outside(problem, curve)
     if beyond and not tightening.position:
         return replace(tightening, position=True)
-    if beyond or too_fast(problem, curve):
+    if beyond or _exceeded_rate(problem, curve) is not None:
         return replace(tightening, margin=10.0 * tightening.margin)
     over = exceeded_limit(problem, curve)
     if over is None:
@@ -127,15 +127,28 @@ def exceeded_limit(
 
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a curve keeps every limit, for any pieces."""
-    return tighten(problem, Tightening(), curve) is None
+    return not outside(problem, curve) and first_excess(problem, curve) is None
 
 
-def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
-    """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
-    return any(
-        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + CURVE_SLACK)).any()
-        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
-    )
+def first_excess(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, int] | None:
+    """The first limit that a curve is not proved to keep, apart from positions, and its joint.
+
+    Returns:
+        Name of the limit and index of the joint, 0 for the tool; `None` if all are kept.
+    """
+    if (rate := _exceeded_rate(problem, curve)) is not None:
+        return rate
+    over = exceeded_limit(problem, curve)
+    return None if over is None else (over[0], int(over[1].max(axis=0).argmax()))
+
+
+def _exceeded_rate(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, int] | None:
+    """The velocity, acceleration or jerk limit exceeded by the exact extrema, and its joint."""
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        utilisation = curve.extrema(order).peak / getattr(problem.limits, name)
+        if utilisation.max() > 1.0 + CURVE_SLACK:
+            return name, int(utilisation.argmax())
+    return None
 
 
 def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:

@@ -88,7 +88,8 @@ class NoClearMotionError(Exception):
         bodies: Names of the two colliding bodies.
         depth: Violation of the margin [m], or of the joint's position limit [rad or m].
         moving: Whether the motion to rest collides.
-        joint: Index of the joint that exceeds its position limit before the arm is at rest.
+        limit: Name of the limit that the motion to rest exceeds, for example `"position"`.
+        joint: Index of the joint that exceeds it.
         checks: Number of configurations checked.
         solutions: Number of solutions of the waypoint, all of which collide.
     """
@@ -97,6 +98,7 @@ class NoClearMotionError(Exception):
     bodies: tuple[str, str] = ("", "")
     depth: float = 0.0
     moving: bool = False
-    joint: int | None = None
+    limit: str = ""
+    joint: int = 0
     checks: int = 0
     solutions: int = 1

@@ -13,7 +13,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.tightening import keeps_limits
+from knotwork.planning.timing.tightening import first_excess, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clear_motion_problem import (
     ClearMotion,
@@ -210,13 +210,15 @@ class _ClearSearch:
         reached = motion.extrema(0)
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
-            return NoClearMotionError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+            k = int(beyond.argmax())
+            return NoClearMotionError(end, depth=float(beyond[k]), limit="position", joint=k)
         contacts = contacts_of(self.problem.collision_model, motion, self.problem.resolution)
         if contacts:
             worst = max(contacts, key=lambda contact: contact.margin - contact.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
             return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
-        return None if keeps_limits(self.problem.timing, motion) else NoClearMotionError()
+        excess = first_excess(self.problem.timing, motion)
+        return None if excess is None else NoClearMotionError(end, limit=excess[0], joint=excess[1])
 
     def best_of(self, tries: int) -> ClearMotion:
         """The fastest motion of a number of searches."""

@@ -235,6 +235,13 @@ class Scenario:
         return self.units.shown(1.0, "m")
 
     @property
+    def required_unknowns(self) -> Unknowns:
+        """The unknowns, which must exist."""
+        if self.unknowns is None:
+            raise TypeError("nothing is free")
+        return self.unknowns
+
+    @property
     def times(self) -> FloatArray:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.expected_times

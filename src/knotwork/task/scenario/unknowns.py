@@ -8,13 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
-from knotwork.waypoints import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from knotwork.waypoints import BoolArray, FloatArray
 
 SpeedKind = Literal["given", "along", "free"]
 
@@ -71,6 +68,11 @@ class Unknowns:
         chosen = self.duration.copy()
         chosen[[i - 1 for i in self.path_speed]] = True
         return chosen
+
+    @property
+    def duration_given(self) -> bool:
+        """Whether the whole duration is given, itself or by all times."""
+        return self.total is not None or not self.chosen_duration.any()
 
     @property
     def first_unknown_time(self) -> int:
