@@ -321,13 +321,10 @@ def test_tolerances_of_sliding_joints_are_lengths() -> None:
 
 
 def test_refuses_what_is_no_trajectory_or_scenario() -> None:
-    example = plan(scenario())
+    case = plan(scenario())
     for given, says in (
-        (
-            (example.trajectory, "paper_case"),
-            "scenario is 'paper_case'; accepted: .*kw.load_scenario",
-        ),
-        ((example, example.scenario), "(?s)trajectory is .*; accepted: a kw.JointTrajectory"),
+        ((case.trajectory, "paper_case"), "scenario is 'paper_case'; accepted: .*kw.load_scenario"),
+        ((case, case.scenario), "(?s)trajectory is .*; accepted: a kw.JointTrajectory"),
     ):
         with pytest.raises(InputError, match=says):
             check(*given)
