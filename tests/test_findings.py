@@ -190,3 +190,24 @@ def test_number_of_further_failures_is_not_marked_as_failure(
     monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, space: findings)
     lines = kw.plan("planar2_closed_form").report.brief()
     assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"verdict": "fail"}, "verdict 'fail'; accepted: met, failed, undecided, warning, inf"),
+        ({"verdict": "Met"}, "verdict 'Met'"),
+        ({"verdict": None}, "verdict null"),
+        ({"proof": "certain"}, "proof 'certain'; accepted: exact, bounded, sampled"),
+    ],
+)
+def test_refuses_unknown_verdicts_and_proofs(wrong: dict[str, Any], message: str) -> None:
+    given = {"verdict": "met", "proof": "exact", **wrong}
+    with pytest.raises(kw.InputError, match=f"'mine' of motion '' has the {message}"):
+        Finding("Mine", "motion", "", "mine", fact="it is wrong", **given)
+
+
+def test_only_known_verdicts_pass() -> None:
+    finding = Finding("Mine", "motion", "", "mine", "met", "it is right")
+    object.__setattr__(finding, "verdict", "fail")
+    assert not finding.ok

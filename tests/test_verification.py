@@ -320,6 +320,16 @@ def test_tolerances_of_sliding_joints_are_lengths() -> None:
         assert at_waypoints(report)[0].unit == "m"
 
 
+def test_refuses_what_is_no_trajectory_or_scenario() -> None:
+    made = plan(scenario())
+    for given, says in (
+        ((made.trajectory, "paper_case"), "scenario is 'paper_case'; accepted: .*kw.load_scenario"),
+        ((made, made.scenario), "(?s)trajectory is .*; accepted: a kw.JointTrajectory"),
+    ):
+        with pytest.raises(InputError, match=says):
+            check(*given)
+
+
 def test_acceleration_jump_breaks_jerk_limit() -> None:
     scenario = {
         "continuity": 1,

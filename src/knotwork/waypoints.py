@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
 
 
 def read_only(
@@ -45,8 +46,9 @@ def read_only(
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
+        where = f"{subject}{list(index)}" if index else subject
         raise WaypointDataError(
-            f"{subject}{list(index)} is {array[index]}; every value must be finite",
+            f"{where} is {array[index]}; every value must be finite",
             waypoint=index[0] if index else None,
             value=array[index],
         )
@@ -79,20 +81,21 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
     return array
 
 
-def known_rows(acceleration: FloatArray, names: Sequence[str] = ()) -> NDArray[np.bool_]:
-    """Find the waypoints at which accelerations (n, d) are known, shape (n,); NaN is unknown.
+def known_rows(
+    values: FloatArray, names: Sequence[str] = (), subject: str = "acceleration"
+) -> BoolArray:
+    """Find the waypoints at which values (n, d) are known, shape (n,); NaN is unknown.
 
     Raises:
-        WaypointDataError: Accelerations are known for some joints only.
+        WaypointDataError: Values are known for some joints only.
     """
-    missing = np.isnan(acceleration)
+    missing = np.isnan(values)
     partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
     if partly.size:
         i = int(partly[0])
         where = repr(names[i]) if names else default_waypoint_name(i)
         raise WaypointDataError(
-            f"acceleration at {where} is known for some joints only; give all of them, or NaN for "
-            "all",
+            f"{subject} at {where} is known for some joints only; give all of them, or NaN for all",
             waypoint=i,
         )
     return np.asarray(~missing.any(axis=1))

@@ -216,9 +216,12 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
         ({-1: 1.0}, "time -1"),
         ({0: float("nan")}, "nan"),
         ({0: 0.0}, "the arm would not move"),
+        ({0: "a"}, "override is 'a'; it must be a finite number"),
+        ({"a": 1.0}, "time of the profile is 'a'"),
+        ([1, 2], "override profile is .*; accepted: a mapping of times to overrides"),
     ],
 )
-def test_refuses_meaningless_profiles(profile: dict[float, float], words: str) -> None:
+def test_refuses_meaningless_profiles(profile: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         swing().scaled(profile)
 

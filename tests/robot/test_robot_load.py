@@ -119,6 +119,8 @@ def test_refuses_wrong_references() -> None:
     ):
         with pytest.raises(error):
             load_robot(reference)
+    with pytest.raises(InputError, match="robot is 3; accepted: a name, path or mapping"):
+        load_robot(3)  # type: ignore[arg-type]
 
 
 def test_error_has_line_of_file(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -10,7 +12,13 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import DocumentError, RobotError, UnknownNameError, WaypointDataError
+from knotwork.errors import (
+    DocumentError,
+    InputError,
+    RobotError,
+    UnknownNameError,
+    WaypointDataError,
+)
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree, place_joints
 from plain import full_configuration
@@ -165,12 +173,34 @@ def test_refuses_limit_of_unknown_joint() -> None:
     assert caught.value.available == ("shoulder", "elbow")
 
 
+@pytest.mark.parametrize("weight", [0, -1, float("nan"), float("inf"), "1", True, None])
+def test_refuses_weights_that_are_not_positive(weight: Any) -> None:
+    with pytest.raises(InputError, match=r"weight of joint 'elbow' is .*; it must be a positive"):
+        PLANAR.with_weights({"elbow": weight})
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments", "says"),
+    [
+        ("with_tool", {"payload": 3}, "payload is 3; accepted: a kw.Payload"),
+        ("with_held", 3, "payload is 3; accepted: a kw.Payload"),
+        ("with_virtual_joints", 3, "virtual joint is 3; accepted: a VirtualJoint"),
+        ("with_weights", 3, "weights is 3; accepted: a mapping of joints to weights"),
+    ],
+)
+def test_refuses_arguments_of_other_types(method: str, arguments: Any, says: str) -> None:
+    change = getattr(PLANAR, method)
+    with pytest.raises(InputError, match=says):
+        change(**arguments) if isinstance(arguments, dict) else change(arguments)
+
+
 def test_finds_configuration_by_name() -> None:
     home = PLANAR.configuration("home")
     np.testing.assert_array_equal(home, [0.5, 1.2])
     assert not home.flags.writeable
-    with pytest.raises(UnknownNameError, match="did you mean 'home'"):
-        PLANAR.configuration("hom")
+    for find in (PLANAR.configuration, PLANAR.with_rest):
+        with pytest.raises(UnknownNameError, match="did you mean 'home'"):
+            find("hom")
 
 
 def test_tool_offset_moves_tcp() -> None:

@@ -266,3 +266,6 @@ def test_plans_of_many() -> None:
         kw.plan_many(tasks, workers=0)
     with pytest.raises(kw.InputError, match=r"scenarios\[1\] is 5; accepted: a name"):
         kw.plan_many([LIFT, 5], workers=1)  # type: ignore[list-item]
+    for single in ("ur5_deburring", Path("task.yaml"), LIFT, kw.load_scenario(LIFT), 5):
+        with pytest.raises(kw.InputError, match=r"scenarios is .*; accepted: a list of"):
+            kw.plan_many(single, workers=1)  # type: ignore[arg-type]

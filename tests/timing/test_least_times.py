@@ -153,6 +153,23 @@ def swing(**limits: Any) -> TimingProblem:
     )
 
 
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"margin": 0}, "margin is 0; it must be a positive"),
+        ({"margin": -1.0}, "margin is -1.0"),
+        ({"margin": float("nan")}, "margin is nan"),
+        ({"margin": "a"}, "margin is 'a'"),
+        ({"tool_speed": "a"}, "tool speed limit must be numbers, not 'a'"),
+        ({"tool_speed": float("nan")}, "tool speed limit is nan; give a positive one"),
+        ({"tool_speed": [1.0]}, r"tool speed limit must have shape \(\)"),
+    ],
+)
+def test_refuses_meaningless_limits(wrong: dict[str, Any], says: str) -> None:
+    with pytest.raises(kw.InputError, match=says):
+        TimingLimits([2.0], **wrong)
+
+
 def test_keeps_effort_limits_all_the_time() -> None:
     free = swing()
     fast = solve(free)

@@ -1,4 +1,4 @@
-"""Commands and exit codes: 0 all checks pass, 1 a check fails, 2 the input is wrong."""
+"""Commands and exit codes: 0 checks pass, 1 one fails, 2 wrong input, 3 an internal error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks of numbers and flags given by a caller."""
+"""Checks of numbers, flags and types that a caller gives."""
 
 from __future__ import annotations
 
@@ -51,6 +51,22 @@ def require_count(value: Any, subject: str, minimum: int) -> int:
     if value < minimum:
         raise InputError(f"{subject} is {value}; it must be at least {minimum}")
     return value
+
+
+def require_type(value: Any, types: Any, subject: str, accepted: str) -> None:
+    """Refuse a value of another type.
+
+    Args:
+        value: The given value.
+        types: The accepted type or types, as for `isinstance`.
+        subject: Name of the value, for the error.
+        accepted: Accepted values, for the error.
+
+    Raises:
+        InputError: The value has another type.
+    """
+    if not isinstance(value, types):
+        raise InputError(f"{subject} is {format_value(value)}; accepted: {accepted}")
 
 
 def require_flag(value: Any, subject: str) -> bool:

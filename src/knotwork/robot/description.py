@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors.arguments import require_number, require_type
 from knotwork.files.documents import Document, validate
 from knotwork.files.documents.values import LimitsFile
 from knotwork.robot.payload import Payload
@@ -93,6 +94,12 @@ class Description:
     world_frame: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        for payload in (*self.held, *([] if self.payload is None else [self.payload])):
+            require_type(payload, Payload, "payload", "a kw.Payload")
+        for joint in self.virtual:
+            require_type(joint, VirtualJoint, "virtual joint", "a VirtualJoint")
+
     def with_tool(self, frame: str | None, offset: Any, payload: Payload | None) -> Description:
         """Change the tool; see `Robot.with_tool`."""
         changed = self
@@ -105,10 +112,21 @@ class Description:
             changed = replace(changed, tool_offset=offset.copy())
         return changed if payload is None else replace(changed, payload=payload)
 
+    def configuration(self, name: str) -> Mapping[str, float]:
+        """Positions of joints in a named configuration [rad or m].
+
+        Raises:
+            UnknownNameError: No configuration has this name.
+        """
+        if name not in self.configurations:
+            where = f"robot {self.name!r}"
+            raise UnknownNameError("configuration", name, self.configurations, where=where)
+        return self.configurations[name]
+
     def with_rest(self, name: str, planned: Sequence[str]) -> Description:
         """Set the joints that are not planned to a named configuration; see `Robot.with_rest`."""
         rest = dict(self.rest)
-        for joint, value in self.configurations[name].items():
+        for joint, value in self.configuration(name).items():
             if joint in planned or joint in self.locked or joint in self.urdf.mimics:
                 continue
             if rest.setdefault(joint, value) != value:
@@ -125,7 +143,8 @@ class Description:
         self, weights: Mapping[str, float], planned: Sequence[str], locked: Mapping[str, float]
     ) -> Description:
         """Change weights; see `Robot.with_weights`."""
-        for name in weights:
+        require_type(weights, Mapping, "weights", "a mapping of joints to weights")
+        for name, weight in weights.items():
             if name in locked:
                 raise RobotError(
                     self.name,
@@ -135,6 +154,7 @@ class Description:
                 )
             if name not in planned:
                 raise UnknownNameError("joint", name, planned, where=f"robot {self.name!r}")
+            require_number(weight, f"weight of joint {name!r}", positive=True)
         return replace(self, weights=dict(weights))
 
     def with_limits(self, limits: Mapping[str, Any], planned: Sequence[str]) -> Description:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.errors.arguments import require_type
 from knotwork.files.documents import Document, read, resources, validate
 from knotwork.robot.description import Description, list_limits
 from knotwork.robot.external_axes import Axes
@@ -75,10 +76,7 @@ def load_robot(
         return _load_document(reference, relative_to or folder or Path())
     if isinstance(reference, Mapping):
         return _load_document(Document(dict(reference)), relative_to or Path())
-    if not isinstance(reference, (str, Path)):
-        raise InputError(
-            f"a robot is given by name, path or mapping, not by a {type(reference).__name__}"
-        )
+    require_type(reference, str | Path, "robot", "a name, path or mapping")
     path = _find_file(reference, relative_to)
     if path.suffix not in _SUFFIXES:
         name = path.stem

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors import RobotError
 from knotwork.joint_quantities import MAGNITUDES
 from knotwork.robot.description import Description
 from knotwork.waypoints import FloatArray, read_only
@@ -54,15 +54,11 @@ class PlannedJoints:
 
     def configuration(self, name: str) -> FloatArray:
         """A named configuration; see `Robot.configuration`."""
-        description = self._description
-        configurations = description.configurations
-        if name not in configurations:
-            where = f"robot {description.name!r}"
-            raise UnknownNameError("configuration", name, configurations, where=where)
+        positions = self._description.configuration(name)
         if name not in self.configurations:
-            missing = next(joint for joint in self.names if joint not in configurations[name])
+            missing = next(joint for joint in self.names if joint not in positions)
             raise RobotError(
-                description.name,
+                self._description.name,
                 f"configuration {name!r} gives no position for joint {missing!r}",
                 joint=missing,
             )

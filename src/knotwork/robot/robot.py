@@ -214,6 +214,7 @@ class Robot:
         solutions are chosen. A joint with a weight of 0.2 moves more; by default weights are 1.
 
         Raises:
+            InputError: A weight is not a positive number.
             UnknownNameError: There is no such joint.
             RobotError: A joint does not move.
 
@@ -230,8 +231,8 @@ class Robot:
         Joints under `locked` in its file, and joints that mimic others, are unchanged.
 
         Raises:
-            RobotError: Another configuration of the task has a joint at another position, or a
-                position is outside the limits.
+            UnknownNameError: No configuration has this name.
+            RobotError: A joint is outside its limits, or elsewhere in another configuration used.
         """
         changed = self._description.with_rest(name, self.joint_names)
         return self if changed.rest == self._description.rest else Robot(changed)
@@ -288,8 +289,9 @@ class Robot:
                 It counts in `torque`.
 
         Raises:
+            InputError: The payload is not a `Payload`.
             UnknownNameError: There is no such link.
-            RobotError: The link can't be a tool frame: see `load_robot`.
+            RobotError: The offset is not finite, or the link can't carry a tool: see `load_robot`.
 
         >>> import pinocchio as pin
         >>> arm = kw.load_robot("planar2")
@@ -305,9 +307,9 @@ class Robot:
     def with_base(self, link: str) -> Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
-        So a task on a turntable is one of an ordinary serial chain. The chain then consists of the
-        inverse joints from that link to the world frame, and of the joints of the arm. All of these
-        joints are planned. The link may be one of an external axis.
+        Thus a task on a turntable is one of an ordinary serial chain. The chain then consists of
+        the inverse joints from that link to the world frame, and of the joints of the arm. All of
+        these joints are planned. The link may be one of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, describe_time
-from knotwork.verification.finding import Finding
+from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.limits import find_absurd_limit
 from knotwork.waypoints import FloatArray
 
@@ -88,7 +88,9 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, and pairs that are not checked."""
-    notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
+    notes: list[tuple[Verdict, str]] = [
+        ("warning", f"{name}; it is not checked for collisions") for name in model.missing
+    ]
     has_bodies = scenario.scene.has_bodies
     if has_bodies and not any(body.kind == "link" for body in model.bodies):
         message = (
@@ -104,7 +106,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
         yield collision_note("pairs_not_checked", message)
 
 
-def collision_note(quantity: str, message: str, verdict: Any = "information") -> Finding:
+def collision_note(quantity: str, message: str, verdict: Verdict = "information") -> Finding:
     """Make a finding about the collisions of a whole motion, without a value."""
     return Finding.of_motion(COLLISIONS, quantity, message, verdict)
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, format_value
 
 Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
+PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "information")
+"""Verdicts that do not fail a report."""
 TRIED = "tried"
 """Quantity of findings that list remedies that planning already attempted."""
 NOT_IN_DATA = ("involves_scene", "bodies", "brief", "fact", "label", "remedy")
@@ -92,19 +94,25 @@ class Finding:
     bodies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse NaN as a value; drop a margin that is not proved or within rounding.
+        """Refuse wrong values; drop a margin that is not proved or within rounding.
 
         Raises:
-            InputError: The value is NaN.
+            InputError: The verdict or the proof is unknown, or the value is NaN.
         """
+        subject = f"a finding on {self.quantity!r} of {self.subject} {self.name!r}"
+        for name, word, kind in (("verdict", self.verdict, Verdict), ("proof", self.proof, Proof)):
+            if word not in get_args(kind):
+                accepted = ", ".join(get_args(kind))
+                raise InputError(
+                    f"{subject} has the {name} {format_value(word)}; accepted: {accepted}"
+                )
         if self.proof == "sampled" and (self.margin or 0.0) >= 0.0:
             object.__setattr__(self, "margin", None)
         elif self.verdict == "met" and self.margin is not None:
             object.__setattr__(self, "margin", max(self.margin, 0.0))
         if self.value is not None and math.isnan(self.value):
             raise InputError(
-                f"a finding on {self.quantity!r} of {self.subject} {self.name!r} has the value "
-                "NaN; accepted: a number, infinity for a jump, or None"
+                f"{subject} has the value NaN; accepted: a number, infinity for a jump, or None"
             )
 
     @classmethod
@@ -147,7 +155,7 @@ class Finding:
     @property
     def ok(self) -> bool:
         """Whether the finding does not fail."""
-        return self.verdict != "failed"
+        return self.verdict in PASSING_VERDICTS
 
     @property
     def required(self) -> bool:

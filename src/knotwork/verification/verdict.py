@@ -14,6 +14,7 @@ from typing import Any
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
+from knotwork.errors.arguments import require_type
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
@@ -62,13 +63,15 @@ def check(
         known: Additional findings for the report.
 
     Raises:
-        InputError: The trajectory has other joints than the scenario, the scenario's robot can't
-            be loaded, or its times are free.
+        InputError: An argument has another type, the trajectory has other joints than the
+            scenario, the scenario's robot can't be loaded, or its times are free.
 
     >>> plan = kw.plan("paper_case")
     >>> kw.check(plan.trajectory, plan.scenario).ok
     True
     """
+    require_type(trajectory, JointTrajectory, "trajectory", "a kw.JointTrajectory")
+    require_type(scenario, Scenario, "scenario", "a kw.Scenario, as from kw.load_scenario")
     if scenario.unknowns is not None:
         raise InputError(
             f"{scenario.name} leaves times or speeds free, so it does not define the motion over "

@@ -51,7 +51,7 @@ def sample_utilisation(
         elif finding.quantity in FRAME_ORDERS:
             values = frame_values(robot, finding.name, FRAME_ORDERS[finding.quantity], *states)
         elif finding.quantity == MIN_SINGULAR_VALUE:
-            values, lower, upper = singular_values(robot, states[0]), finding.limit, np.inf
+            values, lower, upper = smallest_singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf
         utilisation = np.minimum(
@@ -78,7 +78,7 @@ def frame_values(
     return np.asarray(speed_quantity(robot.model, index, order).values(q, v, a)[:, 0])
 
 
-def singular_values(robot: Robot, q: FloatArray) -> FloatArray:
+def smallest_singular_values(robot: Robot, q: FloatArray) -> FloatArray:
     """The smallest singular value of the tool Jacobian, shape (n,), from q of shape (n, d)."""
     return np.array([np.linalg.svd(robot.jacobian(row), compute_uv=False)[-1] for row in q])
 

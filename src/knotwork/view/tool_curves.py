@@ -14,7 +14,7 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import ScenarioPath, Stretch
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
 from knotwork.view.clearance_curve import clearance_curve
-from knotwork.view.plotted_utilisation import frame_values, singular_values
+from knotwork.view.plotted_utilisation import frame_values, smallest_singular_values
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
@@ -63,7 +63,7 @@ def frame_rates(motion: ShownMotion, frame: str, order: int) -> Curve:
 def least_singular_values(motion: ShownMotion) -> Curve:
     """The smallest singular value of the tool Jacobian."""
     time = _sample_times(motion)
-    return time, singular_values(motion.robot, motion.curve(time))[:, np.newaxis]
+    return time, smallest_singular_values(motion.robot, motion.curve(time))[:, np.newaxis]
 
 
 def clearances(motion: ShownMotion) -> Curve:

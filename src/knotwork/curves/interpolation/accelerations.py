@@ -143,7 +143,7 @@ def solve_tridiagonal(
 
     The systems of this package have a positive diagonal and negative off-diagonals, and their
     leading principal minors are positive. Each minor belongs to a shorter interpolation problem,
-    which has exactly one solution for all admissible knots. So no minor changes its sign between
+    which has exactly one solution for all admissible knots. Thus no minor changes its sign between
     these knots and the paper's knots, for which the matrix is strictly diagonally dominant. Such a
     matrix is a nonsingular M-matrix, and with alternating signs of its rows and columns it is
     totally nonnegative.

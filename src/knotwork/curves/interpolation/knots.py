@@ -1,9 +1,9 @@
 """Positions of the rebuilt knots: one before and one after each inner waypoint.
 
 Each inner waypoint x[i] is strictly between its *left* and its *right* knot. The first and the last
-knot are the first and the last waypoint. So an inner interval has two knots, and the first and the
-last interval have one each: m = 2n - 2. If the acceleration at an end is given, the interval there
-has two knots as well: m = 2n with both. An inner waypoint with a given acceleration ends one
+knot are the first and the last waypoint. Thus an inner interval has two knots, and the first and
+the last interval have one each: m = 2n - 2. If the acceleration at an end is given, the interval
+there has two knots as well: m = 2n with both. An inner waypoint with a given acceleration ends one
 section of the curve and begins the next one. It is itself a knot, between its left and its right
 knot.
 """

@@ -22,7 +22,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
     """Modified piecewise cubic Hermite interpolator of values and first derivatives (C2 smooth).
 
     A cubic Hermite spline through the waypoints is C1 only. This spline has rebuilt knots, one
-    before and one after each inner waypoint. So it meets every value and every derivative with a
+    before and one after each inner waypoint. Thus it meets every value and every derivative with a
     continuous second derivative, and its degree is still three: Eqs. (30), (31), (34) of the paper,
     on the knots of Eq. (39). Time and memory are linear in n, for any times.
 

@@ -25,7 +25,7 @@ class PlannerSpec:
         name: The name in scenarios and on the command line.
         summary: Short description.
         continuity: Order k of its C^k smoothness, guaranteed for all waypoints.
-        degree: Largest degree of its polynomials.
+        degree: Largest degree of its polynomials, for any number of waypoints.
         guarantees: Guarantees of the motion.
         cannot: Limitations.
         supports: Names of the `PlannerOptions` that it supports.
@@ -135,7 +135,7 @@ _ALL_PLANNERS = (
     ),
     PlannerSpec(
         "4-3-4",
-        "quartic in the first and last interval, cubics between",
+        "quartic in the first and last interval, cubics between; a quintic for two waypoints",
         continuity=2,
         degree=5,
         guarantees="positions at all waypoints, velocities and accelerations at both ends",

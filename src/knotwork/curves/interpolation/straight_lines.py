@@ -30,7 +30,7 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
         acceleration at waypoint k:  (m_k - m_{k-1}) / T_k,    missed by:  (m_k - m_{k-1}) T_k / 8.
 
     The first transition starts with the motion, at its position and velocity, and the last
-    transition ends with it. So the outer lines are steeper:
+    transition ends with it. Thus the outer lines are steeper:
 
         m_0 = (y_1 - y_0 - v_0 T_0/2) / (h_0 - T_0/2),
 

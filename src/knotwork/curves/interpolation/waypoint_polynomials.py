@@ -191,7 +191,7 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
     a₋ + h₊ a₊) / (h₋ + h₊). At the ends it is the acceleration of the only piece. Among all curves
     with its end positions and velocities the cubic has the minimum integral of squared
     acceleration. A quintic whose acceleration at one end differs from the cubic's by e exceeds it
-    by a multiple of h e². So the estimate minimises the sum over both neighbouring quintics, if
+    by a multiple of h e². Thus the estimate minimises the sum over both neighbouring quintics, if
     their accelerations at the far ends are those of the cubics. It is exact for quadratic and cubic
     motions, local, and for equal intervals the mean of both.
 

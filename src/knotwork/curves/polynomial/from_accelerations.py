@@ -5,7 +5,7 @@ the accelerations a at the breaks,
 
     Δv = Σ τ (a + a')/2        Δq - v h = Σ τ² (2 a + a')/6 + τ R (a + a')/2,
 
-with R the time from the end of a piece to that of the interval. So the minimum-norm change of the
+with R the time from the end of a piece to that of the interval. Thus the minimum-norm change of the
 inner accelerations that meets both is the solution of two equations per component.
 """
 

@@ -46,9 +46,9 @@ def measure_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Floa
 
     Returns:
         Absolute values, each with those that follow within `JUMP_WINDOW`, and the largest value
-        that rounding explains, shape (m-2, d) both. So noise about zero, as in the acceleration of
-        a straight motion, does not count as a jump. The same holds for rounding of breaks to whole
-        nanoseconds.
+        that rounding explains, shape (m-2, d) both. Thus noise about zero, as in the acceleration
+        of a straight motion, does not count as a jump. The same holds for rounding of breaks to
+        whole nanoseconds.
     """
     sizes = _sum_in_window(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))

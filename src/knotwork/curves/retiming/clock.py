@@ -14,6 +14,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError
+from knotwork.errors.arguments import require_number, require_type
 from knotwork.waypoints import FloatArray
 
 
@@ -76,15 +77,18 @@ def check_profile(profile: Mapping[float, float]) -> Profile:
     Raises:
         InputError: A time or an override is negative or not finite, or the override is always 0.
     """
+    require_type(profile, Mapping, "override profile", "a mapping of times to overrides")
     if not profile:
         raise InputError("an override profile has no values; accepted: {0: 1.0, 2.0: 0.3}")
-    times = np.array(sorted(profile), dtype=float)
-    rates = np.array([profile[time] for time in sorted(profile)], dtype=float)
+    overrides = [
+        (require_number(time, "time of the profile", "s"), require_number(rate, "override"))
+        for time, rate in profile.items()
+    ]
+    times, rates = np.array(sorted(overrides)).T
     for name, values in (("time", times), ("override", rates)):
-        wrong = ~np.isfinite(values) | (values < 0.0)
-        if wrong.any():
+        if (values < 0.0).any():
             raise InputError(
-                f"override profile: {name} {values[wrong][0]:g}; accepted: finite numbers >= 0"
+                f"override profile: {name} {values.min():g}; accepted: finite numbers >= 0"
             )
     if times[0] > 0.0:
         times, rates = np.append(0.0, times), np.append(rates[0], rates)

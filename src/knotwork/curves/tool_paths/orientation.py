@@ -206,7 +206,7 @@ class OrientationCurve:
 
         If the rates of two stretches differ at their junction, the rate there is the mean of both.
         It changes smoothly on both sides, over a quarter of the length of the shorter stretch.
-        Elsewhere the stretches are unchanged. So the tool begins to turn before the junction. It
+        Elsewhere the stretches are unchanged. Thus the tool begins to turn before the junction. It
         deviates by at most 2.5 % of the difference of the rates times the length of the shorter
         stretch, and at the junction its orientation is exact. A stretch that does not turn
         uniformly, for example through given rotations, changes its rate in its last piece. If the

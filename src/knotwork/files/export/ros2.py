@@ -1,12 +1,12 @@
 """ROS 2: `trajectory_msgs/msg/JointTrajectory` and `control_msgs/action/FollowJointTrajectory`.
 
 joint_trajectory_controller interpolates points of positions and velocities by cubics, and points
-with accelerations as well by quintics (method `spline`, the default). So the knots alone
+with accelerations as well by quintics (method `spline`, the default). Thus the knots alone
 define the motion.
 
 A message has times in nanoseconds. A point is within 1/2 ns of its knot, and the last one is up to
-1 ns early. A point has the values of the motion at the time in the message. So a piece includes up
-to 1/2 ns of the next piece. If the acceleration jumps by J at the knot, the velocity differs by
+1 ns early. A point has the values of the motion at the time in the message. Thus a piece includes
+up to 1/2 ns of the next piece. If the acceleration jumps by J at the knot, the velocity differs by
 J·1/2 ns; without a jump there is no error. The controller stays at the last point, up to 1 ns
 early. The message starts at `time_from_start` 0. When it is sent, the arm must have the position
 and the velocity of the first point.

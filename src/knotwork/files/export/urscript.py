@@ -2,7 +2,7 @@
 
 The program computes the cubic of each piece from the positions and velocities at its ends, like
 Universal Robots' own driver. In each step it sends the controller one `speedj` with the velocity at
-the end of the step, and with the acceleration that reaches this velocity in the step. So the
+the end of the step, and with the acceleration that reaches this velocity in the step. Thus the
 commanded velocity equals that of the motion at every step and is linear between steps. Its integral
 has the error of the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and a continuous
 acceleration a(t).

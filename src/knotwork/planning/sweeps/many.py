@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError, KnotworkError, format_value
-from knotwork.errors.arguments import require_count, require_number
+from knotwork.errors.arguments import require_count, require_number, require_type
 from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.child import (
     Child,
@@ -51,11 +51,13 @@ def plan_many(
     count = require_count(os.cpu_count() or 1 if workers is None else workers, "workers", 1)
     refuse_own_checks("use kw.plan")
     limit = require_number(time_limit, "time_limit", "s", positive=True)
+    kinds = (str, Path, Mapping, Task, Scenario)
+    if isinstance(scenarios, kinds) or not isinstance(scenarios, Iterable):
+        accepted = "a list of names, paths, mappings, tasks or scenarios"
+        raise InputError(f"scenarios is {format_value(scenarios)}; accepted: {accepted}")
     tasks = list(scenarios)
     for i, task in enumerate(tasks):
-        accepted = "a name, path, mapping, task or scenario"
-        if not isinstance(task, str | Path | Mapping | Task | Scenario):
-            raise InputError(f"scenarios[{i}] is {format_value(task)}; accepted: {accepted}")
+        require_type(task, kinds, f"scenarios[{i}]", "a name, path, mapping, task or scenario")
 
     def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
         try:

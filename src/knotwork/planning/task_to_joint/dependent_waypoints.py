@@ -15,7 +15,7 @@ from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChai
 from knotwork.planning.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
 from knotwork.planning.task_to_joint.requested_branch import is_in_branch
 from knotwork.planning.task_to_joint.solution import PathStart
-from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, whole_turns
+from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
 from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
 from knotwork.robot.kinematics.following.joint_field import Guide, Pull
 from knotwork.robot.kinematics.following.limiting_constraint import make_following_error
@@ -23,7 +23,7 @@ from knotwork.robot.kinematics.geometry.configuration_flags import configuration
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
 from knotwork.task.scenario import Scenario, ScenarioPath
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import BoolArray, FloatArray, IndexArray
 
 SAME_START = 1e-9
 """Starts within this distance belong to the same continuation [rad or m]."""

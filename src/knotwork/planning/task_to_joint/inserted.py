@@ -12,11 +12,10 @@ from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
+from knotwork.waypoints import BoolArray, CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.planning.task_to_joint.dependent_waypoints import PathTrack
-    from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
 
 
 class JointRows(NamedTuple):

@@ -23,8 +23,9 @@ from knotwork.planning.timing.bounds import (
     sufficient_duration,
 )
 from knotwork.planning.timing.stop_to_stop import with_longer
-from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
+from knotwork.waypoints import BoolArray
 
 NO_MOTION = "no motion was found that keeps all limits"
 

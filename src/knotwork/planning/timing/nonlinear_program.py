@@ -2,7 +2,7 @@
 
 All intervals of a motion have the same equations. A `Kernel` has these equations once, with their
 derivatives. `solve_program` maps it over columns of variables and assembles the sparse Jacobian and
-Hessian by index. So the setup time does not depend on the length of the motion.
+Hessian by index. Thus the setup time does not depend on the length of the motion.
 """
 
 from __future__ import annotations

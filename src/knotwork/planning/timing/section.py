@@ -19,8 +19,8 @@ from knotwork.planning.timing.spline import (
     sum_kernel,
 )
 from knotwork.planning.timing.tightening import Tightening
-from knotwork.planning.timing.timing_problem import BoolArray, TimingProblem
-from knotwork.waypoints import FloatArray
+from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.waypoints import BoolArray, FloatArray
 
 EVENNESS_WEIGHT = 3e-4
 """Weight of the differences between the pieces of an interval, for durations that are not

@@ -6,18 +6,23 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
+from knotwork.waypoints import (
+    BoolArray,
+    FloatArray,
+    ReadOnlyArrays,
+    checked_joints,
+    known_rows,
+    read_only,
+)
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
-
-BoolArray = NDArray[np.bool_]
 
 LimitName = Literal["position", "velocity", "acceleration", "jerk", "effort", "tool_speed"]
 
@@ -42,6 +47,7 @@ class TimingLimits(ReadOnlyArrays):
 
     Raises:
         WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
+        InputError: The margin is not a positive number.
 
     >>> TimingLimits([2.0, 2.0], jerk=[40.0, 40.0]).acceleration
     array([inf, inf])
@@ -69,8 +75,11 @@ class TimingLimits(ReadOnlyArrays):
                 f"position limits run from {self.lower.tolist()} to {self.upper.tolist()}; "
                 "each lower one must be below its upper one"
             )
-        if not self.tool_speed > 0.0:
-            raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
+        tool_speed = float(_numbers(self.tool_speed, (), "tool speed limit", np.inf))
+        if not tool_speed > 0.0:
+            raise WaypointDataError(f"tool speed limit is {tool_speed}; give a positive one")
+        object.__setattr__(self, "tool_speed", tool_speed)
+        require_number(self.margin, "margin", positive=True)
 
     def text(self, limit: float, unit: str, units: Units) -> str:
         """Text of a limit of a magnitude, with its value before the margin.
@@ -207,8 +216,8 @@ class TimingProblem(ReadOnlyArrays):
                 f"limits are given for {self.limits.velocity.size} joints; there are {d}"
             )
         self._check_dynamics()
-        self._check_rows("velocity")
-        self._check_rows("acceleration")
+        for name in ("velocity", "acceleration"):
+            known_rows(getattr(self, name), self.names, name)
         self._check_times()
 
     def _check_dynamics(self) -> None:
@@ -222,16 +231,6 @@ class TimingProblem(ReadOnlyArrays):
             raise InputError(
                 f"the dynamics are of {self.dynamics.robot.dof} joints; "
                 f"there are {len(self.joint_names)}"
-            )
-
-    def _check_rows(self, name: str) -> None:
-        missing = np.isnan(getattr(self, name))
-        partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
-        if partly.size:
-            raise WaypointDataError(
-                f"{name} at {self.names[partly[0]]!r} is known for some joints only; "
-                "give all of them, or NaN for all",
-                waypoint=int(partly[0]),
             )
 
     def _check_times(self) -> None:

@@ -5,11 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, IndexArray
 
 MAX_MESH_BYTES = 64_000_000
 MAX_MESH_TRIANGLES = 1_000_000
@@ -19,7 +16,6 @@ MAX_SHOWN_SHAPES = 5_000
 FARTHEST_POINT = 1e9
 """Distance of a point from the origin, along each axis, in the file's unit."""
 
-IndexArray = NDArray[np.int64]
 Colour = tuple[float, float, float, float]
 
 

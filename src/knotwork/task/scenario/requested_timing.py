@@ -44,7 +44,7 @@ class RequestedTiming:
     ) -> tuple[Timing, tuple[float, ...]]:
         """The timing, and the speed of each stretch [m/s].
 
-        The speed at a junction is the lower one of its two stretches. So speeds from durations
+        The speed at a junction is the lower one of its two stretches. Thus speeds from durations
         depend on each other, and an iteration finds them.
 
         Args:

@@ -8,13 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
-from knotwork.waypoints import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from knotwork.waypoints import BoolArray, FloatArray
 
 SpeedKind = Literal["given", "along", "free"]
 

@@ -4,7 +4,7 @@ Let d be the distance of two bodies at the middle of a time interval. Move the j
 from their positions at the middle to those at another time of the interval, one by one, from the
 base outwards. Joint j turns its part by at most Δqⱼ, and moves every point of it by at most |Δqⱼ|
 ρⱼ, where ρⱼ is the maximum distance of the body from axis j at the middle. This distance is valid
-because outer joints have not moved yet, and inner joints move axis and body together. So the
+because outer joints have not moved yet, and inner joints move axis and body together. Thus the
 distance is at least
 
     d − Σⱼ |Δqⱼ| ρⱼ

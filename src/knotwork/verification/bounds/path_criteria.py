@@ -9,18 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
-from knotwork.waypoints import FloatArray, PoseFreedom
+from knotwork.waypoints import BoolArray, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import ToolPath
-
-BoolArray = NDArray[np.bool_]
 
 
 class PathLimits(NamedTuple):
@@ -257,7 +254,7 @@ def _least_velocity(samples: PathSamples, bend: FloatArray, error: FloatArray) -
     """Lower bound of the velocity along the path on each interval, shape (n,).
 
     The angle between the tangent and the bisector of the tangents at both ends is at most half of
-    the turn of the tangent. The velocity is near its chord. So the components of both along and
+    the turn of the tangent. The velocity is near its chord. Thus the components of both along and
     across the bisector are bounded.
 
     Args:

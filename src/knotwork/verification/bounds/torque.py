@@ -100,7 +100,7 @@ def torque_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArra
 def _spin(angular: FloatArray, moments: FloatArray) -> FloatArray:
     """Bound (I ω)' and its first two derivatives, from the principal moments of inertia [kg m²].
 
-    The mean moment does not change when the link rotates. So only half the difference of the
+    The mean moment does not change when the link rotates. Thus only half the difference of the
     largest and the smallest one enters the derivatives of I.
     """
     tensor = np.ptp(moments) / 2.0 * unit_bounds(angular, 2.0)[:4]

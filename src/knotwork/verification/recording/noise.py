@@ -8,7 +8,7 @@ from errors of their times. With independent errors its variance is
 
 where w are the weights of the neighbours, σ is the noise of the joint, v its velocity, and τ the
 jitter of the time stamps, which all joints share. Non-negative least squares find σ and τ from the
-median sizes of the samples of each joint, in groups of similar speed. So jumps and wrong samples
+median sizes of the samples of each joint, in groups of similar speed. Thus jumps and wrong samples
 hardly count. σ is at least the rounding error, the last digit divided by √12.
 """
 

@@ -1,7 +1,7 @@
 """The smooth motion behind the samples of a log: cubic splines by weighted least squares.
 
 Knots are added where samples require them. An interval is halved as long as the mean square of its
-residuals exceeds the noise. Then all intervals are halved once more. So the error of the curve is
+residuals exceeds the noise. Then all intervals are halved once more. Thus the error of the curve is
 small compared with the uncertainty by noise. The reported uncertainty is the standard error of the
 least squares, plus the change of the curve by the last halving, which is an upper bound of the
 change by finer knots.

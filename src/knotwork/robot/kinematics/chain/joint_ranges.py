@@ -11,13 +11,11 @@ from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import BoolArray, FloatArray
 
-BoolArray: TypeAlias = NDArray[np.bool_]
 Limits: TypeAlias = tuple[FloatArray, FloatArray]
 
 FULL_TURN = 2 * np.pi

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.errors import FastJoint, SingularityError, WaypointDataError
+from knotwork.errors import FastJoint, SingularityError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
@@ -224,10 +224,9 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
         WaypointDataError: A number is not finite, or the array has a wrong shape.
     """
     position = read_only(q, (robot.dof,), "q")
-    if not np.isfinite(rate):
-        raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
+    pull = read_only(rate, (), "rate")
     limits = position_limits(robot)
-    return np.where(np.isfinite(limits).all(axis=0), rate * (range_middles(limits) - position), 0.0)
+    return np.where(np.isfinite(limits).all(axis=0), pull * (range_middles(limits) - position), 0.0)
 
 
 @cache_per_robot

@@ -228,8 +228,8 @@ def compute_rates_on_path(
     """Compute joint velocities and accelerations on a path, one-sided limits at times, (k, d) each.
 
     The acceleration is the derivative of the field of joint velocities. The field is linear in the
-    motion of the tool, and the path gives the derivative of this motion. So finite differences are
-    only needed over the joints (central, fourth order, relative error about 1e-10). Differences
+    motion of the tool, and the path gives the derivative of this motion. Thus finite differences
+    are only needed over the joints (central, fourth order, relative error about 1e-10). Differences
     over time would fail near rest, where the joints hardly move while the path changes.
 
     Args:

@@ -9,7 +9,6 @@ from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.errors import LimitingConstraint
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import BoolArray
 from knotwork.robot.kinematics.following.continuation import (
     JOINT_STEP,
     Continuation,
@@ -23,7 +22,7 @@ from knotwork.robot.kinematics.following.limiting_constraint import (
     make_following_error,
 )
 from knotwork.robot.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import BoolArray, FloatArray
 
 # Largest motion of a joint in a step with self-motion [rad or m]. The projection onto the path does
 # not correct self-motion. With this step it is exact to about 1e-9.

@@ -21,7 +21,7 @@ from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
-from knotwork.robot.kinematics.chain.joint_ranges import BoolArray, turning_limits, whole_turns
+from knotwork.robot.kinematics.chain.joint_ranges import turning_limits, whole_turns
 from knotwork.robot.kinematics.chain.velocity import joint_scales
 from knotwork.robot.kinematics.following.joint_field import Guide
 from knotwork.robot.kinematics.sequence.nearness import LIMIT_MARGIN, singular_nearness
@@ -29,7 +29,7 @@ from knotwork.robot.kinematics.solutions.self_motion import (
     choose_farthest_apart,
     sample_self_motion,
 )
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import BoolArray, FloatArray, IndexArray
 
 # Distance between rungs [m, rad], and their minimum and maximum number per path.
 RUNG_SPACING = 0.03, 0.15
