@@ -54,7 +54,7 @@ def _utilisation_figure(quantity: str) -> RowFigure:
         utilisations = (finding.utilisation for finding in findings)
         return max((value for value in utilisations if value is not None), default=None)
 
-    title = f"used share of limits of {quantity.replace('_', ' ')}"
+    title = f"utilisation of limits of {quantity.replace('_', ' ')}"
     return RowFigure(f"{quantity}_use", title, "", False, max_utilisation)
 
 
