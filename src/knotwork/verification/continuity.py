@@ -14,12 +14,12 @@ from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 
-CONTINUITY = "Continuity"
+CONTINUITY_GROUP = "Continuity"
 
 JUMP_ORDERS = 3
 """Number of derivatives whose jumps are measured: position, velocity and acceleration."""
 
-ROUNDING = tuple(f"{quantity}_rounding" for quantity in DERIVATIVES[:JUMP_ORDERS])
+ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in DERIVATIVES[:JUMP_ORDERS])
 """Quantities of findings on rounding errors."""
 
 FASTEST_CHANGES = (1e3, 1e5, 1e6)
@@ -51,7 +51,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             unit = rate_unit(space.joint_units[joint], order)
             text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
             yield Finding.at_most(
-                CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_jump",
+                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} {text}", value, limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
@@ -63,7 +63,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
                 scenario.units.text(number, unit, ".3g") for number in (value, limit)
             )
             yield Finding.at_most(
-                CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_jump",
+                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} changes by {shown} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
                 required=required, unit=unit, time=time,
@@ -82,7 +82,7 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
             yield Finding.at_most(
-                "Motion", "joint", name, ROUNDING[order],
+                "Motion", "joint", name, ROUNDING_QUANTITIES[order],
                 f"joint {name!r}: the coefficients cancel one another so far that {quantity} is "
                 f"known to {scenario.units.text(value, unit, '.3g')} only, not to "
                 f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,

@@ -162,8 +162,8 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
         if len(item.motion.curve.x) <= MAX_KNOT_TICKS:
             shade = DARK if len(motions) == 1 else colour(item.index)
             panel.mark_knots(row, item.motion.curve.x, shade)
-    found = ((item, item.finding(quantity)) for item in series)
-    findings = {item: finding for item, finding in found if finding is not None}
+    pairs = ((item, item.finding(quantity)) for item in series)
+    findings = {item: finding for item, finding in pairs if finding is not None}
     if findings:
         nearest = min(findings, key=lambda item: item.margin(quantity))
         bounds = nearest.motion.bounds(nearest.joint, quantity)

@@ -221,7 +221,7 @@ def _path_error(
         path: The path.
         stretch: Its index along the path.
         limit: The exceeded limit.
-        utilisation: That of the limit, if known.
+        utilisation: Utilisation of the limit, if known.
     """
     scenario, waypoint = task.scenario, path.first + 1 + stretch
     start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))

@@ -23,7 +23,7 @@ SAMPLE_MARGIN = 1e-4
 SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
 
-RATES: Mapping[LimitName, int] = {"velocity": 1, "acceleration": 2, "jerk": 3}
+LIMIT_ORDERS: Mapping[LimitName, int] = {"velocity": 1, "acceleration": 2, "jerk": 3}
 """Limits of derivatives of the position, with their order."""
 
 CURVE_SLACK = 1e-10
@@ -81,7 +81,7 @@ def tighten(
     if beyond and not tightening.position:
         return replace(tightening, position=True)
     over = None if beyond else exceeded_limit(problem, curve)
-    if beyond or (over is not None and over[0] in RATES):
+    if beyond or (over is not None and over[0] in LIMIT_ORDERS):
         return replace(tightening, margin=10.0 * tightening.margin)
     if over is None:
         return None
@@ -97,7 +97,7 @@ def _allowed_fractions(before: FloatArray | None, utilisation: FloatArray) -> Fl
 
     Args:
         before: Fractions that the solver had, if it had the limit.
-        utilisation: That of the limit in each piece, shape (pieces, d or 1).
+        utilisation: Utilisation of the limit in each piece, shape (pieces, d or 1).
     """
     pieces, width = utilisation.shape
     if before is None:
@@ -119,7 +119,7 @@ def exceeded_limit(
         Name of the limit, and its utilisation, shape (k, d or 1): in each piece for `ROBOT_LIMITS`,
         over the whole curve for velocity, acceleration and jerk.
     """
-    for name, order in RATES.items():
+    for name, order in LIMIT_ORDERS.items():
         utilisation = curve.extrema(order).peak / getattr(problem.limits, name)
         if (utilisation > 1.0 + CURVE_SLACK).any():
             return name, utilisation[None]
