@@ -184,7 +184,7 @@ def task(unit: str, *waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
 
 
 def test_what_is_no_scenario_is_refused() -> None:
-    with pytest.raises(InputError, match="a scenario is 5; accepted: a shipped name"):
+    with pytest.raises(InputError, match="scenario is 5; accepted: a shipped name"):
         kw.plan(5)  # type: ignore[arg-type]
 
 

@@ -208,7 +208,7 @@ def test_stops_need_acceleration() -> None:
         ({"pull_to_middle": None}, "pull_to_middle is null"),
         ({"acceleration": 1e-3}, "takes 3.75 m; accepted"),
         ({"acceleration": 0.0}, "acceleration is 0.0"),
-        ({"path": "line"}, "path is a str; give a ToolPath or a curve"),
+        ({"path": "line"}, "path is 'line'; accepted: a ToolPath or a curve"),
         ({"robot": "ur"}, "did you mean"),
     ],
 )

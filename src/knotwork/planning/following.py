@@ -12,7 +12,7 @@ from knotwork.curves.interpolation import get_planner
 from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
-from knotwork.errors.arguments import require_number
+from knotwork.errors.arguments import require_number, require_type
 from knotwork.planning.task_to_joint.insertion import with_waypoints_inserted
 from knotwork.robot import Robot, load_robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
@@ -138,10 +138,7 @@ def _tool_path(
                 "rotation is given together with a ToolPath, which has its own orientation"
             )
         return path
-    if not isinstance(path, Curve):
-        raise InputError(
-            f"path is a {type(path).__name__}; give a ToolPath or a curve of kw.tool_paths"
-        )
+    require_type(path, Curve, "path", "a ToolPath or a curve of kw.tool_paths")
     constant = robot.forward(start).rotation if rotation is None else rotation
     return ToolPath([path], OrientationCurve.constant(constant, path.length))
 

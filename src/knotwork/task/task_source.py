@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
+from knotwork.errors.arguments import require_type
 from knotwork.files import documents
 from knotwork.files.documents import Document, Location, apply_edits, resources
 from knotwork.task.task_part import plain
@@ -60,11 +61,8 @@ def read_document(reference: str | Path | Mapping[str, Any]) -> Document:
     """
     if isinstance(reference, Mapping):
         return Document(plain(reference))
-    if not isinstance(reference, str | Path):
-        raise InputError(
-            f"a scenario is {reference!r}; accepted: a shipped name, the path of a file, a mapping "
-            "or a Task"
-        )
+    accepted = "a shipped name, the path of a file, a mapping or a Task"
+    require_type(reference, str | Path, "scenario", accepted)
     path = resources.find("scenarios", reference)
     if path.suffix.lower() in (".urdf", ".xacro", ".sdf"):
         raise InputError(

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import InputError, format_value
-from knotwork.errors.arguments import require_count, require_number
+from knotwork.errors import InputError
+from knotwork.errors.arguments import require_count, require_number, require_type
 from knotwork.planning.sweeps import executors
 from knotwork.planning.sweeps.child import refuse_own_checks
 from knotwork.planning.sweeps.field_path import scenario_with
@@ -135,8 +135,7 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
 
 def _folder(spec: StudySpec, out: str | Path | None, resume: bool) -> StudyFolder:
     """The study's folder, created or continued."""
-    if not isinstance(out, str | Path | None):
-        raise InputError(f"out is {format_value(out)}; accepted: the path of a folder")
+    require_type(out, str | Path | None, "out", "the path of a folder")
     if out is None:
         if resume:
             raise InputError("there is no study to continue: resume is given without out")
